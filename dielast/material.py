@@ -1,0 +1,57 @@
+"""What a dielectric elastomer is: an equilibrium spring, relaxation processes, a shift law, a dielectric."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.gent import Gent
+from dielast.prony import Spectrum
+from dielast.shift import ShiftLaw
+
+
+@dataclass(frozen=True, slots=True)
+class Breakdown:
+    """Breakdown field in V/m over equibiaxial prestretch, linear in between; one entry alone holds for every prestretch."""
+
+    prestretch: tuple[float, ...]
+    field: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.prestretch) != len(self.field) or not self.field:
+            raise InputError(f"{len(self.prestretch)} prestretches but {len(self.field)} breakdown fields: one field for each is needed")
+        if any(b <= a for a, b in zip(self.prestretch, self.prestretch[1:], strict=False)):
+            raise InputError("breakdown prestretches must ascend")
+        if any(value <= 0 for value in self.field):
+            raise InputError("a breakdown field must be positive")
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """A viscoelastic dielectric elastomer; SI units, temperatures in degC.
+
+    `equilibrium_modulus` is the shear modulus mu_eq in Pa of the spring `equilibrium_law`; `spectrum` holds the relaxation
+    processes at the reference temperature, each with the spring `nonequilibrium_law`; `permittivity` in F/m.
+    """
+
+    name: str
+    equilibrium_modulus: float
+    spectrum: Spectrum
+    shift: ShiftLaw
+    equilibrium_law: Gent = Gent()
+    nonequilibrium_law: Gent = Gent()
+    permittivity: float | None = None
+    breakdown: Breakdown | None = None
+
+    @property
+    def reference_temperature(self) -> float:
+        """Temperature in degC at which the spectrum holds."""
+        return self.shift.reference_temperature
+
+    def relaxation_time(self, temperature: ArrayLike) -> NDArray[np.float64]:
+        """Relaxation times in s at `temperature` (degC) of any shape; the branches are a new last axis. Raises as the shift law does."""
+        shift_factor = 10 ** self.shift.log10_shift_factor(temperature)
+        return np.asarray(shift_factor[..., None] * self.spectrum.relaxation_time)

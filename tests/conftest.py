@@ -1,0 +1,26 @@
+"""Fixtures that every test may use."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Callable[[str], Path]:
+    """Path of a measured data file kept beside the checkout; absent data skips the test, except where CI promises it."""
+
+    def find(name: str) -> Path:
+        path = SHARED_DATA / name
+        if not path.exists():
+            if os.environ.get("CI"):
+                pytest.fail(f"measured data {name} is missing, and CI must not skip it")
+            pytest.skip(f"measured data {name} is not beside this checkout")
+        return path
+
+    return find
