@@ -17,7 +17,7 @@ class DielastError(Exception):
         super().__init__("\n".join(messages))
 
 
-class InputError(DielastError):
+class InputError(DielastError, ValueError):
     """A recipe, a table, a material or an argument is wrong (exit code 2)."""
 
 

@@ -12,6 +12,8 @@ from dielast.gent import Gent
 from dielast.prony import Spectrum
 from dielast.shift import ShiftLaw
 
+NEO_HOOKEAN = Gent()
+
 
 @dataclass(frozen=True, slots=True)
 class Breakdown:
@@ -22,7 +24,9 @@ class Breakdown:
 
     def __post_init__(self) -> None:
         if len(self.prestretch) != len(self.field) or not self.field:
-            raise InputError(f"{len(self.prestretch)} prestretches but {len(self.field)} breakdown fields: one field for each is needed")
+            raise InputError(
+                f"{len(self.prestretch)} prestretches but {len(self.field)} breakdown fields: one field for each is needed"
+            )
         if any(b <= a for a, b in zip(self.prestretch, self.prestretch[1:], strict=False)):
             raise InputError("breakdown prestretches must ascend")
         if any(value <= 0 for value in self.field):
@@ -41,8 +45,8 @@ class Material:
     equilibrium_modulus: float
     spectrum: Spectrum
     shift: ShiftLaw
-    equilibrium_law: Gent = Gent()
-    nonequilibrium_law: Gent = Gent()
+    equilibrium_law: Gent = NEO_HOOKEAN
+    nonequilibrium_law: Gent = NEO_HOOKEAN
     permittivity: float | None = None
     breakdown: Breakdown | None = None
 
@@ -52,6 +56,9 @@ class Material:
         return self.shift.reference_temperature
 
     def relaxation_time(self, temperature: ArrayLike) -> NDArray[np.float64]:
-        """Relaxation times in s at `temperature` (degC) of any shape; the branches are a new last axis. Raises as the shift law does."""
+        """Relaxation times in s at `temperature` (degC) of any shape; the branches are a new last axis.
+
+        Raises `InputError` where the shift law does.
+        """
         shift_factor = 10 ** self.shift.log10_shift_factor(temperature)
         return np.asarray(shift_factor[..., None] * self.spectrum.relaxation_time)

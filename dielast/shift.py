@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
+from dielast.units import ZERO_CELSIUS
 
-ZERO_CELSIUS = 273.15  # K
 GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
 
 
@@ -34,7 +34,7 @@ class ShiftLaw(Protocol):
 class WLF:
     """Williams-Landel-Ferry: log10 a = -C1 (T - T_ref) / (C2 + T - T_ref), Eq. 11 of DOI 10.1115/1.4030850.
 
-    `C1` is dimensionless (decimal logarithm), `C2` in K. The law has a pole at T = T_ref - C2, where the material would never relax.
+    `C1` is dimensionless (decimal logarithm), `C2` in K. At the pole, T = T_ref - C2, the material would never relax.
     """
 
     reference_temperature: float
@@ -77,6 +77,14 @@ class ShiftTable:
     reference_temperature: float
     temperature: tuple[float, ...]
     log10_shift: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.temperature) != len(self.log10_shift) or not self.temperature:
+            raise InputError(
+                f"{len(self.temperature)} temperatures but {len(self.log10_shift)} shift factors: one for each is needed"
+            )
+        if not np.all(np.diff(self.temperature) > 0):
+            raise InputError("the temperatures of a shift table must ascend")
 
     def log10_shift_factor(self, temperature: ArrayLike) -> NDArray[np.float64]:
         """log10 a(T), shifted so that it is zero at the reference temperature."""

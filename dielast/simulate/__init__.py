@@ -1,0 +1,1 @@
+"""Simulations of tests on one material point."""

@@ -1,0 +1,102 @@
+"""Condense relaxation curves into points of even weight in log time, with the noise of each measured from the scatter.
+
+A curve sampled linearly in time has nine tenths of its points in the last decade, where noise is worst. Averaging the modulus over
+short bins of log time gives each decade its due, and what scatters within the bins is the noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+BINS_PER_DECADE = 20
+POOL = 3  # bins on either side that share one estimate of the scatter
+MIN_FREEDOM = 6  # degrees of freedom below which a scatter is not believed
+SIGNAL_TO_NOISE = 3.0  # a mean modulus below this many standard deviations of one reading is noise floor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Binned:
+    """Points of all curves, sorted by curve, then time; every array has shape (n,).
+
+    `log_time` and `log_modulus` are decimal logarithms of s and Pa, `variance` is the measured variance of `log_modulus` (0 where
+    the curve is too sparse to tell), `bin_of_point` maps each raw point to its bin (-1 where it was dropped as noise floor).
+    """
+
+    curve: Index
+    log_time: Array
+    log_modulus: Array
+    variance: Array
+    bin_of_point: Index
+
+
+def bin_curves(curve: Index, time: Array, modulus: Array) -> Binned:
+    """Bin raw points, sorted by curve and then time; `modulus` (Pa) may hold readings below zero, as a noise floor gives.
+
+    The mean is taken of the modulus, not of its logarithm, so that additive noise does not bias it; the trend within a bin is
+    removed first. Bins start at each curve's own first time, so that a change of the unit of time changes nothing else.
+    """
+    x = np.log10(time)
+    first = np.searchsorted(curve, np.arange(curve[-1] + 1))
+    place = np.floor((x - x[first][curve]) * BINS_PER_DECADE + 1e-9).astype(np.intp)
+    starts = np.flatnonzero(np.concatenate(([True], (np.diff(place) != 0) | (np.diff(curve) != 0))))
+    count = np.diff(np.append(starts, x.size))
+    owner = np.repeat(np.arange(starts.size), count)
+    group = curve[starts]
+    centre = np.add.reduceat(x, starts) / count
+    mean = np.add.reduceat(modulus, starts) / count
+    positive = mean > 0
+    slope = _slope(group, centre, np.log10(np.where(positive, mean, 1.0)), positive)
+    detrended = modulus * 10 ** (-slope[owner] * (x - centre[owner]))
+    mean = np.add.reduceat(detrended, starts) / count
+    square = np.add.reduceat((detrended - mean[owner]) ** 2, starts)
+    scatter, freedom = _pooled(group, square, count - 1)
+    scatter = _borrowed(group, mean, scatter, freedom >= MIN_FREEDOM)
+    keep = (mean > 0) & (mean >= SIGNAL_TO_NOISE * np.sqrt(scatter))
+    safe = np.where(keep, mean, 1.0)
+    variance = scatter / count / (safe * np.log(10)) ** 2
+    new_index = np.where(keep, np.cumsum(keep) - 1, -1)
+    return Binned(group[keep], centre[keep], np.log10(safe[keep]), variance[keep], new_index[owner])
+
+
+def _slope(group: Index, x: Array, y: Array, valid: NDArray[np.bool_]) -> Array:
+    """d y/d x from each point's neighbours in the same curve, zero where there is none."""
+    rise, run = np.zeros(x.size), np.zeros(x.size)
+    joined = (group[1:] == group[:-1]) & valid[1:] & valid[:-1]
+    dx, dy = np.where(joined, np.diff(x), 0.0), np.where(joined, np.diff(y), 0.0)
+    for side in (slice(1, None), slice(None, -1)):
+        rise[side] += dy
+        run[side] += dx
+    return np.divide(rise, run, out=np.zeros(x.size), where=run > 0)
+
+
+def _pooled(group: Index, square: Array, freedom: Index) -> tuple[Array, Index]:
+    """Variance of one reading in each bin, pooled over `POOL` bins on either side in the same curve, and its degrees of freedom."""
+    low = np.maximum(np.arange(group.size) - POOL, np.searchsorted(group, group))
+    high = np.minimum(np.arange(group.size) + POOL + 1, np.searchsorted(group, group, side="right"))
+    squares = np.concatenate(([0.0], np.cumsum(square)))
+    freedoms = np.concatenate(([0], np.cumsum(freedom)))
+    pooled = freedoms[high] - freedoms[low]
+    total = np.maximum(squares[high] - squares[low], 0.0)
+    return total / np.maximum(pooled, 1), pooled
+
+
+def _borrowed(group: Index, mean: Array, scatter: Array, known: NDArray[np.bool_]) -> Array:
+    """Variance of one reading; where it is not known, borrowed from the nearest later bin of the curve, or else an earlier one.
+
+    The noise may be additive or in proportion to the modulus: the larger of the two is taken. Zero where the whole curve is sparse.
+    """
+    sources = np.flatnonzero(known)
+    if sources.size in (0, known.size):
+        return np.where(known, scatter, 0.0)
+    here = np.arange(group.size)
+    later = sources[np.minimum(np.searchsorted(sources, here), sources.size - 1)]
+    earlier = sources[np.maximum(np.searchsorted(sources, here, side="right") - 1, 0)]
+    source = np.where(group[later] == group, later, earlier)
+    gain = np.maximum(1.0, mean / np.where(mean[source] > 0, mean[source], np.inf))
+    return np.where(known, scatter, np.where(group[source] == group, scatter[source] * gain**2, 0.0))

@@ -1,0 +1,53 @@
+"""What a relaxation curve says before any model: how its points are spread over log time, and where its two ends lie."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# A hair more than round figures, so that round spacings of the points are not at the mercy of rounding.
+_NEIGHBOURHOOD = 0.025 + 1e-6  # decades to either side: twenty votes a decade, about the width of one relaxation process
+_END = 1.0 + 1e-6  # decades at either end of the curve from which its modulus there is taken
+
+
+def votes(log10_time: Array) -> Array:
+    """Weight of each point of ascending `log10_time`, both of shape (n,): one over the number of points within 0.025 decade of it.
+
+    Where the sampling is dense, a least-squares fit then approaches an integral over log time, so that a linearly sampled test
+    does not drown its first seconds in its last hour. Points farther apart than that count one each, however wide the gap beside
+    them, so that a straggler at the end of the curve gains no power from being alone (as it would with trapezoidal weights).
+    """
+    first = np.searchsorted(log10_time, log10_time - _NEIGHBOURHOOD, side="left")
+    last = np.searchsorted(log10_time, log10_time + _NEIGHBOURHOOD, side="right")
+    return 1.0 / (last - first)
+
+
+class End(NamedTuple):
+    """Smoothed modulus at one end of a curve, in the curve's unit, and the slope d log10 G / d log10 t there (never positive)."""
+
+    modulus: float
+    slope: float
+
+
+def short_time_end(log10_time: Array, modulus: Array) -> End:
+    """The largest modulus of a relaxation curve, smoothed: a straight line in log-log through its first decade, where it starts."""
+    return _end(log10_time, modulus, at=float(log10_time[0]))
+
+
+def long_time_end(log10_time: Array, modulus: Array) -> End:
+    """The smallest modulus of a relaxation curve, smoothed: a straight line in log-log through its last decade, where it ends."""
+    return _end(log10_time, modulus, at=float(log10_time[-1]))
+
+
+def _end(log10_time: Array, modulus: Array, at: float) -> End:
+    near = np.abs(log10_time - at) <= _END
+    x, y, weight = log10_time[near], np.log10(modulus[near]), votes(log10_time[near])
+    x_mean, y_mean = np.average(x, weights=weight), np.average(y, weights=weight)
+    spread = float(np.average((x - x_mean) ** 2, weights=weight))
+    fall = float(np.average((x - x_mean) * (y - y_mean), weights=weight))
+    slope = min(fall / spread, 0.0) if spread > 0 else 0.0  # a relaxing solid only softens: a rise is noise
+    return End(float(10 ** (y_mean + slope * (at - x_mean))), slope)

@@ -1,0 +1,95 @@
+"""What a master curve cannot know: shift factors that the data do not determine, and results that look wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.characterise.masterfit import MasterFit, Points
+from dielast.characterise.spline import Spline
+from dielast.errors import warn
+
+Array = NDArray[np.float64]
+
+UNDETERMINED = 0.5  # decades of standard error beyond which a shift factor is not a measurement
+DOUBTFUL = 0.1  # decades of standard error above which a curve must show that it has a shape to be shifted by,
+SIGNIFICANT = 4.0  # in standard errors
+PLATEAU_RISE = 0.005  # decades of modulus over a whole curve
+PLATEAU_SLOPE = 0.05  # decades of modulus per decade of time,
+LAST_STRETCH = 0.5  # over this stretch of log time at the long end
+OFFSET = 0.01  # decades
+
+
+@dataclass(frozen=True, slots=True)
+class Undetermined:
+    """A temperature (degC) whose shift factor the data do not determine, and why not."""
+
+    temperature: float
+    reason: str
+
+
+def find_undetermined(temperature: Array, points: Points, fit: MasterFit, vertical: bool) -> tuple[Undetermined, ...]:
+    """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
+
+    A straight line can be slid along itself, and noise makes every line look a little bent: a fitted standard error alone would
+    trust the bends. So where it is not small, slope (or curvature, with free `vertical` shifts) must be significant in the curve.
+    """
+    stderr = np.sqrt(np.diag(fit.covariance)[: temperature.size])
+    found = []
+    for k in np.flatnonzero(stderr > DOUBTFUL):
+        own = points.curve == k
+        x, y = points.log_time[own], points.log_modulus[own]
+        if _significance(x, y, 1) < SIGNIFICANT or float(np.ptp(fit.spline(x - fit.shift[k]))) < PLATEAU_RISE:
+            reason = "the curve is a plateau"
+        elif vertical and _significance(x, y, 2) < SIGNIFICANT:
+            reason = "the curve is a straight line in log-log, whose horizontal and vertical shift cannot be told apart"
+        elif stderr[k] > UNDETERMINED:
+            reason = "the curve overlaps the others too little"
+        else:
+            continue
+        found.append(Undetermined(float(temperature[k]), reason))
+        warn(f"{temperature[k]:g} degC: the shift factor is not determined: {reason}")
+    return tuple(found)
+
+
+def _significance(x: Array, y: Array, degree: int) -> float:
+    """The highest coefficient of a polynomial through the points, in standard errors."""
+    if x.size < degree + 2:
+        return 0.0
+    z = (x - np.mean(x)) / max(float(np.ptp(x)), 1e-300)
+    basis = np.linalg.qr(np.vander(z, degree + 1, increasing=True))[0]
+    part = basis.T @ y
+    variance = float(np.sum((y - basis @ part) ** 2)) / (x.size - degree - 1)
+    return float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
+
+
+def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:
+    """Hot must be fast: warn of the first neighbours that say otherwise beyond their errors."""
+    rise = np.diff(shift) - 3 * np.hypot(stderr[1:], stderr[:-1])
+    for k in np.flatnonzero(rise > 1e-6)[:1]:
+        warn(
+            f"relaxation is slower at {temperature[k + 1]:g} than at {temperature[k]:g} degC "
+            f"(log10 shift factor {shift[k + 1]:.3g} after {shift[k]:.3g}): are temperatures mixed up?"
+        )
+
+
+def warn_if_no_plateau(curve: Spline) -> None:
+    """The equilibrium modulus is read off the long end, which should be level."""
+    stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
+    slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
+    if abs(slope) > PLATEAU_SLOPE:
+        warn(
+            f"the master curve has no plateau at its long end, where it changes by {slope:.2g} decades of modulus per decade of "
+            "time: its equilibrium modulus is only the last value"
+        )
+
+
+def warn_if_offset(spread: float) -> None:
+    """Say that curves lie higher or lower than horizontal shifts explain; `spread` in decades."""
+    if spread > OFFSET:
+        warn(
+            f"the curves differ vertically by about {100 * (10**spread - 1):.0f} % beyond their noise: the shift factors allow for "
+            'it, and vertical = "free" would measure it'
+        )

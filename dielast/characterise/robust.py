@@ -1,0 +1,69 @@
+"""Weights of the points in the joint fit: measured noise, what the model misses, and distrust of outliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+SMALLEST = 1e-14  # decades squared: rounding of log10
+BEND, ZERO = 3.0, 6.0  # standard deviations at which a point begins to lose trust, and has lost all
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Weights:
+    """`weight` = `trust` / `variance`, each (n,); `floor` times `share` is added to the measured variance, in decades squared."""
+
+    weight: Array
+    trust: Array
+    variance: Array
+    share: Array
+    floor: float
+
+
+def even_weights(variance: Array) -> Weights:
+    """Weights to begin with, before there are residuals: as if the model missed by 2 %."""
+    total = variance + 1e-4
+    return Weights(1 / total, np.ones(total.size), total, np.ones(total.size), 0.0)
+
+
+def robust_weights(variance: Array, residual: Array, parameters: int, share: Array, old: Weights) -> Weights:
+    """Weights from the residuals (n,) of a fit with so many `parameters`: the floor makes the reduced chi-square one.
+
+    `share` (n,) is the noise of a point's curve relative to that of all.
+    """
+    square = residual**2
+    floor = old.floor if old.floor > 0 else float(np.median(square)) / 0.455
+    floor = max(floor, SMALLEST)
+    score = np.abs(residual) / np.sqrt(variance + floor * share)
+    trust = np.clip((ZERO - score) / (ZERO - BEND), 0, 1) * np.minimum(1, BEND / np.maximum(score, BEND))
+    freedom = max(float(np.sum(trust)) - parameters, 1.0)
+    for _ in range(5):  # Newton's method for the floor, on the reciprocal of chi-square, which is nearly straight
+        total = variance + floor * share
+        part = trust * square / total
+        chi = float(np.sum(part))
+        steepness = float(np.sum(part * share / total))
+        if steepness <= 0:
+            break
+        floor = max(floor + (chi - freedom) / steepness * chi / freedom, SMALLEST)
+    total = variance + floor * share
+    return Weights(trust / total, trust, total, share, floor)
+
+
+def noise_shares(curve: Index, residual: Array) -> Array:
+    """Variance of each point's curve relative to all (n,), from the medians; one unless the difference is significant."""
+    square = residual**2
+    order = np.lexsort((square, curve))
+    count = np.bincount(curve)
+    middle = np.cumsum(count) - count + count // 2
+    typical = float(np.median(square))
+    if typical <= 0:
+        return np.ones(square.size)
+    ratio = square[order][middle] / typical
+    doubt = np.exp(7 / np.sqrt(count))  # three standard errors of the logarithm of a median of squares
+    sure = (ratio > doubt) | (ratio < 1 / doubt)
+    return np.asarray(np.where(sure, np.clip(ratio, 0.01, 100.0), 1.0)[curve])

@@ -1,0 +1,55 @@
+"""The relaxation spectrum of Schwarzl and Staverman, second order, from a polynomial through the master curve.
+
+Equations 14 to 20 of DOI 10.1115/1.4030850, with the equilibrium modulus subtracted in Eq. 16 as Eqs. 17, 18 and 20 require.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CumulativeSpectrum:
+    """H(tau), the sum of the moduli of all processes slower than tau.
+
+    `log10_modulus` is f0, the polynomial log10 G over x = log10 t (G in Pa, t in s); `equilibrium_modulus` is mu_eq in Pa (shear).
+    """
+
+    log10_modulus: Chebyshev
+    equilibrium_modulus: float
+
+    def __call__(self, relaxation_time: ArrayLike) -> Array:
+        """H(tau) = 10^f0 (1 - f0') - mu_eq at x = log10(2 tau), Eq. 16, in Pa and of the shape of `relaxation_time` (s)."""
+        x = np.log10(2 * np.asarray(relaxation_time, dtype=float))
+        f0, slope = self.log10_modulus(x), self.log10_modulus.deriv()(x)
+        return np.asarray(10**f0 * (1 - slope) - self.equilibrium_modulus)
+
+
+def fit_polynomial(log10_time: Array, log10_modulus: Array, degree: int, weight: Array) -> Chebyshev:
+    """Least-squares polynomial through points of shape (n,), each squared residual times its `weight`.
+
+    Held in Chebyshev form over the points' own range, where the fit is well conditioned at any degree and in any unit of time.
+    """
+    domain = [float(log10_time.min()), float(log10_time.max())]
+    return Chebyshev.fit(log10_time, log10_modulus, degree, domain=domain, w=np.sqrt(weight))
+
+
+def relaxation_times(slowest: float, fastest: float, branches: int) -> Array:
+    """Eq. 19: tau_k = tau_max (tau_min / tau_max)^((k - 1)/(N - 1)), slowest first, of shape (branches,)."""
+    return np.asarray(np.geomspace(slowest, fastest, branches))
+
+
+def discrete_moduli(cumulative: Array, total: float) -> Array:
+    """Eq. 20: moduli in Pa from H at N relaxation times (N,), slowest first, and mu_neq = `total`, their sum.
+
+    mu_1 = (H_1 + H_2)/2, mu_k = (H_{k+1} - H_{k-1})/2, mu_N = mu_neq - sum of the others. The sum of the first k < N is thus the
+    mean of H_k and H_{k+1}: the staircase of the discrete spectrum runs through H. A modulus may come out negative.
+    """
+    slower = (cumulative[:-1] + cumulative[1:]) / 2
+    return np.diff(np.concatenate([[0.0], slower, [total]]))

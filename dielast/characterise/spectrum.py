@@ -1,0 +1,257 @@
+"""From a master curve to the discrete relaxation spectrum of a generalised Maxwell solid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.characterise import nnls as least_squares
+from dielast.characterise import schwarzl_staverman as ss
+from dielast.characterise.curve import long_time_end, short_time_end, votes
+from dielast.errors import InputError, warn
+from dielast.prony import Spectrum
+
+Array = NDArray[np.float64]
+Method = Literal["schwarzl-staverman", "nnls"]
+Ends = tuple[float | None, float | None]
+
+_TOLERATED = 0.02  # of G(t): what clipping negative moduli may change, and how far the equilibrium modulus may lie above the curve
+_LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
+_POOR_POLYNOMIAL = 0.05  # relative rms
+_POOR_FIT = 0.10  # relative rms
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpectrumFit:
+    """A fitted relaxation spectrum and how well it gives the curve back.
+
+    `spectrum` and `equilibrium_shear_modulus` (Pa) are shear; `reduced_time` (s), `measured` and `model` (Young's, Pa), all of
+    shape (n,), are sorted by time. The errors are those of model/measured - 1 over all points, each counting once; where only the
+    slowest branches are kept, over the points from the shortest relaxation time kept onwards, which is what they are meant for.
+
+    `branches` counts the processes in `spectrum`, `clipped_branches` those of them whose modulus came out negative and was set to
+    zero. `polynomial_rms_relative_error` belongs to schwarzl-staverman and `smoothing` to nnls; None otherwise.
+    """
+
+    method: Method
+    spectrum: Spectrum
+    equilibrium_shear_modulus: float
+    branches: int
+    clipped_branches: int
+    rms_relative_error: float
+    max_relative_error: float
+    reduced_time: Array
+    measured: Array
+    model: Array
+    polynomial_rms_relative_error: float | None = None
+    smoothing: float | None = None
+
+
+def fit_spectrum(
+    reduced_time: ArrayLike,
+    modulus: ArrayLike,
+    *,
+    method: Method = "schwarzl-staverman",
+    branches: int = 30,
+    polynomial_degree: int = 7,
+    relaxation_time: Ends = (None, None),
+    equilibrium_modulus: float | None = None,
+    glassy_modulus: float | None = None,
+    keep: int | None = None,
+) -> SpectrumFit:
+    """Discrete relaxation spectrum of a master curve: `modulus` (Young's, Pa) over `reduced_time` (s), both (n,), in any order.
+
+    "schwarzl-staverman" (Eqs. 14-20 of DOI 10.1115/1.4030850) reads the spectrum off a polynomial through log G over log t; "nnls"
+    fits non-negative moduli to the relative error. The material is incompressible: shear modulus = Young's / 3. Points that crowd
+    together in log time share their weight.
+
+    `relaxation_time` holds the shortest and the longest in s; left out, schwarzl-staverman takes the range in which t = 2 tau stays
+    on the curve, and nnls places the end inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a melt) is
+    by default read from the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa) is three times mu_neq, the sum of
+    all moduli (Eq. 20); by default schwarzl-staverman takes the curve's largest modulus, smoothed, less the equilibrium modulus, or
+    H at the shortest relaxation time if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4).
+
+    Raises `InputError` for points or arguments that allow no fit, and where a modulus is negative by more than 2 % of G(t);
+    warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau and of a poor fit.
+    """
+    time, measured = _sorted_curve(reduced_time, modulus)
+    _check_arguments(method, branches, polynomial_degree, relaxation_time, keep)
+    log10_time, shear = np.log10(time), measured / 3
+    long_end, short_end = long_time_end(log10_time, shear), short_time_end(log10_time, shear)
+    _check_moduli(equilibrium_modulus, glassy_modulus, 3 * long_end.modulus)
+    known_equilibrium = None if equilibrium_modulus is None else equilibrium_modulus / 3
+    total = None if glassy_modulus is None else glassy_modulus / 3
+
+    polynomial_error = smoothing = None
+    if method == "nnls":
+        shortest, longest = _range(relaxation_time, (time[0], time[-1]))
+        movable = (relaxation_time[0] is None, relaxation_time[1] is None)
+        curve = least_squares.Curve(time, shear, votes(log10_time))
+        tau = least_squares.place_relaxation_times(curve, branches, shortest, longest, movable, known_equilibrium)
+        solution = least_squares.fit_moduli(curve, tau, known_equilibrium, total)
+        moduli, equilibrium, smoothing = solution.shear_modulus, solution.equilibrium_modulus, solution.smoothing
+    else:
+        shortest, longest = _range(relaxation_time, (time[0] / 2, time[-1] / 2))
+        tau = ss.relaxation_times(longest, shortest, branches)
+        polynomial = _polynomial(log10_time, shear, polynomial_degree)
+        polynomial_error = _judge_polynomial(polynomial, log10_time, shear)
+        equilibrium = long_end.modulus if known_equilibrium is None else known_equilibrium
+        cumulative = ss.CumulativeSpectrum(polynomial, equilibrium)(tau)
+        if (
+            total is None
+        ):  # a curve that falls from its first point on has faster processes in it than its modulus there shows: H is more
+            total = max(short_end.modulus - equilibrium, float(cumulative[-1]))
+        moduli = ss.discrete_moduli(cumulative, total)
+    # A polynomial is read at t = 2 tau; a fitted process still shows a decade away from its relaxation time, hardly farther.
+    _warn_of_extrapolation(shortest, longest, time, (10, 0.1) if method == "nnls" else (2, 2))
+    if equilibrium_modulus is None:
+        _warn_unless_level(long_end.slope, equilibrium)
+
+    truncated = keep is not None and keep < branches
+    tau, moduli = tau[:keep], moduli[:keep]
+    spectrum = Spectrum(tau, np.maximum(moduli, 0.0))
+    model = spectrum.relaxation_modulus(time, equilibrium)
+    clipped = _judge_clipping(tau, moduli, branches, time, model)
+    rms, worst = _judge_fit((model / shear - 1)[time >= (tau[-1] if truncated else 0.0)], tau[-1])
+    return SpectrumFit(
+        method=method,
+        spectrum=spectrum,
+        equilibrium_shear_modulus=equilibrium,
+        branches=len(spectrum),
+        clipped_branches=clipped,
+        rms_relative_error=rms,
+        max_relative_error=worst,
+        reduced_time=time,
+        measured=measured,
+        model=3 * model,
+        polynomial_rms_relative_error=polynomial_error,
+        smoothing=smoothing,
+    )
+
+
+def _sorted_curve(reduced_time: ArrayLike, modulus: ArrayLike) -> tuple[Array, Array]:
+    time, measured = np.asarray(reduced_time, dtype=float), np.asarray(modulus, dtype=float)
+    if time.ndim != 1 or time.shape != measured.shape:
+        raise InputError(f"reduced times {time.shape} and moduli {measured.shape}: two lists of the same length are needed")
+    for name, unit, values in (("reduced time", "s", time), ("modulus", "Pa", measured)):
+        bad = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
+        if bad.size:
+            more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
+            raise InputError(f"{name}[{bad[0]}] = {values[bad[0]]:g} {unit}{more}: a positive, finite number is needed")
+    if np.unique(time).size < 2:
+        raise InputError(f"a curve of {time.size} point(s) at a single time: at least two different times are needed")
+    order = np.lexsort((measured, time))
+    return time[order], measured[order]
+
+
+def _check_arguments(method: str, branches: int, degree: int, relaxation_time: Ends, keep: int | None) -> None:
+    if method not in get_args(Method):
+        raise InputError(f'method "{method}": "schwarzl-staverman" or "nnls" is needed')
+    fewest = 1 if method == "nnls" else 3
+    if branches < fewest:
+        raise InputError(f"branches = {branches}: {method} needs at least {fewest}")
+    if method != "nnls" and degree < 1:
+        raise InputError(f"polynomial_degree = {degree}: at least 1 is needed")
+    for name, end in zip(("min", "max"), relaxation_time, strict=True):
+        if end is not None and not 0 < end < np.inf:
+            raise InputError(f"relaxation_time {name} = {end:g} s: a positive, finite time is needed")
+    shortest, longest = relaxation_time
+    if shortest is not None and longest is not None and shortest >= longest:
+        raise InputError(f"relaxation_time min = {shortest:g} s must be shorter than max = {longest:g} s")
+    if keep is not None and not 1 <= keep <= branches:
+        raise InputError(f"cannot keep {keep} of {branches} branches")
+
+
+def _check_moduli(equilibrium: float | None, glassy: float | None, smallest: float) -> None:
+    if equilibrium is not None and not 0 <= equilibrium < np.inf:
+        raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa: it must be finite and not negative (0 is a melt)")
+    if glassy is not None and not 0 < glassy < np.inf:
+        raise InputError(f"glassy_modulus = {glassy:g} Pa: it must be finite and positive")
+    if equilibrium is not None and glassy is not None and equilibrium >= glassy:
+        raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa must be smaller than glassy_modulus = {glassy:g} Pa")
+    if equilibrium is not None and equilibrium > (1 + _TOLERATED) * smallest:
+        raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa is above the end of the curve, {smallest:.4g} Pa: lower it")
+
+
+def _range(wanted: Ends, default: tuple[float, float]) -> tuple[float, float]:
+    """Shortest and longest relaxation time in s."""
+    shortest, longest = (float(own if end is None else end) for end, own in zip(wanted, default, strict=True))
+    if shortest >= longest:
+        raise InputError(f"no relaxation time lies between min = {shortest:.3g} s and max = {longest:.3g} s: state both")
+    return shortest, longest
+
+
+def _polynomial(log10_time: Array, shear: Array, degree: int) -> Chebyshev:
+    times = np.unique(log10_time).size
+    if times <= degree:
+        raise InputError(
+            f"a polynomial of degree {degree} needs {degree + 1} different times, and the curve has {times}: lower the degree"
+        )
+    return ss.fit_polynomial(log10_time, np.log10(shear), degree, votes(log10_time))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _judge_polynomial(polynomial: Chebyshev, log10_time: Array, shear: Array) -> float:
+    error = _rms(10 ** polynomial(log10_time) / shear - 1)
+    if error > _POOR_POLYNOMIAL:
+        warn(
+            f"the polynomial of degree {polynomial.degree()} misses the curve by {error:.1%} rms: try another polynomial_degree, "
+            f'or method = "nnls"'
+        )
+    return error
+
+
+def _warn_of_extrapolation(shortest: float, longest: float, time: Array, seen_at: tuple[float, float]) -> None:
+    """Warn where the times at which the ends of the spectrum are seen, in units of their own, are off the curve."""
+    slack = 1e-9
+    if seen_at[0] * shortest < time[0] * (1 - slack) or seen_at[1] * longest > time[-1] * (1 + slack):
+        warn(
+            f"relaxation times from {shortest:.3g} to {longest:.3g} s reach farther than the curve, from {time[0]:.3g} to "
+            f"{time[-1]:.3g} s, can tell: the spectrum is extrapolated"
+        )
+
+
+def _warn_unless_level(slope: float, equilibrium: float) -> None:
+    if -slope > _LEVEL_SLOPE:
+        warn(
+            f"the curve has not levelled off: it falls by {1 - 10**slope:.0%} in its last decade, so that the equilibrium modulus "
+            f"of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
+        )
+
+
+def _judge_clipping(tau: Array, moduli: Array, branches: int, time: Array, model: Array) -> int:
+    """Number of negative moduli; refuses where setting them to zero changes G(t) too much."""
+    negative = moduli < 0
+    if not negative.any():
+        return 0
+    count = int(negative.sum())
+    change = np.exp(-time[:, None] / tau[negative]) @ -moduli[negative] / model
+    at = int(np.argmax(change))
+    found = f"{count} of {tau.size} moduli came out negative (the slowest at a relaxation time of {tau[negative][0]:.3g} s)"
+    effect = f"G({time[at]:.3g} s) by {change[at]:.2%}"
+    if change[at] > _TOLERATED:
+        last, first = negative[-1] and moduli.size == branches, negative[0]
+        remedy = "a larger glassy_modulus, " if last else "a lower equilibrium_modulus, " if first else ""
+        raise InputError(
+            f"{found}, and setting them to zero would change {effect}: try another polynomial_degree, narrower relaxation times, "
+            f'{remedy}or method = "nnls"'
+        )
+    warn(f"{found} and were set to zero, which changes {effect}")
+    return count
+
+
+def _judge_fit(error: Array, shortest: float) -> tuple[float, float]:
+    """Rms and greatest magnitude of the relative errors."""
+    if error.size == 0:
+        raise InputError(f"the curve ends before {shortest:.3g} s, the shortest relaxation time kept: keep more branches")
+    rms, worst = _rms(error), float(np.max(np.abs(error)))
+    if rms > _POOR_FIT:
+        warn(f"the spectrum misses the curve by {rms:.1%} rms and {worst:.1%} at worst: try more branches or another method")
+    return rms, worst

@@ -1,0 +1,144 @@
+"""The commands and their options."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="dielast",
+    help="Dielectric elastomers: from relaxation measurements to a prediction of motion and failure.",
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class PlotFormat(StrEnum):
+    """Formats a plot can be written in."""
+
+    PNG = "png"
+    SVG = "svg"
+    PDF = "pdf"
+    NONE = "none"
+
+
+Recipe = Annotated[Path, typer.Argument(metavar="RECIPE.toml", help="The recipe to run.", show_default=False)]
+Out = Annotated[
+    Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for the results [default: the recipe's name].")
+]
+Plot = Annotated[list[PlotFormat] | None, typer.Option("--plot", help="Format of the plot; repeatable. [default: png]")]
+Set = Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Override a recipe key; repeatable.")]
+Golden = Annotated[Path | None, typer.Option("--golden", metavar="DIR", help="Compare the result with the one in DIR.")]
+Rtol = Annotated[float, typer.Option("--rtol", help="Relative tolerance of --golden.", min=0.0)]
+Depfile = Annotated[Path | None, typer.Option("--depfile", metavar="FILE", help="Write a make dependency file.")]
+Jobs = Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for large sweeps.", min=1)]
+Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No summary, no progress.")]
+
+
+def _exit_with(action: Callable[[], int]) -> None:
+    """Exit with the code of `action`, each error in a line on standard error."""
+    from dielast.errors import InputError, NumericsError
+
+    try:
+        code = action()
+    except (InputError, NumericsError) as error:
+        for line in error.messages:
+            print(line, file=sys.stderr)
+        code = 3 if isinstance(error, NumericsError) else 2
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        code = 130
+    except BrokenPipeError:
+        # whoever read our output has gone, and there is nobody left to tell
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    raise typer.Exit(code)
+
+
+def _command(kind: str, text: str) -> None:
+    """Register the subcommand that runs recipes of `kind`."""
+
+    @app.command(kind, help=text)
+    def command(
+        recipe: Recipe,
+        out: Out = None,
+        plot: Plot = None,
+        set_: Set = None,
+        golden: Golden = None,
+        rtol: Rtol = 1e-6,
+        depfile: Depfile = None,
+        jobs: Jobs = 1,
+        json: Json = False,
+        quiet: Quiet = False,
+    ) -> None:
+        def action() -> int:
+            from dielast.cli.run import Options, run
+
+            formats = tuple(dict.fromkeys(form.value for form in plot or [PlotFormat.PNG] if form is not PlotFormat.NONE))
+            return run(kind, recipe, Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet))
+
+        _exit_with(action)
+
+
+_command("mastercurve", "Relaxation tests at several temperatures -> master curve and shift factors.")
+_command("spectrum", "Master curve -> discrete relaxation spectrum and material file.")
+
+
+@app.command()
+def new(kind: Annotated[str, typer.Argument(metavar="KIND", help="The kind of recipe, such as mastercurve.")]) -> None:
+    """Print a commented starter recipe that runs as it is."""
+
+    def action() -> int:
+        from dielast.cli.helpers import print_starter
+
+        return print_starter(kind)
+
+    _exit_with(action)
+
+
+@app.command()
+def validate(recipes: Annotated[list[Path], typer.Argument(metavar="RECIPE...", help="Recipes, or material files.")]) -> None:
+    """Check recipes without running them."""
+
+    def action() -> int:
+        from dielast.cli.helpers import validate_files
+
+        return validate_files(recipes)
+
+    _exit_with(action)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of recipes, for editors."""
+
+    def action() -> int:
+        from dielast.cli.helpers import print_schema
+
+        return print_schema()
+
+    _exit_with(action)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from dielast._version import __version__
+
+        typer.echo(f"dielast {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _main(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
+    pass

@@ -1,0 +1,109 @@
+"""Run one recipe: check, compute, write, compare, tell."""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from dielast.errors import DielastWarning, InputError
+from dielast.files import Inputs, depfile, write_files
+from dielast.recipe.models import RecipeBase
+from dielast.recipe.validate import read_recipe
+
+GOLDEN_MISMATCH = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """The options of a run, as the command line gives them."""
+
+    out: Path | None = None
+    plots: Sequence[str] = ("png",)
+    overrides: Sequence[str] = ()
+    golden: Path | None = None
+    rtol: float = 1e-6
+    depfile: Path | None = None
+    jobs: int = 1
+    json: bool = False
+    quiet: bool = False
+
+
+def run(kind: str, path: Path, options: Options) -> int:
+    """Run the recipe in `path`, write its results, and return the exit code; raises `InputError` and `NumericsError`."""
+    recipe = read_recipe(path, kind, options.overrides)
+    out = options.out or Path(path.stem)
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out}: is a file, a folder for the results is needed (see --out)")
+    files, summary, inputs, caught = compute(kind, recipe, path, options.plots)
+    for message in caught:
+        print(f"warning: {message}", file=sys.stderr)
+    write_files(out, files)
+    if options.depfile is not None:
+        rule = depfile([out / name for name in files], [path, *inputs.paths])
+        write_files(options.depfile.parent, {options.depfile.name: rule.encode()})
+    if options.json:
+        print(json.dumps(summary, indent=2))
+    elif not options.quiet:
+        _tell(summary, out)
+    return _compare(files, options) if options.golden is not None else 0
+
+
+def compute(
+    kind: str, recipe: RecipeBase, path: Path, plots: Sequence[str]
+) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
+    """Every file of the result (name -> bytes), its summary, what was read, and the warnings on the way."""
+    from dielast.workflow.report import contents, summarise
+
+    inputs = Inputs(path.parent)
+    with warnings.catch_warnings(record=True) as record:
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("always", DielastWarning)
+        report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(recipe, inputs)
+    caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
+    summary = summarise(kind, report, inputs, path.name, caught)
+    return contents(kind, report, summary, plots), summary, inputs, caught
+
+
+def _compare(files: Mapping[str, bytes], options: Options) -> int:
+    from dielast.workflow.golden import differences
+
+    assert options.golden is not None
+    lines = differences(files, options.golden, options.rtol)
+    for line in lines:
+        print(line, file=sys.stderr)
+    if lines:
+        count = "1 difference" if len(lines) == 1 else f"{len(lines)} differences"
+        print(f"{count} from {options.golden} beyond a relative {options.rtol:g}", file=sys.stderr)
+    return GOLDEN_MISMATCH if lines else 0
+
+
+def _tell(summary: Mapping[str, Any], out: Path) -> None:
+    """The headline numbers: a table on a terminal, plain lines elsewhere."""
+    rows = [
+        (section, key, _shown(value))
+        for section, values in summary.items()
+        if isinstance(values, Mapping)
+        for key, value in values.items()
+        if value != []
+    ]
+    if sys.stdout.isatty():
+        from rich.console import Console
+        from rich.table import Table
+
+        table = Table(title=f"{summary['kind']} -> {out}", title_justify="left", show_header=False)
+        for section, key, value in rows:
+            table.add_row(section, key, value)
+        Console().print(table)
+    else:
+        for section, key, value in rows:
+            print(f"{section}.{key} = {value}")
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else ", ".join(map(_shown, value)) if isinstance(value, list) else str(value)

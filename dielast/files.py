@@ -1,0 +1,127 @@
+"""Files read and written: inputs remembered with their SHA-256, outputs that appear whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import re
+from collections.abc import Iterable, Mapping
+from importlib import resources
+from pathlib import Path
+
+from dielast.errors import InputError
+
+EXAMPLE = "example:"
+_TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.part")
+
+
+class Inputs:
+    """Reads every input of a run once, and remembers what was read."""
+
+    def __init__(self, folder: Path) -> None:
+        """Paths that are not absolute are taken relative to `folder`, the recipe's own."""
+        self.folder = folder
+        self._digests: dict[str, str] = {}
+        self._paths: list[Path] = []
+
+    def read(self, name: str | Path) -> bytes:
+        """The bytes of a file, or of an example that ships with dielast (`example:NAME`).
+
+        Raises `InputError` if it cannot be read.
+        """
+        path = resolve(self.folder, name)
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise InputError(f"{name}: {unreadable(path, error)}") from None
+        self._digests[str(name)] = hashlib.sha256(content).hexdigest()
+        if path not in self._paths:
+            self._paths.append(path)
+        return content
+
+    @property
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of each file read, by the name the recipe gives it, in the order of reading."""
+        return dict(self._digests)
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """Every file read, in the order of reading."""
+        return tuple(self._paths)
+
+
+def resolve(folder: Path, name: str | Path) -> Path:
+    """The path that `name` means in a recipe that lies in `folder`."""
+    text = str(name)
+    if text.startswith(EXAMPLE):
+        root = Path(str(resources.files("dielast") / "examples"))
+        path = root / text.removeprefix(EXAMPLE)
+        if not path.resolve().is_relative_to(root.resolve()) or not path.exists():
+            known = ", ".join(f"{EXAMPLE}{entry.name}" for entry in sorted(root.iterdir()))
+            raise InputError(f"{text}: no such example; there are {known}")
+        return path
+    return folder / text
+
+
+def unreadable(path: Path, error: OSError) -> str:
+    """Why `path` could not be read, in a few words."""
+    if path.is_dir():
+        return "is a folder, a file is needed"
+    return "no such file" if isinstance(error, FileNotFoundError) else (error.strerror or "cannot be read").lower()
+
+
+def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
+    """Write `contents` (name -> bytes) into `folder`, each file whole or not at all.
+
+    All files are first written beside their targets, then moved into place together: a full disk leaves an older result as it
+    was. Raises `InputError` if the folder cannot be made or written to.
+    """
+    parts: list[tuple[Path, Path]] = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _sweep(folder)
+        for name, content in contents.items():
+            part = folder / f".{name}.{os.getpid()}.part"
+            parts.append((part, folder / name))
+            part.write_bytes(content)
+        for part, target in parts:
+            os.replace(part, target)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot write here: {(error.strerror or str(error)).lower()}") from None
+    finally:
+        for part, _ in parts:
+            part.unlink(missing_ok=True)
+
+
+def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:
+    """A make rule by which every target depends on every dependency; a dependency that vanishes is no error to make."""
+    needed = [_make_name(path) for path in dependencies]
+    rule = " ".join(_make_name(path) for path in targets) + ": " + " \\\n  ".join(needed) + "\n"
+    return rule + "".join(f"\n{name}:\n" for name in needed)
+
+
+def _make_name(path: Path) -> str:
+    shown = os.path.relpath(path)
+    if shown.startswith(".."):
+        shown = str(path if path.is_absolute() else shown)
+    return shown.replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ")
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what a killed run left behind; a run that is still alive keeps its files."""
+    for entry in folder.iterdir():
+        match = _TEMPORARY.fullmatch(entry.name)
+        if match and not _alive(int(match["process"])):
+            with contextlib.suppress(OSError):
+                entry.unlink()
+
+
+def _alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return process != os.getpid()

@@ -1,0 +1,236 @@
+"""Adaptive integration of many independent cases at once, each with its own time and its own step.
+
+The stepper knows neither the equations nor the method's insides: a `System` linearises itself, a `Rosenbrock` table says how the
+stages combine, and an `Observer` sees every accepted step with its dense output, to record it or to stop cases at an event.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.rosenbrock import RODAS5P, Rosenbrock
+
+Floats = NDArray[np.float64]
+Cases = NDArray[np.intp]
+
+POOL = 128  # cases that advance together: enough to hide the interpreter, few enough for the cache
+SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
+LEAST_STEP = 1e-24  # of the duration; a step this short means that the solution has ceased to exist
+MOST_STEPS = 100_000
+
+
+class Status(IntEnum):
+    """How the integration of one case ended."""
+
+    COMPLETED = 0
+    STOPPED = 1
+    STEP_VANISHED = 2
+    TOO_MANY_STEPS = 3
+
+
+class Linearised(Protocol):
+    """The linear system of one step."""
+
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
+        """u_i (rows, cases) of the stage at `time` and `state`; `history` is sum c_ij u_j, None in the first stage."""
+
+
+class System(Protocol):
+    """Differential-algebraic equations of index 1 for states of shape (rows, cases); cases never mix."""
+
+    def take(self, cases: Cases) -> Self:
+        """The same for some of the cases."""
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
+        """The linear system at the start of a step (cases,)."""
+
+    def error(self, state: Floats, increment: Floats) -> Floats:
+        """The relative error (cases,) that an `increment` to a `state` amounts to."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stride:
+    """One step of a pool of cases: `cases` says which, `accepted` which of them count; `time` and `step` are of shape (pool,).
+
+    `before` and `after` are states (rows, pool), `increments` (stages, rows, pool). A case may stand in two columns, alike in both.
+    """
+
+    system: System
+    method: Rosenbrock
+    cases: Cases
+    accepted: NDArray[np.bool_]
+    time: Floats
+    step: Floats
+    before: Floats
+    after: Floats
+    increments: Floats
+
+    def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:
+        """States (rows, k) of the columns (k,) at these fractions (k,) of their steps, from the method's dense output."""
+        k1, k2, k3 = np.einsum("is,srk->irk", self.method.dense, self.increments[:, rows, columns])
+        rest = 1 - fraction
+        inner = self.after[rows, columns] + rest * (k1 + fraction * (k2 + fraction * k3))
+        return np.asarray(rest * self.before[rows, columns] + fraction * inner)
+
+
+class Observer(Protocol):
+    """Sees every step."""
+
+    def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
+        """Columns (pool,) whose case ends at `stride.after`, or None for none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Integration:
+    """How far each case came: `state` (rows, cases), `time`, `status`, and the numbers of `steps` and `rejected` ones (cases,)."""
+
+    state: Floats
+    time: Floats
+    status: NDArray[np.intp]
+    steps: NDArray[np.intp]
+    rejected: NDArray[np.intp]
+
+
+def integrate(
+    system: System,
+    state: Floats,
+    duration: Floats,
+    *,
+    rtol: float,
+    observe: Observer | None = None,
+    method: Rosenbrock = RODAS5P,
+    pool: int = POOL,
+) -> Integration:
+    """Integrate from a consistent `state` (rows, cases) at time 0 over a `duration` (cases,), local errors kept below `rtol`.
+
+    A case whose duration is 0 stays where it is. No case ever raises: `status` tells the ones that did not get through.
+    """
+    result = Integration(
+        state.copy(), np.zeros_like(duration), *(np.zeros(duration.size, dtype=np.intp) for _ in ("status", "steps", "rejected"))
+    )
+    waiting = np.flatnonzero(duration > 0)
+    with np.errstate(all="ignore"):  # what is not finite rejects its step
+        _Pool(system, duration, rtol, observe, method, result).run(waiting, pool)
+    return result
+
+
+class _Pool:
+    """The cases that advance together. Columns that have finished are replaced by waiting cases, or dropped."""
+
+    def __init__(
+        self, system: System, duration: Floats, rtol: float, observe: Observer | None, method: Rosenbrock, result: Integration
+    ) -> None:
+        self.whole, self.durations, self.rtol, self.observe, self.method, self.result = system, duration, rtol, observe, method, result
+        self.exponent = 1 / method.order
+        self.cases = np.zeros(0, dtype=np.intp)
+        self.active = np.zeros(0, dtype=bool)
+        self.state = result.state[:, :0]
+        self.scalars = np.zeros((5, 0))  # time, its rounding error, step to try, last step, last error
+
+    def run(self, waiting: Cases, size: int) -> None:
+        """Advance until all cases have ended."""
+        while waiting.size or self.active.any():
+            running = int(np.count_nonzero(self.active))
+            room = size - running
+            if (waiting.size and room >= size // 8) or (not waiting.size and running <= 0.75 * self.active.size > 2):
+                self._refill(waiting[:room])
+                waiting = waiting[room:]
+            self._advance()
+
+    def _refill(self, fresh: Cases) -> None:
+        """Drop what has ended and take in `fresh` cases."""
+        keep = np.flatnonzero(self.active)
+        start = self.result.state[:, fresh]
+        entering = np.zeros((5, fresh.size))
+        if fresh.size:
+            entering[2] = self._first_step(self.whole.take(fresh), start, self.durations[fresh])
+        self.cases = np.concatenate((self.cases[keep], fresh))
+        self.state = np.concatenate((self.state[:, keep], start), axis=1)
+        self.scalars = np.concatenate((self.scalars[:, keep], entering), axis=1)
+        if self.cases.size == 1:  # sums over a lone column round differently: a case must not depend on its company
+            self.cases, self.state, self.scalars = (np.repeat(x, 2, axis=-1) for x in (self.cases, self.state, self.scalars))
+        self.active = np.ones(self.cases.size, dtype=bool)
+        self.system = self.whole.take(self.cases)
+        self.duration = self.durations[self.cases]
+        self.increments = np.empty((self.method.stages, *self.state.shape))
+
+    def _first_step(self, system: System, state: Floats, duration: Floats) -> Floats:
+        """A step that the present rates move by about the size the tolerance will allow."""
+        probe = 1e-18 * duration
+        gamma = self.method.gamma
+        moved = system.linearise(np.zeros_like(duration), state, probe, gamma).increment(np.zeros_like(duration), state, None, gamma)
+        rate = system.error(state, moved) / (gamma * probe)
+        step = 0.5 * self.rtol**self.exponent / rate
+        return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
+
+    def _advance(self) -> None:
+        """Try one step in every column and keep those that are accurate enough."""
+        time, low, wanted, last_step, last_error = self.scalars
+        left = (self.duration - time) - low
+        step = np.where(wanted >= 0.99 * left, left, np.minimum(wanted, 0.5 * left))
+        after = self._stages(time, step)
+        error = self.system.error(after, self.increments[-1]) / self.rtol
+        error = np.where(np.isfinite(error), np.maximum(error, 1e-6), np.inf)
+        accepted = (error <= 1) & self.active
+        if self.observe is not None:
+            stop = self.observe(
+                Stride(self.system, self.method, self.cases, accepted, time, step, self.state, after, self.increments)
+            )
+        else:
+            stop = None
+        factor = SAFETY * error**-self.exponent
+        # Gustafsson's predictive controller: where errors grow or shrink steadily, expect them to go on so
+        trend = factor * (step / last_step) * (last_error / error) ** self.exponent
+        factor = np.where(accepted, np.minimum(np.where(last_step > 0, np.minimum(factor, trend), factor), GROW), np.minimum(factor, SAFETY))
+        finished = accepted & (step >= left)
+        total = time + step
+        shift = total - time
+        low = low + (time - (total - shift)) + (step - shift)
+        self.state = np.where(accepted, after, self.state)
+        moved = np.array((total, low, step * np.maximum(factor, SHRINK), step, np.maximum(error, 1e-2)))
+        kept = self.scalars.copy()
+        kept[2] = moved[2]
+        self.scalars = np.where(accepted, moved, kept)
+        self._settle(accepted, finished, stop)
+
+    def _stages(self, time: Floats, step: Floats) -> Floats:
+        """All increments of a step; returns the new state."""
+        method, increments, state = self.method, self.increments, self.state
+        system = self.system.linearise(time, state, step, method.gamma)
+        increments[0] = system.increment(time, state, None, method.gamma_i[0])
+        stage = state
+        for i in range(1, method.stages):
+            if method.adds_last[i]:
+                stage = stage + increments[i - 1]
+                history = np.einsum("s,srm->rm", method.c[i, :i], increments[:i])
+            else:
+                stage, history = np.einsum("bs,srm->brm", method.ac[i][:, :i], increments[:i])
+                stage += state
+            increments[i] = system.increment(time + method.alpha[i] * step, stage, history, method.gamma_i[i])
+        return np.asarray(stage + increments[-1])
+
+    def _settle(self, accepted: NDArray[np.bool_], finished: NDArray[np.bool_], stop: NDArray[np.bool_] | None) -> None:
+        """Book the step, and retire the columns that have ended."""
+        result, cases = self.result, self.cases
+        result.steps[cases[accepted]] += 1
+        result.rejected[cases[self.active & ~accepted]] += 1
+        vanished = self.active & ~finished & (self.scalars[2] < LEAST_STEP * self.duration)
+        endless = self.active & (result.steps[cases] + result.rejected[cases] >= MOST_STEPS)
+        ended = finished | vanished | endless
+        if stop is not None:
+            ended |= stop & accepted
+        if not ended.any():
+            return
+        for condition, status in ((endless, Status.TOO_MANY_STEPS), (vanished, Status.STEP_VANISHED), (finished, Status.COMPLETED)):
+            result.status[cases[condition]] = status
+        if stop is not None:
+            result.status[cases[stop & accepted]] = Status.STOPPED
+        result.state[:, cases[ended]] = self.state[:, ended]
+        result.time[cases[ended]] = np.where(finished, self.duration, self.scalars[0])[ended]
+        self.active = self.active & ~ended
+        self.scalars[:2, ended] = 0.0  # a parked column steps on from here to nowhere, unseen

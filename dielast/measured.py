@@ -1,0 +1,253 @@
+"""Tables as laboratories have them: any separator, decimal mark, encoding, header rows and units, sniffed unless stated.
+
+`read_measured` finds the shape of a text table and keeps its cells; `MeasuredTable.column` turns one column into numbers in SI,
+naming the line of whatever is not a number. Units come from the header (`name [unit]`, `name (unit)`, `name / unit`), from a row
+of units below the names, or from the recipe; they are never guessed.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import difflib
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.table import split_header
+from dielast.units import Dimension, conversion, is_unit
+
+SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}
+_SNIFFED_LINES = 200
+_NUMBER = {
+    ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class TextFormat:
+    """How a table is written, as far as the recipe says; None is sniffed."""
+
+    separator: str | None = None
+    decimal: str | None = None
+    encoding: str | None = None
+    skip_rows: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredTable:
+    """The cells of a table as text: a list of rows for each of `names`; `lines` holds each row's line in the file (from 1)."""
+
+    source: str
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    cells: tuple[list[str], ...]
+    lines: NDArray[np.int64]
+    decimal: str
+    stated_units: Mapping[str, str] = field(default_factory=dict)
+
+    def find(self, wanted: str | int, role: str) -> int:
+        """Index of the column called `wanted` (its whole header or its name without unit; a number counts columns from 1)."""
+        if isinstance(wanted, int):
+            if 1 <= wanted <= len(self.names):
+                return wanted - 1
+            raise InputError(f"{self.source}: column {wanted} is wanted for {role}, but there are {len(self.names)} columns")
+        headers = [name if unit is None else f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True)]
+        for spelling in (headers, list(self.names)):
+            matches = [index for index, text in enumerate(spelling) if _plain(text) == _plain(wanted)]
+            if len(matches) > 1:
+                raise InputError(f'{self.source}: column "{wanted}" for {role} stands there {len(matches)} times')
+            if matches:
+                return matches[0]
+        by_name = [index for index, name in enumerate(self.names) if _plain(name) == _plain(split_header(wanted)[0])]
+        if len(by_name) == 1 and self.units[by_name[0]] is None:
+            return by_name[0]
+        near = difflib.get_close_matches(wanted, headers, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in headers)
+        raise InputError(f'{self.source}: no column "{wanted}" for {role}; {hint}')
+
+    def column(self, wanted: str | int, role: str, dimension: Dimension) -> NDArray[np.float64]:
+        """The column in `dimension.unit`, shape (rows,).
+
+        Raises `InputError` naming the line for text, empty cells and NaN, or the column for missing, contradicting and wrong units.
+        """
+        index = self.find(wanted, role)
+        scale, offset = self._conversion(index, wanted, role, dimension)
+        return _numbers(self, index, self.names[index]) * scale + offset
+
+    def _conversion(self, index: int, wanted: str | int, role: str, dimension: Dimension) -> tuple[float, float]:
+        name, in_header = self.names[index], self.units[index]
+        in_mapping = split_header(wanted)[1] if isinstance(wanted, str) and in_header is None else None
+        stated = self.stated_units.get(role, in_mapping)
+        here = f'{self.source}: column "{name}"'
+        if in_header is not None and stated is not None and _plain(stated) != _plain(in_header):
+            raise InputError(f"{here}: the header says [{in_header}], the recipe's units say [{stated}]; leave one out")
+        unit = in_header if in_header is not None else stated
+        if unit is None:
+            if dimension.unit == "1":
+                return 1.0, 0.0
+            needed = dimension.unit
+            raise InputError(f'{here} has no unit: call it "{name} [{needed}]" or say units = {{ {role} = "{needed}" }}')
+        try:
+            return conversion(unit, dimension)
+        except InputError as error:
+            raise InputError(f"{here} [{unit}]: {error}") from None
+
+
+def read_measured(
+    content: bytes, source: str, form: TextFormat | None = None, units: Mapping[str, str] | None = None
+) -> MeasuredTable:
+    """The table in the bytes `content` of the file called `source`; `units` states units by role where the header does not.
+
+    Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
+    """
+    form = form or TextFormat()
+    text = _decode(content, source, form.encoding)
+    numbered = list(enumerate(text.split("\n"), start=1))[form.skip_rows :]
+    filled = [(number, line.rstrip("\r")) for number, line in numbered if line.strip(" \t\r;,")]
+    if not filled:
+        raise InputError(f"{source}: the file is empty" + (f" after skip_rows = {form.skip_rows}" if text.strip() else ""))
+    separator, decimal = _sniff(source, [line for _, line in filled], form)
+    rows = [_split(line, separator) for _, line in filled]
+    width = _modal_width(rows, decimal)
+    first = _first_data_row(rows, width, decimal)
+    if first is None:
+        shown = SEPARATORS.get(separator, separator)
+        raise InputError(f'{source}: no row of numbers found (separator {shown}, decimal mark "{decimal}")')
+    names, in_header = _header(rows[:first], width)
+    lines = [number for number, _ in filled[first:]]
+    data = rows[first:]
+    for line, row in zip(lines, data, strict=True):
+        if _width(row) > len(names):
+            raise InputError(f"{source}: line {line}: {_width(row)} cells, but the table has {len(names)} columns")
+        row[len(names) :] = [""] * (len(names) - len(row))
+    cells = tuple(list(column) for column in zip(*data, strict=True))
+    return MeasuredTable(source, names, in_header, cells, np.array(lines), decimal, dict(units or {}))
+
+
+def _decode(content: bytes, source: str, encoding: str | None) -> str:
+    if encoding is None:
+        if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            encoding = "utf-16"
+        else:
+            try:
+                return content.decode("utf-8-sig")
+            except UnicodeDecodeError:
+                encoding = "latin-1"
+    try:
+        text = content.decode(encoding).lstrip("\ufeff")
+    except LookupError:
+        raise InputError(f'{source}: unknown encoding "{encoding}", such as "utf-8" or "latin-1" is needed') from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{source}: byte {error.start} is not {encoding} text") from None
+    if "\x00" in text:
+        raise InputError(f"{source}: not a text table (it holds NUL characters)")
+    return text
+
+
+def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, str]:
+    """The separator and decimal mark under which most cells of the last lines read are numbers."""
+    sample = lines[:_SNIFFED_LINES]
+    best, best_score = (form.separator or ",", form.decimal or "."), 0.0
+    for separator in [form.separator] if form.separator else SEPARATORS:
+        rows = [_split(line, separator) for line in sample]
+        for decimal in [form.decimal] if form.decimal else (".", ","):
+            if separator == decimal:
+                continue
+            width = _modal_width(rows, decimal)
+            if width < 2 and form.separator is None:
+                continue
+            fitting = [row for row in rows if _width(row) == width]
+            numeric = sum(_is_number(cell, decimal) for row in fitting for cell in row)
+            # each row counts by its share of numbers, so that splitting numbers at their decimal mark gains nothing
+            score = numeric / width * len(fitting) / len(rows)
+            if score > best_score * 1.001:
+                best, best_score = (separator, decimal), score
+    if best_score == 0.0 and form.separator is None:
+        raise InputError(f"{source}: no columns of numbers found; state separator and decimal if they are unusual")
+    return best
+
+
+def _split(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    if '"' in line:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    return [cell.strip() for cell in line.split(separator)]
+
+
+def _width(row: Sequence[str]) -> int:
+    """Cells in a row, not counting empty ones at its end."""
+    width = len(row)
+    while width and not row[width - 1]:
+        width -= 1
+    return width
+
+
+def _modal_width(rows: Sequence[Sequence[str]], decimal: str) -> int:
+    widths = Counter(_width(row) for row in rows if any(_is_number(cell, decimal) for cell in row))
+    return max(widths, key=lambda width: widths[width]) if widths else 0
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    return _NUMBER[decimal].fullmatch(cell) is not None
+
+
+def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> int | None:
+    for index, row in enumerate(rows):
+        numeric = sum(_is_number(cell, decimal) for cell in row)
+        if width and _width(row) == width and 2 * numeric >= width:
+            return index
+    return None
+
+
+def _header(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
+    """Names and units of the columns from the rows above the data: a row of names, perhaps a row of units below it."""
+    tables = [row for row in above if _width(row) > 1 or width == 1]
+    if not tables:
+        return tuple(str(number) for number in range(1, width + 1)), (None,) * width
+    names, below = tables[-1], []
+    if len(tables) > 1 and all(is_unit(cell.strip("[]()")) for cell in names):
+        names, below = tables[-2], [cell.strip("[]()") for cell in names]
+    columns = max(width, _width(names))
+    split = [split_header(name.lstrip("# ")) for name in _padded(names, columns)]
+    # an empty cell in the row of units says nothing; a dash says that there is no unit
+    units = tuple(
+        unit if unit is not None else cell or None for (_, unit), cell in zip(split, _padded(below, columns), strict=True)
+    )
+    return tuple(name for name, _ in split), units
+
+
+def _padded(row: Sequence[str], columns: int) -> list[str]:
+    return [*row[:columns], *[""] * (columns - len(row))]
+
+
+def _numbers(table: MeasuredTable, index: int, name: str) -> NDArray[np.float64]:
+    cells = table.cells[index]
+    plain = [cell.replace(",", ".") for cell in cells] if table.decimal == "," else cells
+    values = np.array([_number(cell) for cell in plain])
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if wrong.size:
+        first = int(wrong[0])
+        what = f'"{cells[first]}" is not a finite number' if cells[first] else "the cell is empty"
+        more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
+        raise InputError(f'{table.source}: line {table.lines[first]}: column "{name}": {what}{more}')
+    return values
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return math.nan
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"[\s_]+", " ", text).strip().casefold()

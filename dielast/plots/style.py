@@ -1,0 +1,93 @@
+"""One style for all figures, and rendering to bytes that do not change between runs."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
+
+# Okabe and Ito's colours, ordered so that neighbours differ in lightness too: distinct for the colour-blind and in grey
+COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
+LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+COLUMN_WIDTH = 3.4  # inches, one column of a journal page
+
+STYLE: Any = {
+    "font.size": 8,
+    "font.family": "DejaVu Sans",
+    "mathtext.fontset": "dejavusans",
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "axes.linewidth": 0.7,
+    "axes.unicode_minus": True,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 3.5,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.minor.visible": True,
+    "ytick.minor.visible": True,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "savefig.dpi": 200,
+    # reproducible element names
+    "svg.hashsalt": "dielast",
+    "svg.fonttype": "path",
+    "pdf.fonttype": 42,
+}
+
+
+def panels(count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7) -> tuple[Figure, list[Axes]]:
+    """A figure with `count` panels in a row; call within `mpl.rc_context(STYLE)`."""
+    figure = Figure(figsize=(COLUMN_WIDTH * count, height + (0.2 if title else 0)), layout="constrained")
+    axes = figure.subplots(1, count, squeeze=False, width_ratios=widths)[0]
+    if title:
+        figure.suptitle(title, fontsize=8)
+    return figure, list(axes)
+
+
+def log_axis(axes: Axes, which: str) -> None:
+    """A decimal-log axis whose major ticks stay apart over many decades, with minor ticks as far as they fit."""
+    scale, axis = (axes.set_xscale, axes.xaxis) if which == "x" else (axes.set_yscale, axes.yaxis)
+    scale("log")
+    low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
+    decades = float(np.log10(high / low)) if low > 0 and high > low else 1.0
+    if decades > 7:
+        axis.set_major_locator(LogLocator(base=10 ** int(np.ceil(decades / 7)), numticks=20))
+        axis.set_minor_locator(LogLocator(base=10, numticks=60))
+    else:
+        axis.set_minor_locator(LogLocator(base=10, subs=tuple(np.arange(2, 10) / 10), numticks=60))
+    if decades >= 1.5:
+        axis.set_minor_formatter(NullFormatter())
+
+
+def spread(position: NDArray[np.float64], count: int = 60) -> NDArray[np.intp]:
+    """Indices of at most `count` points, evenly spread over `position`: dense sampling must not bury what lies below."""
+    if position.size <= count:
+        return np.arange(position.size)
+    order = np.argsort(position, kind="stable")
+    wanted = np.linspace(position[order[0]], position[order[-1]], count)
+    return np.unique(order[np.searchsorted(position[order], wanted).clip(0, position.size - 1)])
+
+
+def render(figure: Figure, form: str) -> bytes:
+    """The figure as png, svg or pdf, without dates, versions or random names."""
+    metadata: dict[str, dict[str, Any]] = {
+        "png": {"Software": None},
+        "svg": {"Date": None, "Creator": None},
+        "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+    }
+    buffer = io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(buffer, format=form, metadata=metadata[form])
+    return buffer.getvalue()

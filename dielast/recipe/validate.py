@@ -1,0 +1,162 @@
+"""From TOML text to a checked model, with every mistake in one line: file, key, what is wrong, what is needed."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from dielast.errors import InputError
+from dielast.files import unreadable
+from dielast.recipe.models import RECIPES, RecipeBase
+
+Model = TypeVar("Model", bound=BaseModel)
+_PLAIN = {
+    "missing": "is needed",
+    "float_type": "a bare number is needed",
+    "int_type": "a whole number is needed",
+    "int_from_float": "a whole number is needed",
+    "string_type": "text is needed",
+    "bool_type": "true or false is needed",
+    "list_type": "a list is needed",
+    "dict_type": "a table of keys is needed",
+    "model_type": "a table of keys is needed",
+    "finite_number": "a finite number is needed",
+    "greater_than": "a number above {gt:g} is needed",
+    "greater_than_equal": "at least {ge:g} is needed",
+    "less_than": "a number below {lt:g} is needed",
+    "less_than_equal": "at most {le:g} is needed",
+    "string_too_short": "at least {min_length} character is needed",
+    "string_too_long": "at most {max_length} character is allowed",
+    "too_short": "at least {min_length} entry is needed",
+    "literal_error": "one of {expected} is needed",
+}
+
+
+def read_recipe(path: Path, kind: str | None = None, overrides: Sequence[str] = ()) -> RecipeBase:
+    """The recipe in the file `path`, of the given `kind` if one is given, with `overrides` such as `step.0.rate='0.1 /s'` applied.
+
+    Raises `InputError` with a line for every mistake.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: {unreadable(path, error)}") from None
+    values = parse_toml(content, str(path))
+    for override in overrides:
+        _apply(values, override)
+    stated = values.get("kind")
+    if stated not in RECIPES:
+        known = ", ".join(RECIPES)
+        near = difflib.get_close_matches(str(stated), RECIPES, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else f"one of {known} is needed"
+        raise InputError(f'{path}: kind: "{stated}": {hint}' if stated is not None else f"{path}: kind: is needed: one of {known}")
+    if kind is not None and stated != kind:
+        raise InputError(f'{path}: kind: this is a "{stated}" recipe: run it with "dielast {stated}"')
+    return check(RECIPES[stated], values, str(path), folder=path.parent)
+
+
+def parse_toml(content: bytes, source: str) -> dict[str, Any]:
+    """The TOML text `content`; raises `InputError` naming `source` and the line."""
+    try:
+        return tomllib.loads(content.decode())
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise InputError(f"{source}: line {line}: not UTF-8 text") from None
+    except tomllib.TOMLDecodeError as error:
+        where = re.search(r"\(at (?:line (\d+), column \d+|end of document)\)", str(error))
+        line = int(where[1]) if where and where[1] else content.count(b"\n") + 1
+        what = str(error).split(" (at ")[0]
+        raise InputError(f"{source}: line {line}: not TOML: {what[0].lower()}{what[1:]}") from None
+    except RecursionError:
+        raise InputError(f"{source}: not TOML: nested too deeply") from None
+
+
+def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model:
+    """`values` as a `model`; paths are relative to `folder`. Raises `InputError` with a line for every mistake."""
+    try:
+        return model.model_validate(values, context={"folder": folder})
+    except ValidationError as error:
+        lines = dict.fromkeys(f"{source}: {line}" for line in _lines(model, error))
+        raise InputError(*lines) from None
+
+
+def _lines(model: type[BaseModel], error: ValidationError) -> list[str]:
+    lines = []
+    for problem in error.errors(include_url=False):
+        keys = problem["loc"]
+        where = _path(keys)
+        prefix = f"{where}: " if where else ""
+        context = problem.get("ctx", {})
+        if problem["type"] == "extra_forbidden":
+            lines.append(f"{prefix}unknown key; {_nearest(_owner(model, keys), str(keys[-1]))}")
+        elif problem["type"] == "value_error":
+            lines.append(prefix + str(context["error"]))
+        else:
+            needed = _PLAIN.get(problem["type"], problem["msg"]).format(**context)
+            shown = "" if problem["type"] == "missing" else f"{_shown(problem['input'])}: "
+            lines.append(prefix + shown + needed)
+    return lines
+
+
+def _owner(model: type[BaseModel], keys: Sequence[int | str]) -> type[BaseModel]:
+    for key in keys[:-1]:
+        if isinstance(key, str) and key in model.model_fields:
+            inner = _models(model.model_fields[key].annotation)
+            model = inner[0] if inner else model
+    return model
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    """The models within an annotation, through Optional, unions, lists and Annotated."""
+    if isinstance(annotation, type) and not isinstance(annotation, types.GenericAlias) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for inner in typing.get_args(annotation) for model in _models(inner)]
+
+
+def _nearest(model: type[BaseModel], key: str) -> str:
+    near = difflib.get_close_matches(key, model.model_fields, n=1, cutoff=0.5)
+    return f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(model.model_fields)
+
+
+def _path(keys: Sequence[int | str]) -> str:
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).lstrip(".")
+
+
+def _shown(value: Any) -> str:
+    text = f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _apply(values: dict[str, Any], override: str) -> None:
+    """Set one key of the recipe from `PATH=VALUE`; VALUE is TOML, or else text."""
+    path, sign, text = override.partition("=")
+    keys = path.strip().split(".")
+    if not sign or not all(keys):
+        raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
+    try:
+        value = tomllib.loads(f"value = {text.strip()}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        value = text.strip()
+    target: Any = values
+    for depth, key in enumerate(keys):
+        last = depth == len(keys) - 1
+        if isinstance(target, list):
+            if not key.isdecimal() or int(key) >= len(target):
+                raise InputError(f"--set {override}: {'.'.join(keys[:depth])} has entries 0 to {len(target) - 1}")
+            if last:
+                target[int(key)] = value
+            target = target[int(key)]
+        elif isinstance(target, dict):
+            if last:
+                target[key] = value
+            target = target.setdefault(key, {})
+        else:
+            raise InputError(f"--set {override}: {'.'.join(keys[:depth])} is not a table")

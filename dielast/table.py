@@ -1,0 +1,106 @@
+"""Tables: named columns with units, written as CSV with 9 significant digits."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Column:
+    """One column: `name`, `unit` (None for text and counts) and `values` (n,), numbers or text; NaN is an empty cell."""
+
+    name: str
+    unit: str | None
+    values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]
+
+    @property
+    def header(self) -> str:
+        """The header cell, `name [unit]`."""
+        return self.name if self.unit is None else f"{self.name} [{self.unit}]"
+
+
+Table = Sequence[Column]
+
+
+def split_header(header: str) -> tuple[str, str | None]:
+    """(name, unit) of a header cell written `name [unit]`, `name (unit)` or `name / unit`; the unit is None where it says none."""
+    match = _HEADER.fullmatch(header.strip())
+    if match is None or not match["name"]:
+        return header.strip(), None
+    return match["name"], next(unit for unit in (match["square"], match["round"], match["slash"]) if unit is not None).strip()
+
+
+def to_frame(table: Table) -> pd.DataFrame:
+    """The table as a pandas data frame, for a notebook; columns are called as in the CSV."""
+    import pandas as pd
+
+    return pd.DataFrame({column.header: column.values for column in table})
+
+
+def to_csv(table: Table) -> bytes:
+    """The table as CSV: UTF-8, LF, comma, 9 significant digits. Raises `ValueError` if columns differ in length."""
+    cells = [_cells(column.values) for column in table]
+    if len({len(column) for column in cells}) > 1:
+        raise ValueError("columns of one table differ in length")
+    lines = [",".join(_quoted(column.header) for column in table)]
+    lines += map(",".join, zip(*cells, strict=True))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _cells(values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]) -> list[str]:
+    if isinstance(values, np.ndarray) and values.dtype.kind == "f":
+        # adding zero turns -0 into 0
+        return ["" if text == "nan" else text for text in map("%.9g".__mod__, (values + 0.0).tolist())]
+    if isinstance(values, np.ndarray):
+        return [str(value) for value in values.tolist()]
+    return [_quoted(value) for value in values]
+
+
+def _quoted(text: str) -> str:
+    if any(mark in text for mark in ',"\n\r'):
+        return '"' + text.replace('"', '""') + '"'
+    return text
+
+
+def parse_csv(content: bytes, name: str) -> dict[str, list[str]]:
+    """The cells of a CSV that dielast wrote, by header; raises `InputError` if it is not one."""
+    import csv
+    import io
+
+    try:
+        rows = list(csv.reader(io.StringIO(content.decode()), strict=True))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{name}: not a table that dielast wrote: {error}") from None
+    if not rows or any(len(row) != len(rows[0]) for row in rows):
+        raise InputError(f"{name}: not a table that dielast wrote: rows differ in length")
+    return {header: [row[index] for row in rows[1:]] for index, header in enumerate(rows[0])}
+
+
+def number_columns(content: bytes, name: str, headers: Sequence[str]) -> list[NDArray[np.float64]]:
+    """The number columns `headers` of a CSV that dielast wrote; an empty cell is NaN. Raises `InputError` naming column and row."""
+    cells = parse_csv(content, name)
+    columns = []
+    for header in headers:
+        if header not in cells:
+            raise InputError(f'{name}: column "{header}" is missing')
+        values = np.empty(len(cells[header]))
+        for row, text in enumerate(cells[header]):
+            try:
+                values[row] = float(text) if text else np.nan
+            except ValueError:
+                raise InputError(f'{name}: row {row + 2}: column "{header}": "{text}" is not a number') from None
+        columns.append(values)
+    return columns

@@ -1,0 +1,168 @@
+"""Quantities with units, read into SI (temperatures into degC) through a small pint registry.
+
+The registry is our own short list rather than pint's full one, which takes longer to load than a simulation takes to run.
+Nothing is guessed: a bare number where a dimension is needed is an error, and so is a unit of another dimension.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from dielast.errors import InputError
+
+if TYPE_CHECKING:
+    import pint
+
+ZERO_CELSIUS = 273.15  # K
+
+DEFINITIONS = """
+pico- = 1e-12 = p-
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = μ- = u-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+meter = [length] = m = metre
+second = [time] = s = sec
+kilogram = [mass] = kg
+ampere = [current] = A
+kelvin = [temperature]; offset: 0 = K
+mole = [substance] = mol
+gram = 1e-3 * kilogram = g
+degree_Celsius = kelvin; offset: 273.15 = degC = °C = degreeC = celsius
+minute = 60 * second = min
+hour = 60 * minute = h = hr
+day = 24 * hour = d
+newton = kilogram * meter / second ** 2 = N
+pascal = newton / meter ** 2 = Pa
+bar = 1e5 * pascal = bar
+joule = newton * meter = J
+watt = joule / second = W
+volt = watt / ampere = V
+coulomb = ampere * second = coul
+farad = ampere * second / volt = F
+hertz = 1 / second = Hz
+radian = [] = rad
+percent = 0.01 = %
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """What a key or a column holds: its name in an error message, the unit it is kept in, and an example to follow."""
+
+    name: str
+    unit: str
+    example: str
+
+
+TIME = Dimension("a time", "s", "1.5 h")
+LENGTH = Dimension("a length", "m", "0.5 mm")
+TEMPERATURE = Dimension("a temperature", "degC", "20 degC")
+TEMPERATURE_DIFFERENCE = Dimension("a temperature difference", "K", "187.1 K")
+THERMAL_EXPANSION = Dimension("a thermal expansion coefficient", "1/K", "6e-4 /K")
+STRESS = Dimension("a stress or modulus", "Pa", "26 kPa")
+STRESS_RATE = Dimension("a stress rate", "Pa/s", "1 kPa/s")
+STRAIN = Dimension("a strain", "1", "1 %")
+STRAIN_RATE = Dimension("a strain rate", "1/s", "12.5 %/s")
+FORCE = Dimension("a force", "N", "0.17 N")
+FORCE_RATE = Dimension("a force rate", "N/s", "0.01 N/s")
+VOLTAGE = Dimension("a voltage", "V", "2.5 kV")
+VOLTAGE_RATE = Dimension("a voltage rate", "V/s", "0.25 kV/s")
+FIELD = Dimension("an electric field", "V/m", "48 MV/m")
+PERMITTIVITY = Dimension("a permittivity", "F/m", "3.98e-11 F/m")
+MOLAR_ENERGY = Dimension("a molar energy", "J/mol", "120 kJ/mol")
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
+# names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
+_NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
+_UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·.]\s*{_NAME}|\s+{_NAME})*")
+
+
+def parse(text: Any, dimension: Dimension) -> float:
+    """The quantity `text`, such as "2.5 kV", as a number in `dimension.unit`.
+
+    Raises `InputError` for a bare number, an unknown unit, a wrong dimension or a value that is not finite.
+    """
+    if not isinstance(text, str):
+        raise InputError(f"{_shown(text)}: {dimension.name} is needed with its unit, such as {_shown(dimension.example)}")
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise InputError(f"{_shown(text)}: {dimension.name} is needed, such as {_shown(dimension.example)}")
+    number, unit = match.groups()
+    if not unit:
+        raise InputError(f"{_shown(text)}: {dimension.name} is needed with its unit, such as {_shown(dimension.example)}")
+    try:
+        scale, offset = conversion(unit, dimension)
+    except InputError as error:
+        raise InputError(f"{_shown(text)}: {error}") from None
+    value = float(number) * scale + offset
+    if not math.isfinite(value):
+        raise InputError(f"{_shown(text)}: {dimension.name} that is finite is needed, such as {_shown(dimension.example)}")
+    return value
+
+
+@lru_cache(maxsize=256)
+def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
+    """(scale, offset) that take a number in `unit` into `dimension.unit`: converted = number * scale + offset."""
+    wanted = f"{dimension.name} is needed, such as {_shown(dimension.example)}"
+    if dimension is STRAIN and unit in ("", "-", "1"):
+        return 1.0, 0.0
+    if dimension is TEMPERATURE and unit == "C":  # instruments' headers; no charge is ever meant where a temperature is wanted
+        unit = "degC"
+    parsed = _parse_unit(unit)
+    if parsed is None:
+        raise InputError(f'unknown unit "{unit}"; {wanted}')
+    target = _parse_unit(dimension.unit)
+    if target is None or parsed.dimensionality != target.dimensionality:
+        raise InputError(wanted)
+    quantity = _registry().Quantity
+    if dimension is TEMPERATURE:
+        if str(parsed) == "degree_Celsius":
+            return 1.0, 0.0
+        return float(quantity(1.0, parsed).to("kelvin").magnitude), -ZERO_CELSIUS
+    if dimension is TEMPERATURE_DIFFERENCE and str(parsed) == "degree_Celsius":
+        return 1.0, 0.0
+    return float(quantity(1.0, parsed).to(target).magnitude), 0.0
+
+
+def is_unit(text: str) -> bool:
+    """Whether `text` is a unit that dielast knows, or a sign for none (as in a CSV's row of units)."""
+    return text.strip() in ("", "-", "1", "C") or _parse_unit(text.strip()) is not None
+
+
+@lru_cache(maxsize=256)
+def _parse_unit(unit: str) -> Any | None:
+    text = unit.strip()
+    if text == "1":
+        return _registry().Unit("")
+    if text.startswith("/"):
+        text = "1" + text
+    if len(text) > 40 or _UNIT.fullmatch(text) is None:
+        return None
+    text = re.sub(r"(?<=[A-Za-z])(?=-?[1-9])", "**", re.sub(r"[·]", "*", text)).replace("****", "**")
+    import pint
+
+    try:
+        return _registry().parse_units(text)
+    except (pint.PintError, ValueError, TypeError, AttributeError, KeyError):
+        return None
+
+
+@lru_cache(maxsize=1)
+def _registry() -> pint.UnitRegistry[float]:
+    import pint
+
+    return pint.UnitRegistry(DEFINITIONS.strip().splitlines(), autoconvert_offset_to_baseunit=True)
+
+
+def _shown(value: Any) -> str:
+    text = f'"{value}"' if isinstance(value, str) else str(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,185 @@
+"""`mastercurve`: relaxation tests at several temperatures -> master curve and shift factors."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+from dielast.errors import InputError
+from dielast.files import Inputs
+from dielast.measured import MeasuredTable, TextFormat, read_measured
+from dielast.recipe.models import MasterCurveRecipe, RelaxationData, TextTable
+from dielast.shift import WLF, Arrhenius
+from dielast.table import Column
+from dielast.units import STRAIN, STRESS, TEMPERATURE, TIME, ZERO_CELSIUS
+from dielast.workflow.report import Report
+
+Array = NDArray[np.float64]
+
+
+def run(recipe: MasterCurveRecipe, inputs: Inputs) -> Report:
+    """Read the tests, shift them, report."""
+    curves = read_curves(recipe.data, inputs)
+    shift = recipe.shift
+    result = build_master_curve(
+        curves,
+        reference_temperature=shift.reference_temperature,
+        law=shift.law,
+        vertical=shift.vertical,
+        thermal_expansion=shift.thermal_expansion,
+    )
+
+    def figure() -> Any:
+        from dielast.plots.mastercurve import plot_master_curve
+
+        return plot_master_curve(result, curves, recipe.title)
+
+    return Report(tables(result), headline(result, recipe), figure)
+
+
+def tables(result: MasterCurve) -> dict[str, list[Column]]:
+    """The tables of a master curve by file name."""
+    return {
+        "shift-factors.csv": [
+            Column("temperature", "degC", result.temperature),
+            Column("log10_shift_factor", "1", result.log10_shift_factor),
+            Column("log10_shift_factor_stderr", "1", result.log10_shift_factor_stderr),
+            Column("log10_shift_factor_fit", "1", result.log10_shift_factor_fit),
+            Column("vertical_shift", "1", result.vertical_shift),
+        ],
+        "mastercurve.csv": [
+            Column("temperature", "degC", result.point_temperature),
+            Column("time", "s", result.time),
+            Column("reduced_time", "s", result.reduced_time),
+            Column("relaxation_modulus", "Pa", result.relaxation_modulus),
+        ],
+    }
+
+
+def headline(result: MasterCurve, recipe: MasterCurveRecipe) -> Mapping[str, Mapping[str, Any]]:
+    """The headline numbers of a master curve by section of the summary."""
+    fit = result.shift_fit
+    constants: dict[str, Any] = {}
+    stderr = np.sqrt(np.diag(fit.covariance)) if fit.covariance.size else np.zeros(0)
+    match fit.law:
+        case WLF():
+            constants = {
+                "C1": fit.law.C1,
+                "C1_stderr": float(stderr[0]),
+                "C2_K": fit.law.C2,
+                "C2_K_stderr": float(stderr[1]),
+                "C1_C2_covariance_K": float(fit.covariance[0, 1]),
+            }
+        case Arrhenius():
+            constants = {
+                "activation_energy_J_per_mol": fit.law.activation_energy,
+                "activation_energy_J_per_mol_stderr": float(stderr[0]),
+            }
+    return {
+        "shift": {
+            "reference_temperature_degC": result.reference_temperature,
+            "law": recipe.shift.law,
+            "vertical": recipe.shift.vertical,
+            **constants,
+            "rms_residual_decades": result.rms_residual_decades,
+        },
+        "modulus": {"equilibrium_Pa": result.equilibrium_modulus, "glassy_Pa": result.glassy_modulus},
+        "data": {
+            "temperatures": int(result.temperature.size),
+            "points": int(result.time.size),
+            "decades": float(np.log10(result.reduced_time[-1] / result.reduced_time[0])),
+            "undetermined_temperatures_degC": [entry.temperature for entry in result.undetermined],
+        },
+    }
+
+
+def read_curves(data: RelaxationData, inputs: Inputs) -> list[RelaxationCurve]:
+    """The relaxation curves that `data` describes, by ascending temperature, ramps dropped.
+
+    Raises `InputError` naming file and line, column or temperature.
+    """
+    temperatures, times, moduli = [], [], []
+    for index, name in enumerate([data.file] if data.file else data.files or ()):
+        table = read_measured(inputs.read(name), name, text_format(data), data.units)
+        time = table.column(data.columns.time, "time", TIME)
+        modulus = _modulus(table, data)
+        if data.columns.temperature is not None:
+            temperature = table.column(data.columns.temperature, "temperature", TEMPERATURE)
+            _refuse(table, temperature <= -ZERO_CELSIUS, "temperature", "is at or below absolute zero")
+        else:
+            temperature = np.full(time.size, _temperature_of(data, index, name))
+        kept = time >= data.discard_before
+        _refuse(table, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
+        if not np.any(kept):
+            raise InputError(f"{name}: discard_before = {data.discard_before:g} s leaves no points")
+        temperatures.append(temperature[kept])
+        times.append(time[kept])
+        moduli.append(modulus[kept])
+    return _by_temperature(np.concatenate(temperatures), np.concatenate(times), np.concatenate(moduli), data.temperature_tolerance)
+
+
+def text_format(section: TextTable) -> TextFormat:
+    """How the recipe says that a table is written."""
+    return TextFormat(section.separator, section.decimal, section.encoding, section.skip_rows)
+
+
+def _modulus(table: MeasuredTable, data: RelaxationData) -> Array:
+    """Young's relaxation modulus in Pa; stress over strain is the paper's definition (Sec. 2.1.1)."""
+    columns = data.columns
+    if columns.modulus is not None:
+        modulus = table.column(columns.modulus, "modulus", STRESS)
+    else:
+        assert columns.strain is not None
+        assert columns.stress is not None
+        strain = table.column(columns.strain, "strain", STRAIN)
+        _refuse(table, strain == 0, "strain", "is zero, so stress / strain is no modulus")
+        modulus = table.column(columns.stress, "stress", STRESS) / strain
+    return modulus * (3.0 if data.test == "shear" else 1.0)
+
+
+def _refuse(table: MeasuredTable, wrong: NDArray[np.bool_], role: str, why: str) -> None:
+    if np.any(wrong):
+        first = int(np.flatnonzero(wrong)[0])
+        count = int(np.count_nonzero(wrong))
+        raise InputError(
+            f"{table.source}: line {table.lines[first]}: {role} {why}" + (f" ({count} such rows)" if count > 1 else "")
+        )
+
+
+def _temperature_of(data: RelaxationData, index: int, name: str) -> float:
+    if data.temperatures is not None:
+        return float(data.temperatures[index])
+    pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
+    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
+    if match is None:
+        raise InputError(f'{name}: the name does not fit temperature_in_name = "{data.temperature_in_name}"')
+    groups = match.groupdict()
+    return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
+
+
+def _by_temperature(temperature: Array, time: Array, modulus: Array, tolerance: float) -> list[RelaxationCurve]:
+    """Split points into curves where the sorted temperatures leave a gap wider than `tolerance` (K)."""
+    order = np.argsort(temperature, kind="stable")
+    ordered = temperature[order]
+    starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > tolerance)
+    curves = []
+    for members in np.split(order, starts[1:]):
+        readings = temperature[members]
+        if np.ptp(readings) > 4 * tolerance:
+            raise InputError(
+                f"temperatures from {readings.min():g} to {readings.max():g} degC run into one another: "
+                f"no two are more than temperature_tolerance = {tolerance:g} K apart"
+            )
+        # readings of one thermostat setting scatter; where they do not, their mean must not add rounding
+        level = float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
+        curves.append(RelaxationCurve(level, time[members], modulus[members]))
+    return curves
+
+
+__all__: Sequence[str] = ("headline", "read_curves", "run", "tables", "text_format")

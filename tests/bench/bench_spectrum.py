@@ -1,0 +1,151 @@
+"""Accuracy and cost of the spectrum fits, beside pyvisco on the same curve in the same run.
+
+    python tests/bench/bench_spectrum.py CURVE.csv [--peer PYTHON]
+
+CURVE.csv holds time (s) and Young's relaxation modulus (MPa) below two header rows; the one meant is the 31-decade curve of pyvisco's
+examples. PYTHON is an interpreter that has pyvisco; by default this one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import statistics
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
+
+RECONSTRUCTION = [
+    -1.09196136e-06,
+    5.82911403e-06,
+    1.38496445e-04,
+    -9.05466661e-04,
+    -3.87896645e-03,
+    5.67261496e-02,
+    -2.82629798e-01,
+    5.03605001,
+]
+TABLE_1 = {10: 39.7e6, 5: 0.110e6, 3: 0.0247e6}
+ROUNDS = 5
+
+PEER = """
+import contextlib, io, json, sys, time
+import numpy as np
+try:
+    from pyvisco import load, master, opt, prony
+except ImportError:
+    print(json.dumps(None)); sys.exit()
+frame, units = load.user_master(load.file(sys.argv[1]), "time", 20, "E")
+frame = master.smooth(frame, 1)
+t, E = frame["t"].values, frame["E_relax"].values
+def judge(series):
+    terms = series["df_terms"]
+    model = series["E_0"] * prony.E_relax_norm(t, terms["alpha_i"].values, terms["tau_i"].values)
+    return len(terms), float(np.sqrt(np.mean((model / E - 1) ** 2)))
+result = []
+with contextlib.redirect_stdout(io.StringIO()):
+    start = time.perf_counter()
+    full = prony.fit_time(prony.discretize(frame), frame)
+    result.append(("pyvisco, full", *judge(full), time.perf_counter() - start))
+    if sys.argv[2] == "1":
+        start = time.perf_counter()
+        series, best, _ = opt.nprony(frame, full)
+        result.append(("pyvisco, reduced", *judge(series[best]), time.perf_counter() - start))
+print(json.dumps(result))
+"""
+
+
+def peer(python: str, curve: Path, reduced: bool) -> list[tuple[str, int, float, float]] | None:
+    """Rows (label, terms, rms, seconds) from pyvisco, or None where it is not installed."""
+    run = subprocess.run(
+        [python, "-W", "ignore", "-c", PEER, str(curve), str(int(reduced))], capture_output=True, text=True, check=False
+    )
+    if run.returncode:
+        sys.exit(f"pyvisco failed: {run.stderr.strip().splitlines()[-1]}")
+    found = json.loads(run.stdout)
+    return None if found is None else [(row[0], row[1], row[2], row[3]) for row in found]
+
+
+def timed(fit: Callable[[], SpectrumFit]) -> tuple[SpectrumFit, float]:
+    """The fit and the seconds it took."""
+    start = time.perf_counter()
+    result = fit()
+    return result, time.perf_counter() - start
+
+
+def compare(curve: Path, python: str) -> None:
+    """The measured curve: relative rms error and median time, interleaved with the peer's runs."""
+    t, young = np.loadtxt(curve, delimiter=",", skiprows=2).T
+    cases: dict[str, dict[str, Any]] = {"dielast, schwarzl-staverman": {}}
+    cases |= {f"dielast, nnls {n}": {"method": "nnls", "branches": n} for n in (15, 19, 20, 31, 60, 100)}
+    cases["dielast, nnls 31, ends given"] = {"method": "nnls", "branches": 31, "relaxation_time": (t.min(), t.max())}
+    seconds: dict[str, list[float]] = {}
+    figures: dict[str, tuple[int, float]] = {}
+    installed = True
+    for turn in range(ROUNDS + 1):
+        for label, options in cases.items():
+            fit, spent = timed(functools.partial(fit_spectrum, t, 1e6 * young, **options))
+            figures[label] = fit.branches, fit.rms_relative_error
+            if turn:  # the first turn pays for imports
+                seconds.setdefault(label, []).append(spent)
+        rows = peer(python, curve, reduced=turn == ROUNDS) if installed and turn else []
+        installed = rows is not None
+        for label, terms, rms, spent in rows or []:
+            figures[label] = terms, rms
+            seconds.setdefault(label, []).append(spent)
+    medians = {label: statistics.median(spent) for label, spent in seconds.items()}
+    slow = medians.get("pyvisco, full")
+    print(f"{curve.name}: {t.size} points, {np.log10(t.max() / t.min()):.1f} decades, median of {ROUNDS}")
+    print(f"{'':30}{'terms':>6}{'rms error':>12}{'time':>13}{'pyvisco full / this':>22}")
+    for label, (terms, rms) in sorted(figures.items(), key=lambda item: medians[item[0]]):
+        ratio = f"{slow / medians[label]:.1f}" if slow else "-"
+        print(f"{label:30}{terms:6d}{rms:12.3%}{1e3 * medians[label]:10.1f} ms{ratio:>22}")
+    if not installed:
+        print("pyvisco: not installed")
+
+
+def table_1() -> None:
+    """Sums of the kept moduli on the reconstructed master curve of DOI 10.1115/1.4030850, exact and with 1 % of noise."""
+    x = np.linspace(-7.4, 5.51, 400)
+    young = 3 * 10 ** np.polyval(RECONSTRUCTION, x)
+    print("\nTable 1 of DOI 10.1115/1.4030850 from the reconstruction: sum of the moduli kept, MPa")
+    print(f"{'keep':>6}{'paper':>12}{'exact':>12}{'1 % noise, 20 seeds: mean +- std':>38}")
+    for keep, printed in TABLE_1.items():
+        sums = []
+        for seed in range(21):
+            scatter = 1 + (0.01 if seed else 0.0) * np.random.default_rng(seed).standard_normal(x.size)
+            fit = fit_spectrum(
+                10**x,
+                young * scatter,
+                branches=13,
+                relaxation_time=(3.98e-8, 1.59e4),
+                equilibrium_modulus=0.078e6,
+                glassy_modulus=690e6,
+                keep=keep,
+            )
+            sums.append(fit.spectrum.shear_modulus.sum() / 1e6)
+        print(f"{keep:6d}{printed / 1e6:12.4g}{sums[0]:12.4g}{np.mean(sums[1:]):26.4g} +- {np.std(sums[1:]):.2g}")
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("curve", type=Path)
+    parser.add_argument("--peer", default=sys.executable, metavar="PYTHON")
+    arguments = parser.parse_args()
+    warnings.simplefilter("ignore")
+    compare(arguments.curve, arguments.peer)
+    table_1()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+import pytest
+
+from dielast.errors import InputError
+from dielast.files import Inputs, depfile, write_files
+
+
+def test_inputs_remember_what_was_read(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(b"abc")
+    inputs = Inputs(tmp_path)
+    assert inputs.read("a.csv") == b"abc"
+    assert inputs.digests == {"a.csv": hashlib.sha256(b"abc").hexdigest()}
+    assert inputs.paths == (tmp_path / "a.csv",)
+
+
+def test_missing_inputs_and_folders_are_input_errors(tmp_path: Path) -> None:
+    inputs = Inputs(tmp_path)
+    with pytest.raises(InputError, match=r"b.csv: no such file"):
+        inputs.read("b.csv")
+    with pytest.raises(InputError, match="is a folder, a file is needed"):
+        inputs.read(".")
+    with pytest.raises(InputError, match="no such example; there are example:"):
+        inputs.read("example:nothing")
+    with pytest.raises(InputError, match="no such example"):
+        inputs.read("example:../__init__.py")
+
+
+def test_files_are_replaced_whole_and_with_ordinary_rights(tmp_path: Path) -> None:
+    out = tmp_path / "new" / "folder"
+    write_files(out, {"a.csv": b"old"})
+    write_files(out, {"a.csv": b"new", "b.csv": b"b"})
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == {"a.csv": b"new", "b.csv": b"b"}
+    mask = os.umask(0)
+    os.umask(mask)
+    assert (out / "a.csv").stat().st_mode & 0o777 == 0o666 & ~mask
+
+
+def test_a_failed_write_leaves_the_old_result(tmp_path: Path) -> None:
+    write_files(tmp_path, {"a.csv": b"old"})
+    with pytest.raises(InputError, match="cannot write here"):
+        write_files(tmp_path, {"a.csv": b"new", "missing/b.csv": b"b"})
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"a.csv": b"old"}
+
+
+def test_what_a_killed_run_left_is_swept(tmp_path: Path) -> None:
+    dead, alive = tmp_path / ".a.csv.4194304.part", tmp_path / f".a.csv.{os.getppid()}.part"
+    for path in (dead, alive):
+        path.write_bytes(b"half")
+    write_files(tmp_path, {"a.csv": b"new"})
+    assert not dead.exists()
+    assert alive.exists()
+
+
+def test_a_depfile_quotes_for_make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = depfile([tmp_path / "out" / "a.csv"], [tmp_path / "my data.csv", tmp_path / "r$.toml"])
+    assert text == "out/a.csv: my\\ data.csv \\\n  r$$.toml\n\nmy\\ data.csv:\n\nr$$.toml:\n"

@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dielast.errors import InputError
+from dielast.measured import MeasuredTable, TextFormat, read_measured
+from dielast.units import STRESS, TEMPERATURE, TIME
+
+DATA = [(0.1, 2.5), (1.0, 2.0), (10.5, 1.25)]
+
+
+def read(text: str, encoding: str = "utf-8", **form: str) -> MeasuredTable:
+    return read_measured(text.encode(encoding), "dma.csv", TextFormat(**form))  # type: ignore[arg-type]
+
+
+def numbers(table: MeasuredTable) -> list[tuple[float, float]]:
+    return list(zip(table.column("time", "time", TIME), table.column("E", "modulus", STRESS), strict=True))
+
+
+def as_si() -> list[tuple[float, float]]:
+    return [(time, modulus * 1e6) for time, modulus in DATA]
+
+
+@pytest.mark.parametrize(("separator", "decimal"), [(",", "."), (";", "."), ("\t", "."), (";", ","), ("\t", ",")])
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize(
+    "header",
+    ["time [s]{0}E [MPa]", "time (s){0}E (MPa)", "time / s{0}E / MPa", "time{0}E\ns{0}MPa", "TIME{0}e\n[s]{0}[MPa]"],
+)
+def test_what_laboratories_write_is_read(separator: str, newline: str, encoding: str, header: str, decimal: str) -> None:
+    rows = [separator.join(str(cell).replace(".", decimal) for cell in row) for row in DATA]
+    lines = ["Operator: Jörg" if encoding != "utf-8" else "", *header.format(separator).split("\n"), *rows, ""]
+    text = newline.join(lines)
+    assert numbers(read_measured(text.encode(encoding), "dma.csv")) == as_si()
+
+
+def test_a_byte_order_mark_is_no_part_of_the_first_name() -> None:
+    assert read("time [s],E [MPa]\n1,2\n", "utf-8-sig").names == ("time", "E")
+
+
+def test_quoted_cells_may_hold_the_separator() -> None:
+    table = read('"time [s]","E, storage [MPa]"\n1,2\n')
+    assert table.names == ("time", "E, storage")
+
+
+def test_a_dash_in_the_row_of_units_says_no_unit() -> None:
+    table = read("f,T,Set\nHz,C,-\n1,20,0\n2,21,0\n")
+    assert table.column("T", "temperature", TEMPERATURE).tolist() == [20, 21]
+    assert table.units == ("Hz", "C", "-")
+
+
+def test_numbers_without_a_header_are_columns_by_number() -> None:
+    table = read_measured(b"1 2\n3 4\n", "bare.txt", units={"time": "s"})
+    assert table.column(1, "time", TIME).tolist() == [1, 3]
+    with pytest.raises(InputError, match="column 3 is wanted for time, but there are 2 columns"):
+        table.column(3, "time", TIME)
+
+
+def test_blank_lines_do_not_shift_the_line_of_an_error() -> None:
+    with pytest.raises(InputError, match=r'dma.csv: line 5: column "E": "oops" is not a finite number'):
+        numbers(read("time [s],E [MPa]\n1,2\n\n2,2\n3,oops\n"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time [s],E [MPa]\n1,2\n2,\n3,1\n", 'line 3: column "E": the cell is empty'),
+        ("time [s],E [MPa]\n1,2\n2,nan\n3,inf\n", 'line 3: column "E": "nan" is not a finite number (2 such cells)'),
+        ("time [s],E [MPa]\n1,2\n1,2,3\n1,2\n", "line 3: 3 cells, but the table has 2 columns"),
+        ("time,E [MPa]\n1,2\n", 'column "time" has no unit: call it "time [s]" or say units = { time = "s" }'),
+        ("time [kg],E [MPa]\n1,2\n", 'column "time" [kg]: a time is needed, such as "1.5 h"'),
+        ("time [parsec],E [MPa]\n1,2\n", 'column "time" [parsec]: unknown unit "parsec"'),
+        ("tiem [s],E [MPa]\n1,2\n", 'no column "time" for time; there are "tiem [s]", "E [MPa]"'),
+        ("time [s],time [s],E [MPa]\n1,2,3\n", 'column "time" for time stands there 2 times'),
+        ("", "the file is empty"),
+        (" \n\n", "the file is empty"),
+        ("time [s],E [MPa]\n", "no columns of numbers found"),
+        ("what is this\n", "no columns of numbers found"),
+    ],
+)
+def test_wrong_tables_say_where(text: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        numbers(read(text))
+    assert message in str(caught.value)
+    assert str(caught.value).startswith("dma.csv: ")
+
+
+def test_units_stated_twice_must_agree() -> None:
+    table = read_measured(b"time [s],E [MPa]\n1,2\n", "dma.csv", units={"time": "min"})
+    with pytest.raises(InputError, match=r"the header says \[s\], the recipe's units say \[min\]"):
+        table.column("time", "time", TIME)
+
+
+@pytest.mark.parametrize(("encoding", "message"), [("klingon", "unknown encoding"), ("ascii", "is not ascii text")])
+def test_a_stated_encoding_is_held_to(encoding: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_measured("zeit [s],Öl [MPa]\n1,2\n".encode(), "dma.csv", TextFormat(encoding=encoding))
+
+
+@given(st.binary(max_size=400))
+def test_any_bytes_are_a_table_or_an_input_error(content: bytes) -> None:
+    message = "any.csv: "
+    try:
+        table = read_measured(content, "any.csv")
+    except InputError as error:
+        message = str(error)
+    else:
+        assert all(len(cells) == table.lines.size for cells in table.cells)
+    assert message.startswith("any.csv: ")
+
+
+def test_every_measured_set_is_read(shared_data: Callable[[str], Path]) -> None:
+    table = read_measured(shared_data("vhb4905/3-creep.csv").read_bytes(), "3-creep.csv", units={"time": "s", "stress": "Pa"})
+    assert table.decimal == ","
+    assert table.column("stress", "stress", STRESS)[0] == 26527.4709
+    table = read_measured(shared_data("ansys_prony/time_user_master.csv").read_bytes(), "ansys.csv")
+    assert table.column("E_relax", "modulus", STRESS)[0] == 1714.266e6
+    table = read_measured(shared_data("polystyrene/stressrelaxation_ps130_data.csv").read_bytes(), "ps.csv", units={"time": "s"})
+    assert table.column("Time", "time", TIME)[:2].tolist() == [0.2011, 0.3012]
+    table = read_measured(shared_data("ansys_prony/freq_user_raw.csv").read_bytes(), "dma.csv")
+    assert table.column("T", "temperature", TEMPERATURE)[0] == -49.9612

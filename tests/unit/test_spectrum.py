@@ -1,0 +1,245 @@
+"""The spectrum from a master curve: what goes in, what comes out, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from dielast.characterise.spectrum import Method, fit_spectrum
+from dielast.errors import DielastWarning, InputError
+from dielast.prony import Spectrum
+
+Array = NDArray[np.float64]
+
+METHODS: list[Method] = ["schwarzl-staverman", "nnls"]
+PLATEAU = 3e4  # Pa, Young's
+
+
+def smooth_curve(points_per_decade: int = 20) -> tuple[Array, Array]:
+    """A relaxation from 3 MPa to 30 kPa, most of it over six decades, between two plateaus."""
+    time = np.logspace(-6, 7, 13 * points_per_decade + 1)
+    return time, PLATEAU * 100 ** (0.5 - 0.5 * np.tanh(0.3 * np.log10(time)))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_fit_reports_the_model_it_returns(method: Method) -> None:
+    time, modulus = smooth_curve()
+    shuffled = np.random.default_rng(3).permutation(time.size)
+    fit = fit_spectrum(time[shuffled], modulus[shuffled], method=method)
+    np.testing.assert_array_equal(fit.reduced_time, time)
+    np.testing.assert_array_equal(fit.measured, modulus)
+    expected = 3 * fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
+    np.testing.assert_allclose(fit.model, expected, rtol=1e-13)
+    error = fit.model / modulus - 1
+    assert fit.rms_relative_error == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-9)
+    assert fit.max_relative_error == pytest.approx(np.abs(error).max(), rel=1e-9)
+    assert fit.rms_relative_error < (0.002 if method == "nnls" else 0.08)
+    assert (fit.method, fit.branches, len(fit.spectrum), fit.clipped_branches) == (method, 30, 30, 0)
+    assert 3 * fit.equilibrium_shear_modulus == pytest.approx(PLATEAU, rel=0.08)  # the curve ends 7 % above it
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_units_of_time_and_modulus_do_not_matter(method: Method) -> None:
+    time, modulus = smooth_curve()
+    modulus = modulus * (1 + 0.01 * np.random.default_rng(5).standard_normal(time.size))
+    fit = fit_spectrum(time, modulus, method=method, branches=20)
+    rescaled = fit_spectrum(1e9 * time, 1e-3 * modulus, method=method, branches=20)
+    np.testing.assert_allclose(rescaled.spectrum.relaxation_time, 1e9 * fit.spectrum.relaxation_time, rtol=1e-6)
+    np.testing.assert_allclose(rescaled.model, 1e-3 * fit.model, rtol=1e-6)
+    assert rescaled.smoothing == fit.smoothing
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_order_does_not_matter(method: Method) -> None:
+    time, modulus = smooth_curve()
+    one, other = fit_spectrum(time, modulus, method=method), fit_spectrum(time[::-1], modulus[::-1], method=method)
+    np.testing.assert_array_equal(one.spectrum.shear_modulus, other.spectrum.shear_modulus)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_points_measured_twice_are_no_obstacle(method: Method) -> None:
+    time, modulus = smooth_curve()
+    once = fit_spectrum(time, modulus, method=method, branches=25, relaxation_time=(1e-5, 1e6))
+    twice = fit_spectrum(np.tile(time, 2), np.tile(modulus, 2), method=method, branches=25, relaxation_time=(1e-5, 1e6))
+    np.testing.assert_allclose(twice.model[::2], once.model, rtol=1e-3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_crowd_of_late_points_does_not_drown_the_early_ones(method: Method) -> None:
+    time, modulus = smooth_curve(10)
+    late = np.linspace(1e5, 1e6, 20_000)
+    crowd = np.exp(np.interp(np.log(late), np.log(time), np.log(modulus)))
+    even = fit_spectrum(time, modulus, method=method)
+    uneven = fit_spectrum(np.concatenate([time, late]), np.concatenate([modulus, crowd]), method=method)
+    early = time[time < 1e4]
+    even_model, uneven_model = (fit.spectrum.relaxation_modulus(early, fit.equilibrium_shear_modulus) for fit in (even, uneven))
+    np.testing.assert_allclose(uneven_model, even_model, rtol=0.01)
+
+
+def test_one_maxwell_element_is_recovered() -> None:
+    time = np.logspace(-3, 2, 101)
+    modulus = 3 * (2e4 + 5e5 * np.exp(-time / 0.37))
+    fit = fit_spectrum(time, modulus, method="nnls", branches=1)
+    assert fit.spectrum.relaxation_time[0] == pytest.approx(0.37, rel=1e-5)
+    assert fit.spectrum.shear_modulus[0] == pytest.approx(5e5, rel=1e-5)
+    assert fit.equilibrium_shear_modulus == pytest.approx(2e4, rel=1e-5)
+
+
+def test_a_known_series_is_recovered_on_its_own_times() -> None:
+    truth = Spectrum(np.logspace(4, -4, 9), np.array([1e4, 0.0, 3e4, 2e4, 9e4, 4e5, 3e5, 8e5, 2e6]))
+    time = np.logspace(-5, 6, 221)
+    fit = fit_spectrum(time, 3 * truth.relaxation_modulus(time, 5e4), method="nnls", branches=9, relaxation_time=(1e-4, 1e4))
+    np.testing.assert_allclose(fit.spectrum.shear_modulus, truth.shear_modulus, rtol=1e-6, atol=1e-3)
+    assert fit.equilibrium_shear_modulus == pytest.approx(5e4, rel=1e-6)
+    assert fit.max_relative_error < 1e-6
+    assert fit.smoothing is not None
+    assert fit.smoothing < 1e-5
+
+
+def test_a_known_series_between_the_fitted_times_gives_its_curve_back() -> None:
+    truth = Spectrum(np.array([2.3e3, 7.7e1, 1.9, 3.1e-2, 8.8e-4]), np.array([1e4, 3e4, 9e4, 4e5, 8e5]))
+    time = np.logspace(-5, 5, 401)
+    fit = fit_spectrum(time, 3 * truth.relaxation_modulus(time, 5e4), method="nnls", branches=100)
+    assert fit.max_relative_error < 2e-3
+    assert fit.spectrum.shear_modulus.sum() == pytest.approx(truth.shear_modulus.sum(), rel=1e-3)
+
+
+def test_smoothing_follows_the_noise_and_fits_neither_noise_nor_bias() -> None:
+    time, modulus = smooth_curve()
+    truth = fit_spectrum(time, modulus, method="nnls", branches=34, relaxation_time=(1e-6, 1e7))
+    assert truth.smoothing is not None
+    assert truth.smoothing < 0.01
+    for seed in range(5):
+        noisy = modulus * (1 + 0.02 * np.random.default_rng(seed).standard_normal(time.size))
+        fit = fit_spectrum(time, noisy, method="nnls", branches=34, relaxation_time=(1e-6, 1e7))
+        assert fit.smoothing is not None
+        assert fit.smoothing > 10 * truth.smoothing
+        assert fit.rms_relative_error == pytest.approx(0.02, rel=0.15)
+        assert np.sqrt(np.mean((fit.model / modulus - 1) ** 2)) < 0.008
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_moduli_add_up_to_the_glassy_modulus(method: Method) -> None:
+    fit = fit_spectrum(*smooth_curve(), method=method, glassy_modulus=3.2e6)
+    assert 3 * fit.spectrum.shear_modulus.sum() == pytest.approx(3.2e6, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_given_equilibrium_modulus_is_kept(method: Method) -> None:
+    fit = fit_spectrum(*smooth_curve(), method=method, equilibrium_modulus=2.9e4)
+    assert 3 * fit.equilibrium_shear_modulus == 2.9e4
+
+
+def test_a_melt_has_no_equilibrium_modulus() -> None:
+    time = np.logspace(-3, 3, 121)
+    melt = Spectrum(np.array([100.0, 3.0, 0.1]), np.array([1e4, 4e4, 1e5]))
+    fit = fit_spectrum(time, 3 * melt.relaxation_modulus(time), method="nnls", branches=40, equilibrium_modulus=0.0)
+    assert fit.equilibrium_shear_modulus == 0
+    assert fit.max_relative_error < 0.05  # the curve falls by exp(-10) in its last decade
+    with pytest.warns(DielastWarning, match="has not levelled off"):
+        fit_spectrum(time, 3 * melt.relaxation_modulus(time), method="nnls", branches=40)
+
+
+def test_truncation_keeps_the_slowest_and_is_judged_where_it_holds() -> None:
+    time, modulus = smooth_curve()
+    whole, kept = fit_spectrum(time, modulus), fit_spectrum(time, modulus, keep=12)
+    np.testing.assert_array_equal(kept.spectrum.shear_modulus, whole.spectrum.shear_modulus[:12])
+    assert kept.branches == 12
+    late = time >= kept.spectrum.relaxation_time[-1]
+    assert kept.max_relative_error == pytest.approx(np.abs(kept.model / modulus - 1)[late].max())
+    assert kept.max_relative_error < 0.2
+    assert np.abs(kept.model / modulus - 1).max() > 0.5
+
+
+def bumpy_curve(depth: float) -> tuple[Array, Array]:
+    """A curve that rises again on its way down, as no relaxation does."""
+    time, modulus = smooth_curve()
+    return time, modulus * (1 + depth * np.exp(-0.5 * ((np.log10(time) - 4) / 0.5) ** 2))
+
+
+def test_a_small_negative_modulus_is_clipped_counted_and_warned_of() -> None:
+    with pytest.warns(DielastWarning, match=r"moduli came out negative .* were set to zero"):
+        fit = fit_spectrum(*bumpy_curve(0.05), polynomial_degree=20)
+    assert fit.clipped_branches >= 1
+    assert np.count_nonzero(fit.spectrum.shear_modulus == 0) == fit.clipped_branches
+
+
+def test_a_large_negative_modulus_is_refused_with_advice() -> None:
+    with pytest.raises(InputError, match=r"came out negative .*nnls"):
+        fit_spectrum(*bumpy_curve(0.5), polynomial_degree=20)
+
+
+def test_a_glassy_modulus_below_the_curve_is_refused() -> None:
+    with pytest.raises(InputError, match="a larger glassy_modulus"):
+        fit_spectrum(*smooth_curve(), glassy_modulus=2e6)
+
+
+def test_a_poor_polynomial_and_a_poor_fit_are_warned_of() -> None:
+    with pytest.warns(DielastWarning) as caught:
+        fit_spectrum(*smooth_curve(), polynomial_degree=1, equilibrium_modulus=0.0)
+    said = " | ".join(str(each.message) for each in caught)
+    assert "polynomial of degree 1 misses the curve" in said
+    assert "spectrum misses the curve" in said
+
+
+@pytest.mark.parametrize(
+    ("method", "reach"),
+    [("schwarzl-staverman", (4e-7, 1e6)), ("schwarzl-staverman", (1e-4, 6e6)), ("nnls", (9e-8, 1e5)), ("nnls", (1e-5, 2e8))],
+)
+def test_extrapolation_is_warned_of(method: Method, reach: tuple[float, float]) -> None:
+    with pytest.warns(DielastWarning, match="extrapolated"):
+        fit_spectrum(*smooth_curve(), method=method, relaxation_time=reach, equilibrium_modulus=2.9e4)
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        ({"method": "best"}, 'method "best"'),
+        ({"branches": 2}, "branches = 2: schwarzl-staverman needs at least 3"),
+        ({"branches": 0, "method": "nnls"}, "branches = 0: nnls needs at least 1"),
+        ({"polynomial_degree": 0}, "polynomial_degree = 0"),
+        ({"polynomial_degree": 300}, "a polynomial of degree 300 needs 301"),
+        ({"relaxation_time": (10.0, 1.0)}, "min = 10 s must be shorter than max = 1 s"),
+        ({"relaxation_time": (1.0, 1.0)}, "must be shorter"),
+        ({"relaxation_time": (0.0, 1.0)}, "relaxation_time min = 0 s"),
+        ({"relaxation_time": (None, np.nan)}, "relaxation_time max = nan s"),
+        ({"relaxation_time": (1e9, None)}, "no relaxation time lies between"),
+        ({"equilibrium_modulus": -1.0}, "equilibrium_modulus = -1 Pa"),
+        ({"equilibrium_modulus": 4e4}, "is above the end of the curve"),
+        ({"equilibrium_modulus": 2e4, "glassy_modulus": 1e4}, "must be smaller than glassy_modulus"),
+        ({"glassy_modulus": 0.0}, "glassy_modulus = 0 Pa"),
+        ({"keep": 0}, "cannot keep 0 of 30"),
+        ({"keep": 31}, "cannot keep 31 of 30"),
+    ],
+)
+def test_impossible_arguments_are_refused_in_one_line(options: dict[str, Any], found: str) -> None:
+    with pytest.raises(InputError, match=found) as caught:
+        fit_spectrum(*smooth_curve(), **options)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("time", "modulus", "found"),
+    [
+        ([1.0, 0.0, 2.0], [3.0, 2.0, 1.0], r"reduced time\[1\] = 0 s"),
+        ([1.0, 2.0, np.inf], [3.0, 2.0, 1.0], r"reduced time\[2\] = inf s"),
+        ([1.0, 2.0, 3.0], [3.0, np.nan, -1.0], r"modulus\[1\] = nan Pa \(and 1 more\)"),
+        ([1.0, 2.0], [3.0], "same length"),
+        ([], [], "at least two"),
+        ([1.0, 1.0], [3.0, 2.0], "at least two"),
+    ],
+)
+@pytest.mark.parametrize("method", METHODS)
+def test_impossible_points_are_refused(method: Method, time: list[float], modulus: list[float], found: str) -> None:
+    with pytest.raises(InputError, match=found):
+        fit_spectrum(time, modulus, method=method)
+
+
+def test_fewer_points_than_unknowns_are_enough_for_nnls() -> None:
+    time = np.array([1e-3, 1e-1, 10.0, 100.0])
+    modulus = np.array([3e6, 1e6, 3.1e4, 3e4])
+    fit = fit_spectrum(time, modulus, method="nnls", branches=10, equilibrium_modulus=2.9e4)
+    assert fit.rms_relative_error < 0.01

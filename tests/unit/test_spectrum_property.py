@@ -1,0 +1,40 @@
+"""What holds for the spectrum of any relaxing solid."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dielast.characterise.nnls import Curve, fit_moduli
+from dielast.characterise.spectrum import fit_spectrum
+from dielast.prony import Spectrum
+
+strengths = st.lists(st.floats(min_value=0, max_value=1), min_size=8, max_size=8).filter(lambda found: max(found) > 0.01)
+
+
+@given(
+    strengths, st.floats(min_value=0.05, max_value=1), st.floats(min_value=-12, max_value=12), st.floats(min_value=0, max_value=9)
+)
+@settings(max_examples=40, deadline=None)
+def test_noise_free_series_give_their_curve_back(heights: list[float], level: float, decade: float, size: float) -> None:
+    truth = Spectrum(10**decade * np.logspace(3, -4, 8), 10**size * np.array(heights))
+    time = 10**decade * np.logspace(-5, 5, 201)
+    young = 3 * truth.relaxation_modulus(time, 10**size * level)
+    fit = fit_spectrum(time, young, method="nnls", branches=8, relaxation_time=(10**decade * 1e-4, 10**decade * 1e3))
+    assert fit.max_relative_error < 1e-6
+    assert np.all(fit.spectrum.shear_modulus >= 0)
+
+
+@given(st.integers(min_value=0, max_value=2**31), st.floats(min_value=0, max_value=0.1), st.integers(min_value=1, max_value=25))
+@settings(max_examples=40, deadline=None)
+def test_nnls_copes_with_any_scattered_curve(seed: int, noise: float, branches: int) -> None:
+    rng = np.random.default_rng(seed)
+    x = np.sort(rng.uniform(-4, 4, 60))
+    modulus = 1e5 * 10 ** (1 - np.tanh(x)) * np.exp(noise * rng.standard_normal(x.size))
+    tau = np.logspace(4, -4, branches)
+    solution = fit_moduli(Curve(10**x, modulus, np.ones(x.size)), tau)
+    model = Spectrum(tau, solution.shear_modulus).relaxation_modulus(10**x, solution.equilibrium_modulus)
+    assert np.all(solution.shear_modulus >= 0)
+    assert solution.equilibrium_modulus >= 0
+    assert np.mean((model / modulus - 1) ** 2) <= 1  # never worse than no model at all

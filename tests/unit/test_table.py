@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dielast.errors import InputError
+from dielast.table import Column, number_columns, parse_csv, split_header, to_csv, to_frame
+
+TABLE = [Column("time", "s", np.array([0.1, 1 / 3, -0.0, np.nan])), Column("mode", None, ["none", "a, b", 'say "x"', ""])]
+
+
+def test_csv_has_nine_digits_no_minus_zero_and_empty_cells_for_nan() -> None:
+    assert to_csv(TABLE).decode() == 'time [s],mode\n0.1,none\n0.333333333,"a, b"\n0,"say ""x"""\n,\n'
+
+
+def test_written_numbers_are_read_back() -> None:
+    values = np.random.default_rng(3).lognormal(0, 50, 200)
+    (back,) = number_columns(to_csv([Column("x", "Pa", values)]), "x.csv", ["x [Pa]"])
+    np.testing.assert_allclose(back, values, rtol=5e-9)
+
+
+def test_text_survives_quoting() -> None:
+    assert parse_csv(to_csv(TABLE), "x.csv")["mode"] == ["none", "a, b", 'say "x"', ""]
+
+
+def test_a_frame_has_the_headers() -> None:
+    assert list(to_frame(TABLE).columns) == ["time [s]", "mode"]
+
+
+def test_columns_of_different_length_are_a_bug() -> None:
+    with pytest.raises(ValueError, match="differ in length"):
+        to_csv([Column("a", "1", np.zeros(2)), Column("b", "1", np.zeros(3))])
+
+
+@pytest.mark.parametrize(
+    ("header", "expected"),
+    [
+        ("time [s]", ("time", "s")),
+        ("E (MPa)", ("E", "MPa")),
+        ("t / min", ("t", "min")),
+        ("stress/strain", ("stress/strain", None)),
+        ("E_relax", ("E_relax", None)),
+        ("strain [%]", ("strain", "%")),
+    ],
+)
+def test_headers_split_into_name_and_unit(header: str, expected: tuple[str, str | None]) -> None:
+    assert split_header(header) == expected
+
+
+def test_a_number_column_names_the_row_that_is_wrong() -> None:
+    with pytest.raises(InputError, match=r'x.csv: row 3: column "a \[1\]": "b" is not a number'):
+        number_columns(b"a [1]\n1\nb\n", "x.csv", ["a [1]"])
+    with pytest.raises(InputError, match='column "c" is missing'):
+        number_columns(b"a [1]\n1\n", "x.csv", ["c"])

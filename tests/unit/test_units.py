@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import contextlib
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dielast import units
+from dielast.errors import InputError
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "expected"),
+    [
+        ("2.5 kV", units.VOLTAGE, 2500.0),
+        ("0.5 mm", units.LENGTH, 5e-4),
+        ("1.5 h", units.TIME, 5400.0),
+        ("5min", units.TIME, 300.0),
+        ("12.5 %/s", units.STRAIN_RATE, 0.125),
+        ("0.1 /s", units.STRAIN_RATE, 0.1),
+        ("0.1 1/s", units.STRAIN_RATE, 0.1),
+        ("0.1 s^-1", units.STRAIN_RATE, 0.1),
+        ("20 degC", units.TEMPERATURE, 20.0),
+        ("20 °C", units.TEMPERATURE, 20.0),
+        ("293.15 K", units.TEMPERATURE, 20.0),
+        ("-40 degC", units.TEMPERATURE, -40.0),
+        ("187.1 K", units.TEMPERATURE_DIFFERENCE, 187.1),
+        ("187.1 degC", units.TEMPERATURE_DIFFERENCE, 187.1),
+        ("48 MV/m", units.FIELD, 48e6),
+        ("48 V/µm", units.FIELD, 48e6),
+        ("3.98e-11 F/m", units.PERMITTIVITY, 3.98e-11),
+        ("1 N/mm^2", units.STRESS, 1e6),
+        ("120 kJ/mol", units.MOLAR_ENERGY, 120e3),
+        ("1 %", units.STRAIN, 0.01),
+        ("6e-4 /K", units.THERMAL_EXPANSION, 6e-4),
+    ],
+)
+def test_quantities_become_si(text: str, dimension: units.Dimension, expected: float) -> None:
+    assert units.parse(text, dimension) == pytest.approx(expected, rel=1e-14)
+
+
+def test_a_celsius_reading_keeps_every_digit() -> None:
+    assert units.parse("-12.345678901234 degC", units.TEMPERATURE) == -12.345678901234
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "message"),
+    [
+        ("10 kg", units.STRAIN_RATE, '"10 kg": a strain rate is needed, such as "12.5 %/s"'),
+        (5, units.TIME, '5: a time is needed with its unit, such as "1.5 h"'),
+        ("5", units.TIME, '"5": a time is needed with its unit, such as "1.5 h"'),
+        ("soon", units.TIME, '"soon": a time is needed, such as "1.5 h"'),
+        ("3 furlong", units.LENGTH, '"3 furlong": unknown unit "furlong"; a length is needed, such as "0.5 mm"'),
+        ("1e999 s", units.TIME, '"1e999 s": a time that is finite is needed, such as "1.5 h"'),
+        ("2 m^9^9^9", units.LENGTH, 'unknown unit "m^9^9^9"'),
+        ("1 degC", units.TIME, "a time is needed"),
+        (True, units.TIME, "a time is needed with its unit"),
+    ],
+)
+def test_wrong_quantities_say_what_is_needed(text: object, dimension: units.Dimension, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        units.parse(text, dimension)
+    assert message in str(caught.value)
+
+
+@given(st.text(max_size=80))
+def test_any_text_is_a_number_or_an_input_error(text: str) -> None:
+    with contextlib.suppress(InputError):
+        assert math.isfinite(units.parse(text, units.TIME))
+
+
+@given(st.floats(min_value=-1e6, max_value=1e6), st.sampled_from(["s", "min", "h", "ms", "µs", "d"]))
+def test_units_scale_linearly(number: float, unit: str) -> None:
+    scale, offset = units.conversion(unit, units.TIME)
+    assert offset == 0
+    assert units.parse(f"{number!r} {unit}", units.TIME) == pytest.approx(number * scale)
