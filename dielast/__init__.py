@@ -1,1 +1,72 @@
-"""dielast."""
+"""dielast: dielectric elastomers from relaxation measurements to time to failure.
+
+Everything public is imported from here, `from dielast import build_master_curve`, and loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from dielast._version import __version__
+
+if TYPE_CHECKING:
+    from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+    from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
+    from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
+    from dielast.gent import Gent
+    from dielast.material import Breakdown, Material
+    from dielast.plots.mastercurve import plot_master_curve
+    from dielast.plots.spectrum import plot_spectrum
+    from dielast.prony import Spectrum
+    from dielast.recipe.material import read_material, write_material
+    from dielast.shift import WLF, Arrhenius, NoShift, ShiftTable
+
+_HOME = {
+    "characterise.mastercurve": ("MasterCurve", "RelaxationCurve", "build_master_curve"),
+    "characterise.spectrum": ("SpectrumFit", "fit_spectrum"),
+    "errors": ("DielastError", "DielastWarning", "InputError", "NumericsError"),
+    "gent": ("Gent",),
+    "material": ("Breakdown", "Material"),
+    "plots.mastercurve": ("plot_master_curve",),
+    "plots.spectrum": ("plot_spectrum",),
+    "prony": ("Spectrum",),
+    "recipe.material": ("read_material", "write_material"),
+    "shift": ("WLF", "Arrhenius", "NoShift", "ShiftTable"),
+}
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = [
+    "WLF",
+    "Arrhenius",
+    "Breakdown",
+    "DielastError",
+    "DielastWarning",
+    "Gent",
+    "InputError",
+    "MasterCurve",
+    "Material",
+    "NoShift",
+    "NumericsError",
+    "RelaxationCurve",
+    "ShiftTable",
+    "Spectrum",
+    "SpectrumFit",
+    "__version__",
+    "build_master_curve",
+    "fit_spectrum",
+    "plot_master_curve",
+    "plot_spectrum",
+    "read_material",
+    "write_material",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

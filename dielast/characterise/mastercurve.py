@@ -172,8 +172,9 @@ def _finish(
     temperature, m = data.temperature, data.temperature.size
     sure = ~np.isin(temperature, [entry.temperature for entry in undetermined])
     if np.count_nonzero(sure) < 2:
-        reasons = "; ".join(f"{entry.temperature:g} degC: {entry.reason}" for entry in undetermined)
-        raise InputError(f"the curves determine no shift factor ({reasons})")
+        reasons = dict.fromkeys(entry.reason for entry in undetermined)
+        said = [(reason, ", ".join(f"{e.temperature:g}" for e in undetermined if e.reason == reason)) for reason in reasons]
+        raise InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in said))
     known = np.ix_(sure, sure)
     shift_fit = fit_shift_law(
         law, temperature[sure], fit.shift[sure], fit.covariance[:m, :m][known], int(np.sum(sure[:anchor])), reference

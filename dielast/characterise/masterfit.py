@@ -40,7 +40,7 @@ class Points:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MasterFit:
-    """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curve, the residuals (n,) in decades.
+    """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curve and the residuals (n,).
 
     `offset_spread` is the standard deviation, in decades of modulus, of the vertical offsets that were allowed for but not applied.
     """
@@ -161,10 +161,10 @@ def _assemble(points: Points, theta: Array, prior: _Prior, weights: Weights, spa
     key = (rows * m + curve).ravel()
     cross = np.hstack([np.bincount(key, (weighted * side).ravel(), minlength=size * m).reshape(size, m) for side in sides])
     own = np.block([[np.diag(np.bincount(curve, weight * one * other, minlength=m)) for other in sides] for one in sides])
-    pull = np.concatenate([np.bincount(curve, weight * residual * side, minlength=m) for side in sides])
+    pull = np.concatenate([np.bincount(curve, weight * residual * side, minlength=m) for side in sides]).astype(float)
     away = theta - prior.mean
     normal: Array = (own - cross.T @ inverse @ cross)[np.ix_(free, free)] + np.diag(prior.precision[free])
-    gradient: Array = pull[free] + (prior.precision * away)[free]
+    gradient = np.asarray(pull[free] + (prior.precision * away)[free])
     cost = float(np.sum(weight * residual**2) + np.sum(prior.precision * away**2))
     return _State(theta, Spline(origin, spacing, coefficient, end), residual, cost, gradient, normal, weights)
 
@@ -177,7 +177,7 @@ def _step(points: Points, prior: _Prior, state: _State) -> tuple[_State, float]:
         theta = state.theta.copy()
         theta[prior.free] += step
         new = _assemble(points, theta, prior, state.weights, state.spline.spacing)
-        moved = float(np.sqrt(max(step @ state.normal @ step, 0.0) / step.size))
+        moved = float(np.sqrt(max(float(step @ state.normal @ step), 0.0) / step.size))
         if moved < CONVERGED or new.cost <= state.cost:
             return new, moved
         step = step / 3

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 from numpy.typing import ArrayLike, NDArray
 
+from dielast.errors import InputError
+
 Array = NDArray[np.float64]
 
 
@@ -35,9 +37,19 @@ def fit_polynomial(log10_time: Array, log10_modulus: Array, degree: int, weight:
     """Least-squares polynomial through points of shape (n,), each squared residual times its `weight`.
 
     Held in Chebyshev form over the points' own range, where the fit is well conditioned at any degree and in any unit of time.
+    `InputError` if the points do not determine it.
     """
+    times = np.unique(log10_time).size
+    if times <= degree:
+        raise InputError(
+            f"a polynomial of degree {degree} needs points at {degree + 1} different times, and the curve has {times}: "
+            f"lower polynomial_degree"
+        )
     domain = [float(log10_time.min()), float(log10_time.max())]
-    return Chebyshev.fit(log10_time, log10_modulus, degree, domain=domain, w=np.sqrt(weight))
+    fitted, (_, rank, _, _) = Chebyshev.fit(log10_time, log10_modulus, degree, domain=domain, w=np.sqrt(weight), full=True)
+    if rank <= degree:
+        raise InputError(f"the curve's times are too bunched for a polynomial of degree {degree}: lower polynomial_degree")
+    return fitted
 
 
 def relaxation_times(slowest: float, fastest: float, branches: int) -> Array:

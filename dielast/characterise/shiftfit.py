@@ -134,11 +134,11 @@ def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
     highest = -0.98 / float(distance.min()) if distance.min() < 0 else np.inf  # a pole among the measured temperatures is no law
     g, k = _gauss_newton(distance, wanted, whiten, lowest, highest)
     jacobian = _jacobian(distance, g, k, whiten)
-    normal = jacobian.T @ jacobian
+    normal: Array = jacobian.T @ jacobian
     misfit = _misfit(whiten @ (wanted + g * distance / (1 + k * distance)), 2)
     scale = np.sqrt(np.diag(normal))
     regular = distance.size >= 2 and np.linalg.cond(normal / np.outer(scale, scale)) < 1e12
-    moments = np.linalg.inv(normal) if regular else np.full((2, 2), np.inf)
+    moments: Array = np.asarray(np.linalg.inv(normal)) if regular else np.full((2, 2), np.inf)
     spread = float(np.sqrt(moments[1, 1] * max(misfit, 1.0)))
     held = k <= max(spread, 0.0)
     if held:
@@ -146,7 +146,7 @@ def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
         k_fitted, k = k, 1 / kelvin
         g, variance, response, misfit = _linear(whiten, -distance / (1 + k * distance), wanted)
         moments = np.array([[variance[0, 0], 0.0], [0.0, 0.0]])
-        response = np.vstack((response, np.zeros_like(response)))
+        response = np.vstack((response, np.zeros(response.shape)))
         why = "do not tell the WLF constants C1 and C2 apart" if spread >= abs(k_fitted) else "bend the other way than the WLF law"
         warn(
             f"the shift factors of {distance.size + 1} temperatures {why}: C2 = T_ref in kelvin is assumed, "

@@ -19,7 +19,9 @@ Array = NDArray[np.float64]
 Method = Literal["schwarzl-staverman", "nnls"]
 Ends = tuple[float | None, float | None]
 
-_TOLERATED = 0.02  # of G(t): what clipping negative moduli may change, and how far the equilibrium modulus may lie above the curve
+_TOLERATED = 0.02  # of G(t): what clipping negative moduli may change; and the equilibrium modulus above the curve without a word
+_ABOVE = 0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused
+_ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
 _LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
 _POOR_POLYNOMIAL = 0.05  # relative rms
 _POOR_FIT = 0.10  # relative rms
@@ -97,7 +99,7 @@ def fit_spectrum(
     else:
         shortest, longest = _range(relaxation_time, (time[0] / 2, time[-1] / 2))
         tau = ss.relaxation_times(longest, shortest, branches)
-        polynomial = _polynomial(log10_time, shear, polynomial_degree)
+        polynomial = ss.fit_polynomial(log10_time, np.log10(shear), polynomial_degree, votes(log10_time))
         polynomial_error = _judge_polynomial(polynomial, log10_time, shear)
         equilibrium = long_end.modulus if known_equilibrium is None else known_equilibrium
         cumulative = ss.CumulativeSpectrum(polynomial, equilibrium)(tau)
@@ -173,8 +175,11 @@ def _check_moduli(equilibrium: float | None, glassy: float | None, smallest: flo
         raise InputError(f"glassy_modulus = {glassy:g} Pa: it must be finite and positive")
     if equilibrium is not None and glassy is not None and equilibrium >= glassy:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa must be smaller than glassy_modulus = {glassy:g} Pa")
-    if equilibrium is not None and equilibrium > (1 + _TOLERATED) * smallest:
+    excess = 0.0 if equilibrium is None else equilibrium / smallest - 1
+    if excess > _ABOVE:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa is above the end of the curve, {smallest:.4g} Pa: lower it")
+    if excess > _TOLERATED:
+        warn(f"equilibrium_modulus = {equilibrium:g} Pa is {excess:.1%} above the end of the curve, {smallest:.4g} Pa")
 
 
 def _range(wanted: Ends, default: tuple[float, float]) -> tuple[float, float]:
@@ -183,15 +188,6 @@ def _range(wanted: Ends, default: tuple[float, float]) -> tuple[float, float]:
     if shortest >= longest:
         raise InputError(f"no relaxation time lies between min = {shortest:.3g} s and max = {longest:.3g} s: state both")
     return shortest, longest
-
-
-def _polynomial(log10_time: Array, shear: Array, degree: int) -> Chebyshev:
-    times = np.unique(log10_time).size
-    if times <= degree:
-        raise InputError(
-            f"a polynomial of degree {degree} needs {degree + 1} different times, and the curve has {times}: lower the degree"
-        )
-    return ss.fit_polynomial(log10_time, np.log10(shear), degree, votes(log10_time))
 
 
 def _rms(values: Array) -> float:
@@ -228,7 +224,7 @@ def _warn_unless_level(slope: float, equilibrium: float) -> None:
 
 def _judge_clipping(tau: Array, moduli: Array, branches: int, time: Array, model: Array) -> int:
     """Number of negative moduli; refuses where setting them to zero changes G(t) too much."""
-    negative = moduli < 0
+    negative = moduli < -_ROUNDING * float(model.max())
     if not negative.any():
         return 0
     count = int(negative.sum())

@@ -114,7 +114,7 @@ def read_curves(data: RelaxationData, inputs: Inputs) -> list[RelaxationCurve]:
             _refuse(table, temperature <= -ZERO_CELSIUS, "temperature", "is at or below absolute zero")
         else:
             temperature = np.full(time.size, _temperature_of(data, index, name))
-        kept = time >= data.discard_before
+        kept = time >= data.discard_before if data.discard_before > 0 else np.ones(time.size, dtype=bool)
         _refuse(table, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
         if not np.any(kept):
             raise InputError(f"{name}: discard_before = {data.discard_before:g} s leaves no points")

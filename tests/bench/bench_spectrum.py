@@ -2,8 +2,8 @@
 
     python tests/bench/bench_spectrum.py CURVE.csv [--peer PYTHON]
 
-CURVE.csv holds time (s) and Young's relaxation modulus (MPa) below two header rows; the one meant is the 31-decade curve of pyvisco's
-examples. PYTHON is an interpreter that has pyvisco; by default this one.
+CURVE.csv holds time (s) and Young's relaxation modulus (MPa) below two header rows; the one meant is the curve over 31 decades
+of pyvisco's examples. PYTHON is an interpreter that has pyvisco; by default this one.
 """
 
 from __future__ import annotations

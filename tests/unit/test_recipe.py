@@ -136,12 +136,17 @@ def test_lists_are_overridden_by_index(folder: Path) -> None:
     assert "has entries 0 to 1" in mistakes(folder, text, "material.breakdown.field.2=1")[0]
 
 
-@given(st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=9), lambda x: st.lists(x, max_size=3)))
+@given(
+    st.recursive(st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=9), lambda x: st.lists(x, max_size=3))
+)
 def test_any_value_anywhere_is_read_or_told(value: object) -> None:
     from dielast.recipe.validate import check
 
     for key in ("mastercurve", "data", "fit", "truncate", "material", "title"):
-        for document in ({key: value}, {key: {"file": value, "branches": value, "columns": value, "name": value, "breakdown": value}}):
+        for document in (
+            {key: value},
+            {key: {"file": value, "branches": value, "columns": value, "name": value, "breakdown": value}},
+        ):
             try:
                 check(SpectrumRecipe, {"kind": "spectrum", "mastercurve": "x", **document}, "any", Path("/nowhere"))
             except InputError as error:

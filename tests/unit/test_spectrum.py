@@ -133,6 +133,21 @@ def test_a_given_equilibrium_modulus_is_kept(method: Method) -> None:
     assert 3 * fit.equilibrium_shear_modulus == 2.9e4
 
 
+@pytest.mark.filterwarnings("ignore:the spectrum misses the curve")
+@pytest.mark.parametrize("method", METHODS)
+def test_an_equilibrium_modulus_a_little_above_the_curve_is_warned_of(method: Method) -> None:
+    time, modulus = smooth_curve()
+    with pytest.warns(DielastWarning, match="above the end of the curve"):
+        fit_spectrum(time, modulus, method=method, equilibrium_modulus=1.04 * modulus[-1], relaxation_time=(1e-5, 1e3))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_solid_that_does_not_relax_has_no_processes(method: Method) -> None:
+    fit = fit_spectrum(np.logspace(-3, 3, 50), np.full(50, 6e4), method=method)
+    assert fit.equilibrium_shear_modulus == pytest.approx(2e4)
+    assert fit.spectrum.shear_modulus.max() < 1e-6
+
+
 def test_a_melt_has_no_equilibrium_modulus() -> None:
     time = np.logspace(-3, 3, 121)
     melt = Spectrum(np.array([100.0, 3.0, 0.1]), np.array([1e4, 4e4, 1e5]))
@@ -201,7 +216,7 @@ def test_extrapolation_is_warned_of(method: Method, reach: tuple[float, float]) 
         ({"branches": 2}, "branches = 2: schwarzl-staverman needs at least 3"),
         ({"branches": 0, "method": "nnls"}, "branches = 0: nnls needs at least 1"),
         ({"polynomial_degree": 0}, "polynomial_degree = 0"),
-        ({"polynomial_degree": 300}, "a polynomial of degree 300 needs 301"),
+        ({"polynomial_degree": 300}, "a polynomial of degree 300 needs points at 301"),
         ({"relaxation_time": (10.0, 1.0)}, "min = 10 s must be shorter than max = 1 s"),
         ({"relaxation_time": (1.0, 1.0)}, "must be shorter"),
         ({"relaxation_time": (0.0, 1.0)}, "relaxation_time min = 0 s"),

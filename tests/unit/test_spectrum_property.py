@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dielast.characterise.nnls import Curve, fit_moduli
-from dielast.characterise.spectrum import fit_spectrum
+from dielast.characterise.spectrum import Method, fit_spectrum
+from dielast.errors import InputError
 from dielast.prony import Spectrum
 
 strengths = st.lists(st.floats(min_value=0, max_value=1), min_size=8, max_size=8).filter(lambda found: max(found) > 0.01)
@@ -24,6 +26,33 @@ def test_noise_free_series_give_their_curve_back(heights: list[float], level: fl
     fit = fit_spectrum(time, young, method="nnls", branches=8, relaxation_time=(10**decade * 1e-4, 10**decade * 1e3))
     assert fit.max_relative_error < 1e-6
     assert np.all(fit.spectrum.shear_modulus >= 0)
+
+
+@given(
+    st.sampled_from(["schwarzl-staverman", "nnls"]),
+    st.integers(min_value=0, max_value=2**31),
+    st.integers(min_value=9, max_value=80),
+    st.integers(min_value=3, max_value=40),
+)
+@settings(max_examples=60, deadline=None)
+@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+def test_any_curve_gives_a_finite_spectrum_or_a_refusal(method: Method, seed: int, points: int, branches: int) -> None:
+    rng = np.random.default_rng(seed)
+    x = np.sort(rng.uniform(-6, 6, points))
+    modulus = 10 ** (rng.uniform(3, 9) - np.cumsum(rng.exponential(rng.uniform(0, 0.2), points)))
+    noisy = modulus * np.exp(rng.uniform(0, 0.05) * rng.standard_normal(points))
+    refused = ""
+    try:
+        fit = fit_spectrum(10**x, noisy, method=method, branches=branches)
+    except InputError as refusal:
+        refused = str(refusal)
+    if refused:
+        assert "moduli came out negative" in refused
+        return
+    assert np.all(np.isfinite(fit.model))
+    assert np.isfinite(fit.rms_relative_error)
+    assert np.all(fit.spectrum.shear_modulus >= 0)
+    assert fit.equilibrium_shear_modulus >= 0
 
 
 @given(st.integers(min_value=0, max_value=2**31), st.floats(min_value=0, max_value=0.1), st.integers(min_value=1, max_value=25))

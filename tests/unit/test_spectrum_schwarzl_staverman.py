@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev
 
 from dielast.characterise.schwarzl_staverman import CumulativeSpectrum, discrete_moduli, fit_polynomial, relaxation_times
+from dielast.errors import InputError
 
 levels = st.lists(st.floats(min_value=0, max_value=1e9), min_size=3, max_size=40)
+
+
+def test_bunched_times_do_not_determine_a_polynomial() -> None:
+    x = np.concatenate([np.linspace(0, 1e-9, 20), np.linspace(1, 1 + 1e-9, 20)])
+    with pytest.raises(InputError, match="too bunched for a polynomial of degree 7"):
+        fit_polynomial(x, -x, 7, np.ones(x.size))
 
 
 def test_relaxation_times_run_from_the_slowest_to_the_fastest_in_equal_ratios() -> None:
@@ -50,6 +58,6 @@ def test_a_power_law_has_a_power_law_for_its_cumulative_spectrum(exponent: float
 def test_a_polynomial_is_recovered_wherever_the_origin_of_time_lies(degree: int, origin: float, seed: int) -> None:
     coefficients = np.random.default_rng(seed).uniform(-1, 1, degree + 1)
     x = np.linspace(-7, 5, 200)
-    y = np.polynomial.chebyshev.chebval((x + 1) / 6, coefficients)
+    y = np.asarray(np.polynomial.chebyshev.chebval((x + 1) / 6, coefficients), dtype=np.float64)
     fitted = fit_polynomial(x + origin, y, degree, np.ones(x.size))
     np.testing.assert_allclose(fitted(x + origin), y, atol=1e-11)

@@ -1,0 +1,222 @@
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from dielast import __version__
+from dielast.recipe.models import RECIPES
+from dielast.table import parse_csv
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+Starter = Callable[[str], Path]
+NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]\d+)?")
+HEADERS = {
+    "mastercurve.csv": ["temperature [degC]", "time [s]", "reduced_time [s]", "relaxation_modulus [Pa]"],
+    "shift-factors.csv": [
+        "temperature [degC]",
+        "log10_shift_factor [1]",
+        "log10_shift_factor_stderr [1]",
+        "log10_shift_factor_fit [1]",
+        "vertical_shift [1]",
+    ],
+    "spectrum.csv": ["relaxation_time [s]", "shear_modulus [Pa]"],
+    "fit.csv": ["reduced_time [s]", "measured [Pa]", "model [Pa]"],
+}
+FILES = {
+    "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
+    "spectrum": {"spectrum.csv", "fit.csv", "material.toml", "spectrum.png", "summary.toml"},
+}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+@pytest.mark.parametrize("kind", sorted(RECIPES))
+def test_the_starter_runs_as_it_is_and_twice_the_same(kind: str, dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    recipe = starter(kind)
+    assert dielast("validate", recipe).stdout == f"{recipe}: ok\n"
+    formats = ["--plot", "png", "--plot", "svg", "--plot", "pdf"]
+    for out in ("one", "two"):
+        done = dielast(kind, recipe, "-o", out, *formats)
+        assert (done.returncode, done.stderr) == (0, "")
+    first, second = contents(tmp_path / "one"), contents(tmp_path / "two")
+    assert first == second
+    assert set(first) == FILES[kind] | {f"{kind}.svg", f"{kind}.pdf"}
+    assert first[f"{kind}.png"].startswith(b"\x89PNG")
+    for name, content in first.items():
+        assert str(tmp_path).encode() not in content
+        if name.endswith(".csv"):
+            cells = parse_csv(content, name)
+            assert list(cells) == HEADERS[name]
+            assert b"\r" not in content
+            assert all(NUMBER.fullmatch(cell) for column in cells.values() for cell in column)
+    summary = tomllib.loads(first["summary.toml"].decode())
+    assert summary["version"] == __version__
+    assert all(len(entry["sha256"]) == 64 for entry in summary["inputs"])
+
+
+def test_results_go_to_a_folder_named_after_the_recipe(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    recipe = starter("spectrum")
+    done = dielast("spectrum", recipe, "--plot", "none")
+    assert set(contents(tmp_path / "spectrum")) == FILES["spectrum"] - {"spectrum.png"}
+    assert "fit.branches = 30\n" in done.stdout
+    assert dielast("spectrum", recipe, "--plot", "none", "-q").stdout == ""
+
+
+def test_the_summary_is_printed_as_json(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    done = dielast("spectrum", starter("spectrum"), "--json", "--plot", "none", "--set", "fit.branches=13")
+    assert json.loads(done.stdout) == tomllib.loads((tmp_path / "spectrum/summary.toml").read_text())
+    assert json.loads(done.stdout)["fit"]["branches"] == 13
+
+
+def test_golden_files_are_compared_cell_by_cell(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    recipe = starter("spectrum")
+    golden = ["spectrum", recipe, "--plot", "none", "-q", "--golden", "golden"]
+    dielast("spectrum", recipe, "--plot", "none", "-o", "golden")
+    assert dielast(*golden).returncode == 0
+    table = tmp_path / "golden/spectrum.csv"
+    rows = table.read_text().splitlines()
+    time, modulus = rows[3].split(",")
+    rows[3] = f"{time},{float(modulus) * 1.00001:.9g}"
+    table.write_text("\n".join(rows) + "\n")
+    done = dielast(*golden)
+    assert done.returncode == 4
+    assert done.stderr.splitlines() == [
+        f"spectrum.csv: row 4: shear_modulus [Pa]: {modulus}; golden {float(modulus) * 1.00001:.9g}",
+        "1 difference from golden beyond a relative 1e-06",
+    ]
+    assert dielast(*golden, "--rtol", "1e-4").returncode == 0
+    table.write_text("\n".join(rows[:-1]) + "\n")
+    assert "spectrum.csv: 30 rows; golden 29" in dielast(*golden).stderr
+    table.unlink()
+    assert "spectrum.csv: not among the golden files" in dielast(*golden).stderr
+    summary = tmp_path / "golden/summary.toml"
+    summary.write_text(summary.read_text().replace("branches = 30", "branches = 31"))
+    assert "summary.toml: fit.branches: 30.0; golden 31.0" in dielast(*golden).stderr
+    assert dielast("spectrum", recipe, "--golden", "nowhere").returncode == 2
+
+
+def test_a_depfile_names_everything_read(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    recipe = starter("mastercurve")
+    (tmp_path / "my data.csv").write_bytes((Path(__file__).parents[2] / "dielast/examples/relaxation-test.csv").read_bytes())
+    recipe.write_text(recipe.read_text().replace("example:relaxation-test.csv", "my data.csv"))
+    assert dielast("mastercurve", recipe, "--plot", "none", "--depfile", "deps/m.d", "-q").returncode == 0
+    rule = (tmp_path / "deps/m.d").read_text()
+    assert rule.startswith("mastercurve/shift-factors.csv mastercurve/mastercurve.csv mastercurve/summary.toml: ")
+    assert "mastercurve.toml \\\n  my\\ data.csv\n" in rule
+
+
+def test_a_chain_goes_from_measurements_to_a_material(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    dielast("mastercurve", starter("mastercurve"), "--plot", "none", "-o", "out/mc")
+    recipe = starter("spectrum")
+    recipe.write_text(recipe.read_text().replace("example:mastercurve", "out/mc"))
+    done = dielast("spectrum", recipe, "--plot", "none", "-o", "out/sp")
+    assert done.returncode == 0, done.stderr
+    assert dielast("validate", "out/sp/material.toml").returncode == 0
+    summary = tomllib.loads((tmp_path / "out/mc/summary.toml").read_text())
+    material = tomllib.loads((tmp_path / "out/sp/material.toml").read_text())
+    assert material["shift"]["C1"] == summary["shift"]["C1"]
+    assert material["reference_temperature"] == "20 degC"
+    assert material["nonequilibrium"]["J_lim"] == 55
+
+
+def table(rows: str) -> str:
+    return "temperature [degC],time [s],relaxation_modulus [Pa]\n" + rows
+
+
+GOOD = "\n".join(f"{T},{t},{1e6 * (t * 10 ** (T / 40)) ** -0.3:.6g}" for T in (0, 20) for t in (1, 2, 4, 8, 16, 32, 64))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, 'data.file: "dma.csv": no such file'),
+        ("", "dma.csv: the file is empty"),
+        ("\x00\x01\x02", "dma.csv: "),
+        (table(GOOD).replace("time [s]", "zeit [s]"), 'dma.csv: no column "time [s]" for time; '),
+        (table(GOOD).replace("time [s]", "time [kg]"), 'no column "time [s]" for time; did you mean "time [kg]"?'),
+        (table(GOOD).replace("20,4,", "20,four,"), 'dma.csv: line 11: column "time": "four" is not a finite number'),
+        (table(GOOD).replace("20,4,", "20,nan,"), 'dma.csv: line 11: column "time": "nan" is not a finite number'),
+        (table(GOOD).replace("20,4,", "20,-4,"), "dma.csv: line 11: time is not above zero"),
+        (table(GOOD).replace("0,1,", "0,0,"), "dma.csv: line 2: time is not above zero"),
+        (table("\n".join(GOOD.splitlines()[:7])), "temperature"),
+    ],
+)
+def test_bad_input_is_one_line_and_writes_nothing(
+    content: str | None, message: str, dielast: Run, starter: Starter, tmp_path: Path
+) -> None:
+    recipe = starter("mastercurve")
+    recipe.write_text(recipe.read_text().replace("example:relaxation-test.csv", "dma.csv"))
+    if content is not None:
+        (tmp_path / "dma.csv").write_text(content)
+    before = {path.name for path in tmp_path.iterdir()}
+    done = dielast("mastercurve", recipe)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert "Traceback" not in done.stderr
+    assert {path.name for path in tmp_path.iterdir()} - {".matplotlib"} == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["mastercurve", "gone.toml"], 2, "gone.toml: no such file\n"),
+        (["mastercurve", "."], 2, ".: is a folder, a file is needed\n"),
+        (["mastercurve"], 2, "Missing argument"),
+        (["mastercurv"], 2, "No such command"),
+        (["new", "nothing"], 2, '"nothing" is no kind of recipe; there are mastercurve, spectrum'),
+        (["--plot"], 2, "No such option"),
+        (["spectrum", "x.toml", "--plot", "bmp"], 2, "Invalid value for '--plot'"),
+    ],
+)
+def test_wrong_usage_exits_with_2(arguments: list[str], code: int, message: str, dielast: Run) -> None:
+    done = dielast(*arguments)
+    assert done.returncode == code
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_an_output_folder_that_is_a_file_is_told_before_work_is_done(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("precious")
+    done = dielast("spectrum", starter("spectrum"), "-o", "taken")
+    assert done.returncode == 2
+    assert done.stderr == "taken: is a file, a folder for the results is needed (see --out)\n"
+    assert (tmp_path / "taken").read_text() == "precious"
+
+
+def test_version_help_and_schema(dielast: Run) -> None:
+    assert dielast("--version").stdout == f"dielast {__version__}\n"
+    for arguments in (["--help"], ["mastercurve", "-h"], ["spectrum", "--help"]):
+        assert "Usage: " in dielast(*arguments).stdout
+    schema = json.loads(dielast("schema").stdout)
+    assert len(schema["oneOf"]) == len(RECIPES)
+
+
+def test_validate_tells_every_mistake_of_every_recipe(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.toml"
+    bad.write_text('kind = "spectrum"\nmastercurve = "nowhere"\nfitt = 3\n')
+    done = dielast("validate", starter("spectrum"), bad, "gone.toml")
+    assert done.returncode == 2
+    assert done.stdout.endswith("spectrum.toml: ok\n")
+    assert done.stderr.splitlines() == [
+        f'{bad}: mastercurve: "nowhere": no such folder',
+        f'{bad}: fitt: unknown key; did you mean "fit"?',
+        "gone.toml: no such file",
+    ]
+
+
+def test_start_up_loads_nothing_heavy(dielast: Run) -> None:
+    import sys
+
+    code = "import sys; sys.argv = ['dielast', '--help']\nfrom dielast.cli import main\ntry: main()\nexcept SystemExit: pass\n"
+    code += "print(sorted({'numpy', 'scipy', 'pandas', 'matplotlib', 'pint', 'rich'} & sys.modules.keys()))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
