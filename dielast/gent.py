@@ -1,8 +1,7 @@
-"""Hyperelastic springs of an incompressible membrane: plane stress, through-thickness stress eliminated.
+"""Hyperelastic laws W(I1) of unit shear modulus, with I1 the sum of the squared elastic stretches.
 
-A spring is described by its squared elastic stretches, an array of shape (2, ...): A = lambda_1^2 and B = lambda_2^2 in front, with
-C = 1/(A B) = lambda_3^2 understood. Every law here has unit shear modulus; the caller multiplies by mu. A second law is a second
-frozen dataclass that offers what `SpringLaw` asks for.
+A law answers for its stiffness phi = 2 dW/dI1 alone; what that means for a membrane under plane stress is `kinematics`' business. Another law is
+another frozen dataclass with what `SpringLaw` asks for (neo-Hookean is Gent's law without a limit).
 """
 
 from __future__ import annotations
@@ -14,32 +13,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Cases = NDArray[np.intp]
 
 
 class SpringLaw(Protocol):
-    """What every hyperelastic law offers, for squared elastic stretches of shape (2, ...) and unit shear modulus."""
+    """What every law offers; `invariant` is I1 of any shape that the law's own constants broadcast against."""
 
-    def stress(self, squared_stretch: Floats) -> Floats:
-        """True stresses (p, q) in axes 1 and 2, shape (2, ...); not finite outside the law's domain."""
+    def stiffness(self, invariant: Floats) -> Floats:
+        """phi = 2 dW/dI1; infinite outside the law's domain."""
 
-    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
-        """Stresses, and their derivatives (K11, K12, K22) in the logarithmic stretches, shape (3, ...)."""
+    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
+        """phi and its derivative dphi/dI1."""
 
-    def energy(self, squared_stretch: Floats) -> Floats:
-        """Strain energy per undeformed volume, shape (...); infinite outside the law's domain."""
+    def energy(self, invariant: Floats) -> Floats:
+        """W; infinite outside the law's domain."""
 
-    def reach(self, squared_stretch: Floats) -> Floats:
-        """How much of the law's domain is used: 0 undeformed, 1 at the limit; shape (...)."""
+    def largest_invariant(self) -> Floats:
+        """The I1 that no load can reach, perhaps infinite."""
 
-    def take(self, cases: NDArray[np.intp]) -> SpringLaw:
+    def take(self, cases: Cases) -> SpringLaw:
         """The law for some of the cases, the last axis, if its constants differ from case to case."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gent:
-    """Gent's law, W = -(J/2) ln(1 - (A + B + C - 3)/J), Eq. 5 of DOI 10.1115/1.4030850; `J_lim` to infinity is neo-Hookean.
+    """Gent's law, W = -(J/2) ln(1 - (I1 - 3)/J), Eq. 5 of DOI 10.1115/1.4030850; `J_lim` to infinity is neo-Hookean.
 
-    p = (A - C)/d, q = (B - C)/d with d = 1 - (A + B + C - 3)/J. `J_lim` may be an array that broadcasts against the stresses.
+    `J_lim` may be an array that broadcasts against the invariant; its last axis of length > 1, if it has two, are the cases.
     """
 
     J_lim: float | Floats = float("inf")
@@ -51,92 +51,67 @@ class Gent:
         object.__setattr__(self, "_slope", slope)
         object.__setattr__(self, "_offset", 1 - 3 * slope)
 
-    def take(self, cases: NDArray[np.intp]) -> Gent:
-        """The law for some of the cases, if the limit is given case by case: `J_lim` of shape (n, cases)."""
+    def stiffness(self, invariant: Floats) -> Floats:
+        """1/(1 - (I1 - 3)/J)."""
+        stiffness = invariant * self._slope
+        stiffness += self._offset
+        np.maximum(stiffness, 0.0, out=stiffness)
+        return np.divide(1.0, stiffness, out=stiffness)
+
+    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
+        """phi and phi^2/J."""
+        stiffness = self.stiffness(invariant)
+        return stiffness, stiffness * stiffness * -self._slope
+
+    def energy(self, invariant: Floats) -> Floats:
+        """-(J/2) ln(1 - (I1 - 3)/J), or (I1 - 3)/2 where J is infinite."""
+        limited = self._slope < 0
+        share = np.minimum((invariant - 3) * -self._slope, 1.0)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.where(limited, 0.5 * np.log1p(-share) / np.where(limited, self._slope, 1.0), 0.5 * (invariant - 3)))
+
+    def largest_invariant(self) -> Floats:
+        """3 + J."""
+        return np.asarray(3.0 + self.J_lim)
+
+    def take(self, cases: Cases) -> Gent:
+        """The law for some of the cases, where `J_lim` is of shape (n, cases)."""
         limit = np.asarray(self.J_lim)
         return self if limit.ndim < 2 or limit.shape[-1] == 1 else Gent(limit[..., cases])
-
-    def stress(self, squared_stretch: Floats) -> Floats:
-        """True stresses (p, q); infinite or NaN at and beyond the limit."""
-        thickness, margin = self._margin(squared_stretch)
-        stress = squared_stretch - thickness
-        stress /= margin
-        return stress
-
-    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
-        """Stresses and K11 = 2(A + C)/d + 2p^2/J, K12 = 2C/d + 2pq/J, K22 = 2(B + C)/d + 2q^2/J (exact and symmetric)."""
-        thickness, margin = self._margin(squared_stretch)
-        stress = (squared_stretch - thickness) / margin
-        tangent = np.empty((3, *thickness.shape))
-        np.add(squared_stretch, thickness, out=tangent[::2])
-        tangent[1] = thickness
-        tangent /= margin
-        weighted = stress * -self._slope
-        tangent[0] += weighted[0] * stress[0]
-        tangent[1] += weighted[0] * stress[1]
-        tangent[2] += weighted[1] * stress[1]
-        tangent *= 2
-        return stress, tangent
-
-    def energy(self, squared_stretch: Floats) -> Floats:
-        """-(J/2) ln d, or (A + B + C - 3)/2 where J is infinite."""
-        excess = squared_stretch[0] + squared_stretch[1] + 1 / (squared_stretch[0] * squared_stretch[1]) - 3
-        limit = np.broadcast_to(np.asarray(self.J_lim, dtype=float), excess.shape)
-        finite = np.where(np.isfinite(limit), limit, 1.0)
-        with np.errstate(divide="ignore"):
-            stiffening = -0.5 * finite * np.log1p(-np.minimum(excess / finite, 1.0))
-        return np.asarray(np.where(np.isfinite(limit), stiffening, 0.5 * excess))
-
-    def reach(self, squared_stretch: Floats) -> Floats:
-        """(A + B + C - 3)/J."""
-        excess = squared_stretch[0] + squared_stretch[1] + 1 / (squared_stretch[0] * squared_stretch[1]) - 3
-        return np.asarray(excess / self.J_lim)
-
-    def _margin(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
-        """C, and d clamped at zero, so that whatever is divided by it shows that the limit was passed."""
-        thickness = squared_stretch[0] * squared_stretch[1]
-        np.divide(1.0, thickness, out=thickness)
-        margin = squared_stretch[0] + squared_stretch[1]
-        margin += thickness
-        margin *= self._slope
-        margin += self._offset
-        np.maximum(margin, 0.0, out=margin)
-        return thickness, margin
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstAndRest:
-    """One law for the first of n springs and another for the rest; arrays of shape (2, n, ...)."""
+    """One law for the first of n springs and another for the rest; arrays of shape (n, ...)."""
 
     first: SpringLaw
     rest: SpringLaw
 
-    def stress(self, squared_stretch: Floats) -> Floats:
-        """Stresses of both laws, joined."""
-        return np.concatenate((self.first.stress(squared_stretch[:, :1]), self.rest.stress(squared_stretch[:, 1:])), axis=1)
+    def stiffness(self, invariant: Floats) -> Floats:
+        """Stiffnesses of both laws, joined."""
+        return np.concatenate((self.first.stiffness(invariant[:1]), self.rest.stiffness(invariant[1:])))
 
-    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
-        """Stresses and tangents of both laws, joined."""
-        first, rest = self.first.tangent(squared_stretch[:, :1]), self.rest.tangent(squared_stretch[:, 1:])
-        return np.concatenate((first[0], rest[0]), axis=1), np.concatenate((first[1], rest[1]), axis=1)
+    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
+        """Stiffnesses and derivatives of both laws, joined."""
+        first, rest = self.first.hardening(invariant[:1]), self.rest.hardening(invariant[1:])
+        return np.concatenate((first[0], rest[0])), np.concatenate((first[1], rest[1]))
 
-    def energy(self, squared_stretch: Floats) -> Floats:
+    def energy(self, invariant: Floats) -> Floats:
         """Energies of both laws, joined."""
-        return np.concatenate((self.first.energy(squared_stretch[:, :1]), self.rest.energy(squared_stretch[:, 1:])))
+        return np.concatenate((self.first.energy(invariant[:1]), self.rest.energy(invariant[1:])))
 
-    def reach(self, squared_stretch: Floats) -> Floats:
-        """Reaches of both laws, joined."""
-        return np.concatenate((self.first.reach(squared_stretch[:, :1]), self.rest.reach(squared_stretch[:, 1:])))
+    def largest_invariant(self) -> Floats:
+        """Limits of both laws, joined."""
+        return np.concatenate([np.reshape(law.largest_invariant(), (1, -1)) for law in (self.first, self.rest)])
 
-    def take(self, cases: NDArray[np.intp]) -> FirstAndRest:
+    def take(self, cases: Cases) -> FirstAndRest:
         """Both laws for some of the cases."""
         return FirstAndRest(self.first.take(cases), self.rest.take(cases))
 
 
 def join(first: SpringLaw, rest: SpringLaw, count: int) -> SpringLaw:
-    """A law for one spring of `first` and `count` springs of `rest`, stacked along the axis after the components."""
+    """A law for n = 1 + `count` springs, the first of which follows `first`, the others `rest`."""
     if isinstance(first, Gent) and isinstance(rest, Gent):
-        limits = [np.reshape(first.J_lim, (1, -1)), np.reshape(rest.J_lim, (1, -1))]
-        width = max(limit.shape[1] for limit in limits)
-        return Gent(np.repeat([np.broadcast_to(limit[0], (width,)) for limit in limits], (1, count), axis=0))
+        limits = np.broadcast_arrays(np.reshape(first.J_lim, (1, -1)), np.reshape(rest.J_lim, (1, -1)))
+        return Gent(np.concatenate((limits[0], np.repeat(limits[1], count, axis=0))))
     return FirstAndRest(first, rest)

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast import kinematics
 from dielast.gent import Floats, Gent, SpringLaw, join
 from dielast.load import Control, Ramp
 from dielast.material import Material
@@ -64,9 +65,9 @@ class Points:
             self.modulus[:, cases], self.rate[:, cases], self.law.take(cases), self.permittivity[cases], self.stress_floor[cases]
         )
 
-    def springs(self, state: Floats, log_squared_stretch: Floats) -> Floats:
-        """Squared elastic stretches (2, n, cases) of a `state` at Lambda (2, cases)."""
-        elastic = log_squared_stretch[:, None] - state[:-2].reshape(2, -1, state.shape[1])
+    def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
+        """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""
+        elastic = log_squared_stretch[:, None] - internal
         return np.exp(elastic, out=elastic)
 
     def maxwell_stress(self, log_squared_stretch: Floats, field: Floats) -> Floats:
@@ -92,6 +93,16 @@ class LoadedPoints:
     def take(self, cases: Cases) -> LoadedPoints:
         """The same for some of the cases."""
         return LoadedPoints(self.points.take(cases), self.load.take(cases))
+
+    def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
+        """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
+        stressed = np.array([[control is Control.STRESS] for control in self.load.controls])
+        left_open = np.where(stressed, log_squared_stretch, nominal_stress)
+        return np.concatenate((internal.reshape(-1, internal.shape[2]), left_open))
+
+    def internal(self, state: Floats) -> Floats:
+        """x (2, n, cases) of a state."""
+        return state[:-2].reshape(2, -1, state.shape[1])
 
     def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
         """Lambda and the nominal stress (2, cases each) at a `state` under the prescribed values `driven` (3, cases)."""
@@ -134,8 +145,7 @@ class Arrowhead:
         points, load = system.points, system.load
         driven = load.value(time)
         log_squared, nominal = system.membrane(state, driven)
-        self.stress, tangent = points.law.tangent(points.springs(state, log_squared))
-        tangent *= 0.5
+        self.stress, tangent = kinematics.tangent(points.law, points.springs(system.internal(state), log_squared))
         self.flow = step * points.rate
         self._eliminate_springs(points, tangent)
         self._condense(load, step, driven, log_squared, nominal)
@@ -207,7 +217,7 @@ class Arrowhead:
         points, load = system.points, system.load
         driven = load.value(time)
         log_squared, nominal = system.membrane(state, driven)
-        stress = self.stress if history is None else points.law.stress(points.springs(state, log_squared))
+        stress = self.stress if history is None else kinematics.stress(points.law, points.springs(system.internal(state), log_squared))
         increment = np.empty_like(state)
         border = increment[-2:]
         residual = np.einsum("bcnm,cnm->bm", self.share, self._flow(stress, history))

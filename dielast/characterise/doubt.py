@@ -14,8 +14,8 @@ from dielast.errors import warn
 Array = NDArray[np.float64]
 
 UNDETERMINED = 0.5  # decades of standard error beyond which a shift factor is not a measurement
-DOUBTFUL = 0.1  # decades of standard error above which a curve must show that it has a shape to be shifted by,
-SIGNIFICANT = 4.0  # in standard errors
+DOUBTFUL = 0.05  # decades of standard error above which, with free vertical shifts, a curve must show a curvature of its own
+SIGNIFICANT = 4.0  # standard errors that a slope or a curvature must measure
 PLATEAU_RISE = 0.005  # decades of modulus over a whole curve
 PLATEAU_SLOPE = 0.05  # decades of modulus per decade of time,
 LAST_STRETCH = 0.5  # over this stretch of log time at the long end
@@ -34,16 +34,16 @@ def find_undetermined(temperature: Array, points: Points, fit: MasterFit, vertic
     """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
 
     A straight line can be slid along itself, and noise makes every line look a little bent: a fitted standard error alone would
-    trust the bends. So where it is not small, slope (or curvature, with free `vertical` shifts) must be significant in the curve.
+    trust the bends. So slope, and with free `vertical` shifts of some error curvature, must be significant in the curve itself.
     """
     stderr = np.sqrt(np.diag(fit.covariance)[: temperature.size])
     found = []
-    for k in np.flatnonzero(stderr > DOUBTFUL):
+    for k in np.flatnonzero(stderr > 0):
         own = points.curve == k
         x, y = points.log_time[own], points.log_modulus[own]
         if _significance(x, y, 1) < SIGNIFICANT or float(np.ptp(fit.spline(x - fit.shift[k]))) < PLATEAU_RISE:
             reason = "the curve is a plateau"
-        elif vertical and _significance(x, y, 2) < SIGNIFICANT:
+        elif vertical and stderr[k] > DOUBTFUL and _significance(x, y, 2) < SIGNIFICANT:
             reason = "the curve is a straight line in log-log, whose horizontal and vertical shift cannot be told apart"
         elif stderr[k] > UNDETERMINED:
             reason = "the curve overlaps the others too little"

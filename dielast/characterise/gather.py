@@ -79,7 +79,7 @@ def gather(curves: Sequence[RelaxationCurve]) -> Gathered:
                 f"{temperature[k]:g} degC: {below[k]} of {total[k]} moduli are zero or negative, the first at point {first}: "
                 "positive moduli are needed"
             )
-        warn(f"{temperature[k]:g} degC: {below[k]} of {total[k]} moduli are zero or negative (noise floor) and are left out")
+        warn(f"{temperature[k]:g} degC: {below[k]} of {total[k]} moduli are zero or negative (noise floor)")
     for k in np.flatnonzero(total - below < MIN_POINTS):
         raise InputError(f"{temperature[k]:g} degC: only {total[k] - below[k]} usable points; at least {MIN_POINTS} are needed")
     order = np.lexsort((modulus, time, curve))

@@ -142,7 +142,7 @@ def _density_temperature(temperature: Array, reference: float, expansion: float)
 def _check_usable(data: Gathered, binned: Binned) -> None:
     m = data.temperature.size
     used = np.bincount(binned.curve, minlength=m)
-    dropped = np.bincount(data.curve[binned.bin_of_point < 0], minlength=m)
+    dropped = np.bincount(data.curve[(binned.bin_of_point < 0) & (data.modulus > 0)], minlength=m)
     for k in np.flatnonzero(used < MIN_BINS)[:1]:
         floor = f" ({dropped[k]} are noise floor)" if dropped[k] else ""
         raise InputError(

@@ -161,10 +161,10 @@ def _assemble(points: Points, theta: Array, prior: _Prior, weights: Weights, spa
     key = (rows * m + curve).ravel()
     cross = np.hstack([np.bincount(key, (weighted * side).ravel(), minlength=size * m).reshape(size, m) for side in sides])
     own = np.block([[np.diag(np.bincount(curve, weight * one * other, minlength=m)) for other in sides] for one in sides])
-    pull = np.concatenate([np.bincount(curve, weight * residual * side, minlength=m) for side in sides]).astype(float)
+    pull: Array = np.hstack([np.bincount(curve, weight * residual * side, minlength=m) for side in sides])
     away = theta - prior.mean
     normal: Array = (own - cross.T @ inverse @ cross)[np.ix_(free, free)] + np.diag(prior.precision[free])
-    gradient = np.asarray(pull[free] + (prior.precision * away)[free])
+    gradient = pull[free] + (prior.precision * away)[free]
     cost = float(np.sum(weight * residual**2) + np.sum(prior.precision * away**2))
     return _State(theta, Spline(origin, spacing, coefficient, end), residual, cost, gradient, normal, weights)
 

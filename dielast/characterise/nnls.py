@@ -120,7 +120,7 @@ def place_relaxation_times(
 
     # One branch alone has no spacing to keep: its time is sought over the whole range, and to many digits.
     alone = branches == 1
-    furthest = (0.0, float(any(movable))) if alone else tuple(min(2.0, intervals / 2) * end for end in movable)
+    furthest = (0.0, float(any(movable))) if alone else tuple(min(2.0, 0.4 * intervals) * end for end in movable)
     finest, step = 1e-7 if alone else 0.1, max(furthest) / 4
     trials = sorted(product(*(np.linspace(0.0, end, 5 if end else 1).tolist() for end in furthest)), key=sum)  # widest range first
     inset, least = (0.0, 0.0), np.inf

@@ -21,8 +21,8 @@ def starting_shifts(temperature: Array, curve: Index, log_time: Array, log_modul
     """log10 a of each curve, relative to the curve numbered `anchor`, from the distance of the curves at equal modulus.
 
     `temperature` (m,) in degC, ascending; the points (n,) are sorted by curve, then time. Each curve is first made to fall
-    monotonically (isotonic regression), so that noise and bumps do no harm, and the distance is a median, so that a bad stretch does
-    none either. Raises `InputError` if the curves fall into groups with no modulus in common.
+    monotonically (isotonic regression), so that noise and bumps do no harm, and the distance is a median, so that a bad
+    stretch does none either. Raises `InputError` if the curves fall into groups with no modulus in common.
     """
     bounds = np.searchsorted(curve, np.arange(temperature.size + 1))
     falling = [_monotone(log_time[a:b], log_modulus[a:b]) for a, b in pairwise(bounds)]

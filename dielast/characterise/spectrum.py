@@ -9,9 +9,9 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.characterise import nnls as least_squares
 from dielast.characterise import schwarzl_staverman as ss
 from dielast.characterise.curve import long_time_end, short_time_end, votes
+from dielast.characterise.nnls import Curve, fit_moduli, place_relaxation_times
 from dielast.errors import InputError, warn
 from dielast.prony import Spectrum
 
@@ -25,6 +25,7 @@ _ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
 _LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
 _POOR_POLYNOMIAL = 0.05  # relative rms
 _POOR_FIT = 0.10  # relative rms
+_NEXT_TO = 10**0.1  # a tenth of a decade: that close to its end, a curve still tells
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,43 +83,33 @@ def fit_spectrum(
     """
     time, measured = _sorted_curve(reduced_time, modulus)
     _check_arguments(method, branches, polynomial_degree, relaxation_time, keep)
-    log10_time, shear = np.log10(time), measured / 3
-    long_end, short_end = long_time_end(log10_time, shear), short_time_end(log10_time, shear)
-    _check_moduli(equilibrium_modulus, glassy_modulus, 3 * long_end.modulus)
-    known_equilibrium = None if equilibrium_modulus is None else equilibrium_modulus / 3
+    curve = Curve(time, measured / 3, votes(np.log10(time)))
+    plateau = long_time_end(np.log10(time), curve.modulus)
+    _check_moduli(equilibrium_modulus, glassy_modulus, 3 * plateau.modulus)
+    known = None if equilibrium_modulus is None else equilibrium_modulus / 3
     total = None if glassy_modulus is None else glassy_modulus / 3
 
     polynomial_error = smoothing = None
     if method == "nnls":
-        shortest, longest = _range(relaxation_time, (time[0], time[-1]))
-        movable = (relaxation_time[0] is None, relaxation_time[1] is None)
-        curve = least_squares.Curve(time, shear, votes(log10_time))
-        tau = least_squares.place_relaxation_times(curve, branches, shortest, longest, movable, known_equilibrium)
-        solution = least_squares.fit_moduli(curve, tau, known_equilibrium, total)
+        tau = _placed_times(curve, branches, relaxation_time, known)
+        solution = fit_moduli(curve, tau, known, total)
         moduli, equilibrium, smoothing = solution.shear_modulus, solution.equilibrium_modulus, solution.smoothing
     else:
-        shortest, longest = _range(relaxation_time, (time[0] / 2, time[-1] / 2))
-        tau = ss.relaxation_times(longest, shortest, branches)
-        polynomial = ss.fit_polynomial(log10_time, np.log10(shear), polynomial_degree, votes(log10_time))
-        polynomial_error = _judge_polynomial(polynomial, log10_time, shear)
-        equilibrium = long_end.modulus if known_equilibrium is None else known_equilibrium
+        tau = _times_on_the_curve(time, branches, relaxation_time)
+        equilibrium = plateau.modulus if known is None else known
+        polynomial = ss.fit_polynomial(np.log10(time), np.log10(curve.modulus), polynomial_degree, curve.weight)
+        polynomial_error = _judge_polynomial(polynomial, curve)
         cumulative = ss.CumulativeSpectrum(polynomial, equilibrium)(tau)
-        if (
-            total is None
-        ):  # a curve that falls from its first point on has faster processes in it than its modulus there shows: H is more
-            total = max(short_end.modulus - equilibrium, float(cumulative[-1]))
-        moduli = ss.discrete_moduli(cumulative, total)
-    # A polynomial is read at t = 2 tau; a fitted process still shows a decade away from its relaxation time, hardly farther.
-    _warn_of_extrapolation(shortest, longest, time, (10, 0.1) if method == "nnls" else (2, 2))
-    if equilibrium_modulus is None:
-        _warn_unless_level(long_end.slope, equilibrium)
+        moduli = ss.discrete_moduli(cumulative, _glassy_total(curve, equilibrium, cumulative) if total is None else total)
+    if known is None:
+        _warn_unless_level(plateau.slope, equilibrium)
 
     truncated = keep is not None and keep < branches
     tau, moduli = tau[:keep], moduli[:keep]
     spectrum = Spectrum(tau, np.maximum(moduli, 0.0))
     model = spectrum.relaxation_modulus(time, equilibrium)
     clipped = _judge_clipping(tau, moduli, branches, time, model)
-    rms, worst = _judge_fit((model / shear - 1)[time >= (tau[-1] if truncated else 0.0)], tau[-1])
+    rms, worst = _judge_fit((model / curve.modulus - 1)[time >= (tau[-1] if truncated else 0.0)], tau[-1])
     return SpectrumFit(
         method=method,
         spectrum=spectrum,
@@ -194,8 +185,29 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _judge_polynomial(polynomial: Chebyshev, log10_time: Array, shear: Array) -> float:
-    error = _rms(10 ** polynomial(log10_time) / shear - 1)
+def _placed_times(curve: Curve, branches: int, wanted: Ends, equilibrium: float | None) -> Array:
+    """Relaxation times for nnls, slowest first."""
+    shortest, longest = _range(wanted, (curve.time[0], curve.time[-1]))
+    # A process still shows a decade away from its relaxation time, hardly farther.
+    _warn_of_extrapolation(shortest, longest, curve.time, seen_at=(10, 0.1))
+    return place_relaxation_times(curve, branches, shortest, longest, (wanted[0] is None, wanted[1] is None), equilibrium)
+
+
+def _times_on_the_curve(time: Array, branches: int, wanted: Ends) -> Array:
+    """Relaxation times for schwarzl-staverman, slowest first."""
+    shortest, longest = _range(wanted, (time[0] / 2, time[-1] / 2))
+    _warn_of_extrapolation(shortest, longest, time, seen_at=(2, 2))
+    return ss.relaxation_times(longest, shortest, branches)
+
+
+def _glassy_total(curve: Curve, equilibrium: float, cumulative: Array) -> float:
+    """mu_neq from the curve. Where it falls from its first point on, faster processes than that are in it: then H is more."""
+    largest = short_time_end(np.log10(curve.time), curve.modulus).modulus
+    return max(largest - equilibrium, float(cumulative[-1]))
+
+
+def _judge_polynomial(polynomial: Chebyshev, curve: Curve) -> float:
+    error = _rms(10 ** polynomial(np.log10(curve.time)) / curve.modulus - 1)
     if error > _POOR_POLYNOMIAL:
         warn(
             f"the polynomial of degree {polynomial.degree()} misses the curve by {error:.1%} rms: try another polynomial_degree, "
@@ -206,8 +218,7 @@ def _judge_polynomial(polynomial: Chebyshev, log10_time: Array, shear: Array) ->
 
 def _warn_of_extrapolation(shortest: float, longest: float, time: Array, seen_at: tuple[float, float]) -> None:
     """Warn where the times at which the ends of the spectrum are seen, in units of their own, are off the curve."""
-    slack = 1e-9
-    if seen_at[0] * shortest < time[0] * (1 - slack) or seen_at[1] * longest > time[-1] * (1 + slack):
+    if seen_at[0] * shortest < time[0] / _NEXT_TO or seen_at[1] * longest > time[-1] * _NEXT_TO:
         warn(
             f"relaxation times from {shortest:.3g} to {longest:.3g} s reach farther than the curve, from {time[0]:.3g} to "
             f"{time[-1]:.3g} s, can tell: the spectrum is extrapolated"

@@ -1,0 +1,176 @@
+"""Master curves of material whose shift factors are known: the reconstruction of VHB 4905, and measured polystyrene."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+from dielast.errors import DielastWarning
+from dielast.prony import Spectrum
+from dielast.shift import WLF
+
+LAW = WLF(20.0, 13.7, 187.1)
+EQUILIBRIUM = 26e3  # Pa
+# log10 G over log10 t of the reconstruction (fitted to published figures; never a measurement), highest power first
+POLYNOMIAL = (
+    -1.09196136e-06,
+    5.82911403e-06,
+    1.38496445e-04,
+    -9.05466661e-04,
+    -3.87896645e-03,
+    5.67261496e-02,
+    -2.82629798e-01,
+    5.03605001,
+)
+
+
+def reconstruction() -> Spectrum:
+    """Eqs. 16-20 of DOI 10.1115/1.4030850 with N = 30."""
+    f0 = np.poly1d(POLYNOMIAL)
+    tau = np.geomspace(1.59e5, 3.98e-8, 30)
+    x = np.log10(2 * tau)
+    slower = 10 ** f0(x) * (1 - f0.deriv()(x)) - EQUILIBRIUM
+    mu = np.empty(30)
+    mu[0] = (slower[0] + slower[1]) / 2
+    mu[1:-1] = (slower[2:] - slower[:-2]) / 2
+    mu[-1] = 230e6 - np.sum(mu[:-1])
+    return Spectrum(tau, mu)
+
+
+SPECTRUM = reconstruction()
+TEMPERATURES = np.arange(60.0, -41.0, -5.0)
+
+
+def measure(
+    temperatures: np.ndarray = TEMPERATURES, *, points: int = 60, noise: float = 0.01, seed: int = 0, time: np.ndarray | None = None
+) -> list[RelaxationCurve]:
+    rng = np.random.default_rng(seed)
+    t = np.geomspace(0.1, 1200, points) if time is None else time
+    curves = []
+    for temperature in temperatures:
+        modulus = 3 * SPECTRUM.relaxation_modulus(t / 10 ** float(LAW.log10_shift_factor(temperature)), EQUILIBRIUM)
+        curves.append(RelaxationCurve(float(temperature), t, modulus * (1 + noise * rng.standard_normal(t.size))))
+    return curves
+
+
+def error(master: MasterCurve) -> np.ndarray:
+    truth = LAW.log10_shift_factor(master.temperature) - LAW.log10_shift_factor(master.reference_temperature)
+    return master.log10_shift_factor - truth
+
+
+@pytest.mark.parametrize("reference", [20.0, -40.0, 60.0, 22.5])
+def test_without_noise_the_shift_factors_are_exact(reference: float) -> None:
+    master = build_master_curve(measure(noise=0.0), reference_temperature=reference)
+    assert np.max(np.abs(error(master))) < 2e-5
+    moved = 187.1 + reference - 20
+    np.testing.assert_allclose(master.law_parameters["C2"], moved, rtol=1e-5)
+    np.testing.assert_allclose(master.law_parameters["C1"], 13.7 * 187.1 / moved, rtol=1e-5)
+    assert master.rms_residual_decades < 1e-4
+
+
+def test_paper_constants_from_noisy_curves() -> None:
+    master = build_master_curve(measure(), reference_temperature=20.0)
+    assert np.sqrt(np.mean(error(master) ** 2)) < 0.006
+    np.testing.assert_allclose(master.law_parameters["C1"], 13.7, rtol=0.005)
+    np.testing.assert_allclose(master.law_parameters["C2"], 187.1, rtol=0.005)
+    np.testing.assert_allclose(master.equilibrium_modulus, 0.078e6, rtol=0.02)
+    np.testing.assert_allclose(master.rms_residual_decades, 0.01 / np.log(10), rtol=0.1)
+    assert np.ptp(np.log10(master.reduced_time)) > 12.9
+
+
+@pytest.mark.parametrize("setting", ["none", "free"])
+def test_standard_errors_cover_the_truth(setting: str) -> None:
+    """95 % intervals hold the truth in 92-98 % of cases; shift factors and the constants of the law alike."""
+    inside, constants = [], []
+    for seed in range(200 if setting == "none" else 60):
+        curves = measure(TEMPERATURES if setting == "none" else TEMPERATURES[4:17:2], seed=seed)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DielastWarning)  # the shorter range has no plateau
+            master = build_master_curve(curves, reference_temperature=20.0, vertical=setting)  # type: ignore[arg-type]
+        moved = master.temperature != 20.0
+        inside.append(np.abs(error(master))[moved] < 1.96 * master.log10_shift_factor_stderr[moved])
+        truth = {"C1": 13.7, "C2": 187.1}
+        constants.append([abs(master.law_parameters[name] - truth[name]) < 1.96 * master.law_stderr[name] for name in truth])
+    low, high = (0.92, 0.98) if setting == "none" else (0.90, 0.99)  # fewer repeats, wider band
+    assert low <= np.mean(inside) <= high
+    assert low <= np.mean(constants) <= 0.99
+
+
+def test_vertical_shifts_are_recovered() -> None:
+    truth = 1 / (1 + 0.002 * (TEMPERATURES - 20.0))
+    curves = [RelaxationCurve(c.temperature, c.time, c.modulus / b) for c, b in zip(measure(), truth, strict=True)]
+    master = build_master_curve(curves, reference_temperature=20.0, vertical="free")
+    deviation = master.vertical_shift - truth[::-1]
+    assert np.all(np.abs(deviation) <= 4 * master.vertical_shift_stderr + 1e-12)
+    assert np.max(np.abs(deviation)) < 0.06
+    assert master.vertical_shift[master.temperature == 20.0] == 1.0
+
+
+def test_specimen_scatter_is_allowed_for_and_said() -> None:
+    """5 % scatter of whole curves, as specimens have it: the standard errors grow with it."""
+    inside = []
+    for seed in range(20):
+        level = 1 + 0.05 * np.random.default_rng(1000 + seed).standard_normal(TEMPERATURES.size)
+        curves = [RelaxationCurve(c.temperature, c.time, c.modulus * b) for c, b in zip(measure(seed=seed), level, strict=True)]
+        with pytest.warns(DielastWarning, match="differ vertically by about"):
+            master = build_master_curve(curves, reference_temperature=20.0)
+        assert np.all(master.vertical_shift == 1.0)
+        inside.append(np.abs(error(master)) <= 1.96 * master.log10_shift_factor_stderr)
+    assert np.mean(inside) > 0.88
+
+
+def test_linear_sampling_with_additive_noise() -> None:
+    """As instruments deliver it: thousands of points even in time, and a noise that does not shrink with the modulus."""
+    time = np.linspace(0.5, 1200, 3000)
+    rng = np.random.default_rng(3)
+    curves = [
+        RelaxationCurve(c.temperature, c.time, c.modulus + 2e4 * rng.standard_normal(time.size)) for c in measure(time=time, seed=3)
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        master = build_master_curve(curves, reference_temperature=20.0)
+    assert np.all(np.abs(error(master)) <= 3 * master.log10_shift_factor_stderr)
+    np.testing.assert_allclose(master.law_parameters["C2"], 187.1, rtol=0.01)
+
+
+def test_spikes_and_bumps_do_no_harm() -> None:
+    curves = [(c.temperature, c.time, c.modulus.copy()) for c in measure()]
+    curves[5][2][30] *= 10
+    curves[7][2][0] *= 0.01
+    curves[15][2][:] *= 1 + 0.3 * np.exp(-(((np.log10(curves[15][1]) - 1) / 0.3) ** 2))
+    master = build_master_curve([RelaxationCurve(*c) for c in curves], reference_temperature=20.0)
+    assert np.sqrt(np.mean(error(master) ** 2)) < 0.006
+
+
+def test_an_empty_plateau_is_not_given_a_number() -> None:
+    """Above its longest relaxation time the reconstruction no longer relaxes, and no shift factor can be read from it."""
+    with pytest.warns(DielastWarning, match="400 degC: the shift factor is not determined: the curve is a plateau"):
+        master = build_master_curve(measure(np.array([-20.0, 0.0, 20.0, 40.0, 60.0, 400.0])), reference_temperature=20.0)
+    assert [entry.temperature for entry in master.undetermined] == [400.0]
+    assert np.isnan(master.log10_shift_factor[-1])
+    assert np.isinf(master.log10_shift_factor_stderr[-1])
+    assert np.all(np.isfinite(master.reduced_time))
+    np.testing.assert_allclose(master.log10_shift_factor_fit[-1], LAW.log10_shift_factor(400.0), atol=0.1)
+
+
+@pytest.mark.parametrize(("vertical", "limit"), [("none", 0.086), ("density-temperature", 0.086), ("free", 0.026)])
+def test_measured_polystyrene(shared_data: Callable[[str], Path], vertical: str, limit: float) -> None:
+    """Relaxation of polystyrene (Ricarte and Shanbhag, Polym. Chem. 15 (2024) 815) against the published shift to 160 degC."""
+    curves = []
+    for temperature in (130, 145, 160, 175, 190):
+        path = shared_data(f"polystyrene/stressrelaxation_ps{temperature}_data.csv")
+        curves.append(RelaxationCurve(float(temperature), *np.loadtxt(path, delimiter="\t", skiprows=1, unpack=True)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        master = build_master_curve(curves, reference_temperature=160.0, vertical=vertical)  # type: ignore[arg-type]
+    published = np.array([2.4607, 1.0465, 0.0, -0.7832, -1.4393])
+    assert np.max(np.abs(master.log10_shift_factor - published)) <= limit
+    if vertical == "free":
+        np.testing.assert_allclose(master.vertical_shift, [1.1743, 1.0917, 1, 0.9586, 0.8858], atol=0.05)
+    np.testing.assert_allclose(master.law_parameters["C1"], 6.95, rtol=0.05)
+    np.testing.assert_allclose(master.law_parameters["C2"], 115.0, rtol=0.05)

@@ -1,0 +1,55 @@
+"""Imports point only downwards: a module may import from the layers below its own, or from its own."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[2] / "dielast"
+# from the ground up; a name stands for a module or a whole folder
+LAYERS = [
+    {"_version", "errors"},
+    {"units"},
+    {"gent", "shift", "prony", "rosenbrock"},
+    {"material", "load"},
+    {"point"},
+    {"integrate"},
+    {"characterise", "simulate"},
+    {"files", "table"},
+    {"measured"},
+    {"recipe", "plots"},
+    {"workflow"},
+    {"cli"},
+]
+LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
+
+
+def imported(path: Path) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("dielast."):
+            names.add(node.module.split(".")[1])
+        elif isinstance(node, ast.Import):
+            names.update(alias.name.split(".")[1] for alias in node.names if alias.name.startswith("dielast."))
+    return names
+
+
+def test_imports_point_downwards() -> None:
+    for path in sorted(PACKAGE.rglob("*.py")):
+        part = path.relative_to(PACKAGE).with_suffix("").parts[0]
+        if part == "__init__":
+            continue
+        for name in imported(path):
+            assert LEVEL[name] < LEVEL[part] or name == part, f"{path.relative_to(PACKAGE)} imports {name}"
+
+
+def test_every_module_has_a_layer() -> None:
+    parts = {path.relative_to(PACKAGE).with_suffix("").parts[0] for path in PACKAGE.rglob("*.py")} - {"__init__"}
+    assert parts <= LEVEL.keys()
+
+
+def test_the_library_knows_no_files_and_no_text() -> None:
+    for name in ("characterise", "simulate"):
+        for path in (PACKAGE / name).rglob("*.py"):
+            text = path.read_text()
+            assert not any(word in text for word in ("tomllib", "open(", "print(", "pandas", "matplotlib")), path

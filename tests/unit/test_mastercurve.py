@@ -1,0 +1,241 @@
+"""Contract of the master curve: invariances, input errors, warnings."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+from dielast.errors import DielastWarning, InputError
+from dielast.shift import WLF
+
+LAW = WLF(20.0, 8.0, 120.0)
+TIME = np.geomspace(0.1, 1000, 40)
+
+
+def modulus(temperature: float, time: np.ndarray = TIME) -> np.ndarray:
+    """A stretched transition between 1 MPa and 1 GPa, in closed form."""
+    x = np.log10(time) - float(LAW.log10_shift_factor(temperature))
+    return 10 ** (7.5 - 1.5 * np.tanh(x / 5))
+
+
+def curves(*temperatures: float, noise: float = 0.01, seed: int = 1) -> list[RelaxationCurve]:
+    rng = np.random.default_rng(seed)
+    return [RelaxationCurve(t, TIME, modulus(t) * (1 + noise * rng.standard_normal(TIME.size))) for t in temperatures]
+
+
+def build(data: list[RelaxationCurve], reference: float = 20.0, **keywords: object) -> MasterCurve:
+    """Build without regard to warnings, which other tests look at."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        return build_master_curve(data, reference_temperature=reference, **keywords)  # type: ignore[arg-type]
+
+
+def said(data: list[RelaxationCurve], reference: float = 20.0, **keywords: object) -> str:
+    """Everything that building warns of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        build_master_curve(data, reference_temperature=reference, **keywords)  # type: ignore[arg-type]
+    assert all(issubclass(entry.category, DielastWarning) for entry in caught)
+    return "\n".join(str(entry.message) for entry in caught)
+
+
+ALL = curves(0, 10, 20, 30, 40)
+
+
+def test_order_of_curves_and_points_does_not_matter() -> None:
+    rng = np.random.default_rng(2)
+    shuffled = []
+    for k in rng.permutation(len(ALL)):
+        order = rng.permutation(TIME.size)
+        shuffled.append(RelaxationCurve(ALL[k].temperature, ALL[k].time[order], ALL[k].modulus[order]))
+    one, other = build(ALL), build(shuffled)
+    for name in ("log10_shift_factor", "covariance", "reduced_time", "relaxation_modulus", "point_temperature", "smooth_modulus"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+@pytest.mark.parametrize("vertical", ["none", "free"])
+def test_units_of_time_and_modulus_do_not_matter(vertical: str) -> None:
+    scaled = [RelaxationCurve(c.temperature, c.time * 3600, c.modulus * 1e-6) for c in ALL]
+    one, other = build(ALL, vertical=vertical), build(scaled, vertical=vertical)
+    np.testing.assert_allclose(other.log10_shift_factor, one.log10_shift_factor, atol=1e-6)
+    np.testing.assert_allclose(other.log10_shift_factor_stderr, one.log10_shift_factor_stderr, rtol=1e-4)
+    np.testing.assert_allclose(other.vertical_shift, one.vertical_shift, rtol=1e-5)
+    np.testing.assert_allclose(other.equilibrium_modulus, one.equilibrium_modulus * 1e-6, rtol=1e-5)
+    np.testing.assert_allclose(other.reduced_time, one.reduced_time * 3600, rtol=1e-5)
+
+
+def test_reference_temperature_only_moves_the_origin() -> None:
+    at_20, at_25, at_35 = build(ALL), build(ALL, 25.0), build(ALL, 35.0)  # one measured, two not
+    for other in (at_20, at_25):
+        step = other.log10_shift_factor - at_35.log10_shift_factor
+        np.testing.assert_allclose(step, step[0], atol=1e-12)
+        for temperature in (0.0, 25.0, 40.0):
+            moved = other.law.log10_shift_factor(temperature) - other.law.log10_shift_factor(35.0)
+            np.testing.assert_allclose(at_35.law.log10_shift_factor(temperature), moved, atol=1e-9)
+    step = at_25.log10_shift_factor - at_35.log10_shift_factor
+    np.testing.assert_allclose(step[0], at_25.law.log10_shift_factor(35.0), atol=1e-12)
+    assert np.all(at_35.log10_shift_factor_stderr > 0)
+
+
+def test_unmeasured_reference_is_as_good_as_a_measured_one() -> None:
+    master = build(curves(0, 10, 20, 30, 40, noise=0.0), 26.0)
+    truth = LAW.log10_shift_factor(master.temperature) - LAW.log10_shift_factor(26.0)
+    np.testing.assert_allclose(master.log10_shift_factor, truth, atol=1e-4)
+    table = build(curves(0, 10, 20, 30, 40, noise=0.0), 26.0, law="table")
+    np.testing.assert_allclose(table.log10_shift_factor, truth, atol=1e-3)
+    assert float(table.law.log10_shift_factor(26.0)) == 0.0
+    np.testing.assert_array_equal(table.log10_shift_factor_fit, table.log10_shift_factor)
+
+
+def test_points_are_those_given_by_reduced_time() -> None:
+    master = build(ALL)
+    assert master.time.shape == (5 * TIME.size,)
+    assert np.all(np.diff(master.reduced_time) >= 0)
+    shift = dict(zip(master.temperature, master.log10_shift_factor, strict=True))
+    expected = master.time / 10 ** np.array([shift[t] for t in master.point_temperature])
+    np.testing.assert_allclose(master.reduced_time, expected)
+    smooth = np.interp(np.log10(master.reduced_time), np.log10(master.smooth_reduced_time), np.log10(master.smooth_modulus))
+    assert np.std(np.log10(master.relaxation_modulus) - smooth) < 0.006
+    np.testing.assert_allclose(master.glassy_modulus, np.max(master.relaxation_modulus), rtol=0.05)
+
+
+def test_density_temperature_follows_its_formula() -> None:
+    master = build(ALL, vertical="density-temperature", thermal_expansion=6e-4)
+    kelvin = master.temperature + 273.15
+    np.testing.assert_allclose(master.vertical_shift, (1 + 6e-4 * (master.temperature - 20)) * 293.15 / kelvin)
+    assert np.all(master.vertical_shift_stderr == 0)
+    corrected = [RelaxationCurve(c.temperature, c.time, c.modulus * b) for c, b in zip(ALL, master.vertical_shift, strict=True)]
+    np.testing.assert_allclose(build(corrected).log10_shift_factor, master.log10_shift_factor, atol=1e-9)
+
+
+def test_two_runs_of_one_temperature_are_one() -> None:
+    parts = [RelaxationCurve(20.0, ALL[2].time[part], ALL[2].modulus[part]) for part in (slice(None, None, 2), slice(1, None, 2))]
+    np.testing.assert_array_equal(build([*ALL[:2], *parts, *ALL[3:]]).log10_shift_factor, build(ALL).log10_shift_factor)
+    with pytest.raises(InputError, match=r"20 degC was measured twice .* factor of 2"):
+        build([*ALL, RelaxationCurve(20.0, TIME, ALL[2].modulus * 2)])
+    assert "20 degC: two runs differ by a factor of 1.1" in said([*ALL, RelaxationCurve(20.0, TIME, ALL[2].modulus * 1.1)])
+
+
+@given(data=st.data())
+@settings(deadline=None, max_examples=40)
+def test_partial_overlap_and_uneven_sampling(data: st.DataObject) -> None:
+    """Exact curves of unequal lengths and samplings give exact shift factors."""
+    temperatures = data.draw(st.lists(st.integers(-10, 60), min_size=2, max_size=8, unique=True))
+    temperatures = sorted(temperatures)
+    kept = [temperatures[0]]  # neighbours no more than 2.5 decades apart, so that curves of 3.4 decades and more overlap
+    for temperature in temperatures[1:]:
+        if LAW.log10_shift_factor(kept[-1]) - LAW.log10_shift_factor(temperature) < 2.5:
+            kept.append(temperature)
+    if len(kept) < 2:
+        kept.append(kept[0] + 8)
+    drawn = []
+    for temperature in kept:
+        start, length = data.draw(st.floats(-1, 0)), data.draw(st.floats(3.4, 4.5))
+        rng = np.random.default_rng(data.draw(st.integers(0, 99)))
+        inner = rng.uniform(start, start + length, data.draw(st.integers(25, 80)))
+        time = 10 ** np.concatenate(([start], inner, [start + length]))
+        drawn.append(RelaxationCurve(float(temperature), time, modulus(temperature, time)))
+    master = build(drawn, float(kept[0]))
+    truth = LAW.log10_shift_factor(master.temperature) - LAW.log10_shift_factor(float(kept[0]))
+    np.testing.assert_allclose(master.log10_shift_factor, truth, atol=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_power_law_with_free_vertical_shift_is_refused(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    line = [
+        RelaxationCurve(t, TIME, 1e6 * (TIME * 10 ** (t / 20)) ** -0.3 * (1 + 0.01 * rng.standard_normal(40)))
+        for t in (0.0, 10, 20)
+    ]
+    with (
+        pytest.warns(DielastWarning, match="straight line in log-log"),
+        pytest.raises(InputError, match="no shift factor is determined"),
+    ):
+        build_master_curve(line, reference_temperature=0.0, vertical="free")
+    np.testing.assert_allclose(build(line, 0.0).log10_shift_factor, [0, -0.5, -1], atol=0.02)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_plateaus_alone_are_refused(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    flat = [RelaxationCurve(t, TIME, 1e6 * (1 + 0.01 * rng.standard_normal(40))) for t in (0.0, 10, 20)]
+    with (
+        pytest.warns(DielastWarning, match="plateau"),
+        pytest.raises(InputError, match=r"no shift factor is determined: at .* plateau"),
+    ):
+        build_master_curve(flat, reference_temperature=0.0)
+
+
+def test_no_overlap_names_both_sides() -> None:
+    with pytest.raises(InputError, match=r"no overlap between -40 degC \(modulus .* Pa\) and 20 degC .*in between"):
+        build(curves(-40, 20, 30))
+
+
+def test_reference_outside_the_measured_range() -> None:
+    assert "60 degC is outside the measured 0 to 40 degC" in said(ALL, 60.0)
+    with pytest.raises(InputError, match="where the shift table ends"):
+        build(ALL, 60.0, law="table")
+    with pytest.raises(InputError, match="pole of the WLF law"):
+        build(ALL, -110.0)
+    with pytest.raises(InputError, match="above absolute zero"):
+        build(ALL, float("nan"))
+
+
+def test_mixed_up_temperatures_are_noticed() -> None:
+    swapped = [RelaxationCurve(40.0 - c.temperature, c.time, c.modulus) for c in ALL]
+    assert "are temperatures mixed up" in said(swapped)
+
+
+def test_missing_plateau_is_said() -> None:
+    assert "no plateau at its long end" in said(ALL)
+    assert said(curves(-20, 0, 20, 40, 60, 90, 120, 160)) == ""
+
+
+@pytest.mark.parametrize(
+    ("time", "values", "message"),
+    [
+        ([1, 2, 3], [1, 2], "30 degC: 3 times but 2 moduli"),
+        ([1, 2, float("nan")], [3, 2, 1], "30 degC: time of point 2 is nan"),
+        ([1, 2, 3], [3, float("inf"), 1], "30 degC: modulus of point 1 is inf"),
+        ([0, 2, 3], [3, 2, 1], "30 degC: time of point 0 is 0 s"),
+        ([1, -2, 3], [3, 2, 1], "30 degC: time of point 1 is -2 s"),
+    ],
+)
+def test_a_bad_curve_says_where(time: list[float], values: list[float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        RelaxationCurve(30.0, np.array(time), np.array(values))
+
+
+def test_a_bad_temperature_is_refused() -> None:
+    with pytest.raises(InputError, match="above absolute zero"):
+        RelaxationCurve(-300.0, TIME, TIME)
+
+
+def test_too_little_is_refused() -> None:
+    with pytest.raises(InputError, match="there are no curves"):
+        build([])
+    with pytest.raises(InputError, match="all curves are at 20 degC"):
+        build([ALL[2], ALL[2]])
+    with pytest.raises(InputError, match="30 degC: only 2 usable points"):
+        build([*ALL[:3], RelaxationCurve(30.0, TIME[:2], modulus(30.0)[:2])])
+    with pytest.raises(InputError, match="30 degC: only 1 distinct points"):
+        build([*ALL[:3], RelaxationCurve(30.0, np.full(9, 1.0), np.full(9, modulus(30.0)[10]))])
+    with pytest.raises(InputError, match="thermal expansion"):
+        build(ALL, vertical="density-temperature", thermal_expansion=0.1)
+
+
+def test_readings_below_zero() -> None:
+    few = ALL[4].modulus.copy()
+    few[-2:] = -1.0
+    data = [*ALL[:4], RelaxationCurve(40.0, TIME, few)]
+    assert "40 degC: 2 of 40 moduli are zero or negative" in said(data)
+    assert np.count_nonzero(build(data).point_temperature == 40.0) == 38
+    many = ALL[4].modulus.copy()
+    many[5:] = 0.0
+    with pytest.raises(InputError, match="40 degC: 35 of 40 moduli are zero or negative, the first at point 5"):
+        build([*ALL[:4], RelaxationCurve(40.0, TIME, many)])

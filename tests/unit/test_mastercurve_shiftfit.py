@@ -1,0 +1,104 @@
+"""Fitting a law to shift factors that come with a covariance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dielast.characterise.shiftfit import fit_shift_law
+from dielast.errors import DielastWarning, InputError
+from dielast.shift import WLF, Arrhenius
+
+TEMPERATURE = np.arange(-40.0, 61.0, 10.0)
+INDEPENDENT = np.eye(TEMPERATURE.size) * 1e-4
+
+
+def relative(values: np.ndarray, anchor: int) -> np.ndarray:
+    return values - values[anchor]
+
+
+def pinned(covariance: np.ndarray, anchor: int) -> np.ndarray:
+    move = np.eye(len(covariance))
+    move[:, anchor] -= 1
+    return move @ covariance @ move.T
+
+
+@given(C1=st.floats(2, 40), C2=st.floats(110, 600), anchor=st.integers(0, 10))
+@settings(deadline=None)
+def test_exact_wlf_from_any_anchor(C1: float, C2: float, anchor: int) -> None:
+    law = WLF(20.0, C1, C2)
+    fit = fit_shift_law(
+        "wlf", TEMPERATURE, relative(law.log10_shift_factor(TEMPERATURE), anchor), pinned(INDEPENDENT * 1e-6, anchor), anchor, 20.0
+    )
+    np.testing.assert_allclose([fit.parameters["C1"], fit.parameters["C2"]], [C1, C2], rtol=1e-6)
+
+
+def test_the_anchor_does_not_matter() -> None:
+    """Generalised least squares carries the noise of the curve that the others are relative to."""
+    noisy = WLF(20.0, 13.7, 187.1).log10_shift_factor(TEMPERATURE) + 0.01 * np.random.default_rng(0).standard_normal(
+        TEMPERATURE.size
+    )
+    fits = [fit_shift_law("wlf", TEMPERATURE, relative(noisy, k), pinned(INDEPENDENT, k), k, 25.0) for k in (0, 6, 10)]
+    for fit in fits[1:]:
+        np.testing.assert_allclose(fit.values, fits[0].values, rtol=1e-6)
+        np.testing.assert_allclose(fit.covariance, fits[0].covariance, rtol=1e-4)
+
+
+@pytest.mark.parametrize("law", ["wlf", "arrhenius"])
+def test_standard_errors_are_true(law: str) -> None:
+    truth = WLF(20.0, 13.7, 187.1) if law == "wlf" else Arrhenius(20.0, 9e4)
+    values = [13.7, 187.1] if law == "wlf" else [9e4]
+    rng = np.random.default_rng(5)
+    deviations = []
+    for _ in range(200):
+        noisy = truth.log10_shift_factor(TEMPERATURE) + 0.01 * rng.standard_normal(TEMPERATURE.size)
+        fit = fit_shift_law(law, TEMPERATURE, relative(noisy, 6), pinned(INDEPENDENT, 6), 6, 20.0)  # type: ignore[arg-type]
+        deviations.append((fit.values - values) / np.sqrt(np.diag(fit.covariance)))
+    assert 0.92 <= np.mean(np.abs(deviations) < 1.96) <= 0.99
+
+
+def test_misfit_widens_the_errors() -> None:
+    curved = Arrhenius(20.0, 9e4).log10_shift_factor(TEMPERATURE) + 0.1 * np.cos(TEMPERATURE)
+    fit = fit_shift_law("arrhenius", TEMPERATURE, relative(curved, 6), pinned(INDEPENDENT, 6), 6, 20.0)
+    narrow = fit_shift_law(
+        "arrhenius", TEMPERATURE, Arrhenius(20.0, 9e4).log10_shift_factor(TEMPERATURE), pinned(INDEPENDENT, 6), 6, 20.0
+    )
+    assert fit.misfit > 10
+    np.testing.assert_allclose(
+        fit.stderr["activation_energy"] ** 2, fit.misfit * narrow.stderr["activation_energy"] ** 2, rtol=1e-6
+    )
+
+
+def test_two_temperatures_give_the_ratio_only() -> None:
+    temperature = np.array([0.0, 20.0])
+    with pytest.warns(DielastWarning, match=r"2 temperatures do not tell the WLF constants C1 and C2 apart"):
+        fit = fit_shift_law("wlf", temperature, np.array([1.6, 0.0]), np.diag([1e-4, 0.0]), 1, 20.0)
+    assert np.isinf(fit.stderr["C1"])
+    assert np.isinf(fit.stderr["C2"])
+    np.testing.assert_allclose(fit.law.log10_shift_factor(temperature), [1.6, 0.0], atol=1e-12)
+    arrhenius = fit_shift_law("arrhenius", temperature, np.array([1.6, 0.0]), np.diag([1e-4, 0.0]), 1, 20.0)
+    np.testing.assert_allclose(fit.law.log10_shift_factor([-10, 35]), arrhenius.law.log10_shift_factor([-10, 35]), rtol=1e-9)
+
+
+def test_the_wrong_bend_is_said() -> None:
+    values = -0.05 * (TEMPERATURE - 20) - 0.0005 * (TEMPERATURE - 20) ** 2
+    with pytest.warns(DielastWarning, match="bend the other way"):
+        fit_shift_law("wlf", TEMPERATURE, values, pinned(INDEPENDENT, 6), 6, 20.0)
+
+
+def test_rising_activation_is_said() -> None:
+    with pytest.warns(DielastWarning, match="slower with temperature"):
+        fit_shift_law("arrhenius", TEMPERATURE, 0.05 * (TEMPERATURE - 20), pinned(INDEPENDENT, 6), 6, 20.0)
+
+
+def test_table_passes_through_every_value() -> None:
+    values = WLF(20.0, 13.7, 187.1).log10_shift_factor(TEMPERATURE)
+    fit = fit_shift_law("table", TEMPERATURE, values, pinned(INDEPENDENT, 6), 6, 13.0)
+    assert fit.parameters == {}
+    np.testing.assert_allclose(np.diff(fit.law.log10_shift_factor(TEMPERATURE)), np.diff(values), atol=1e-12)
+    np.testing.assert_allclose(fit.origin, WLF(20.0, 13.7, 187.1).log10_shift_factor(13.0), atol=1e-3)
+    np.testing.assert_allclose(np.sum(fit.origin_weight), 1.0)
+    with pytest.raises(InputError, match="where the shift table ends"):
+        fit_shift_law("table", TEMPERATURE, values, pinned(INDEPENDENT, 6), 6, 70.0)
