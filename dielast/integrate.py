@@ -57,7 +57,7 @@ class System(Protocol):
 class Stride:
     """One step of a pool of cases: `cases` says which, `accepted` which of them count; `time` and `step` are of shape (pool,).
 
-    `before` and `after` are states (rows, pool), `increments` (stages, rows, pool). A case may stand in two columns, alike in both.
+    The step ends at `until`, in the last step exactly the duration. `before` and `after` are states (rows, pool), `increments` (stages, rows, pool). A case may stand in two columns, alike in both.
     """
 
     system: System
@@ -66,6 +66,7 @@ class Stride:
     accepted: NDArray[np.bool_]
     time: Floats
     step: Floats
+    until: Floats
     before: Floats
     after: Floats
     increments: Floats
@@ -177,18 +178,18 @@ class _Pool:
         error = self.system.error(after, self.increments[-1]) / self.rtol
         error = np.where(np.isfinite(error), np.maximum(error, 1e-6), np.inf)
         accepted = (error <= 1) & self.active
-        if self.observe is not None:
+        total = time + step
+        until = np.where(step >= left, self.duration, total)
+        stop = None
+        if self.observe is not None and accepted.any():
             stop = self.observe(
-                Stride(self.system, self.method, self.cases, accepted, time, step, self.state, after, self.increments)
+                Stride(self.system, self.method, self.cases, accepted, time, step, until, self.state, after, self.increments)
             )
-        else:
-            stop = None
         factor = SAFETY * error**-self.exponent
         # Gustafsson's predictive controller: where errors grow or shrink steadily, expect them to go on so
         trend = factor * (step / last_step) * (last_error / error) ** self.exponent
         factor = np.where(accepted, np.minimum(np.where(last_step > 0, np.minimum(factor, trend), factor), GROW), np.minimum(factor, SAFETY))
         finished = accepted & (step >= left)
-        total = time + step
         shift = total - time
         low = low + (time - (total - shift)) + (step - shift)
         self.state = np.where(accepted, after, self.state)

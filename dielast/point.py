@@ -90,6 +90,11 @@ class LoadedPoints:
     points: Points
     load: Ramp
 
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end."""
+        return -2
+
     def take(self, cases: Cases) -> LoadedPoints:
         """The same for some of the cases."""
         return LoadedPoints(self.points.take(cases), self.load.take(cases))

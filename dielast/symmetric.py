@@ -41,6 +41,11 @@ class SymmetricPoints:
     load: Ramp
     symmetry: Symmetry
 
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end."""
+        return -1
+
     def take(self, cases: Cases) -> SymmetricPoints:
         """The same for some of the cases."""
         return SymmetricPoints(self.points.take(cases), self.load.take(cases), self.symmetry)

@@ -25,6 +25,7 @@ LOOSE = 30.0**-2  # precision (1/decade^2) of the prior that keeps the normal ma
 MAX_STEP = 0.5  # decades a shift may move in one iteration
 CONVERGED = 0.01  # standard errors
 ITERATIONS = 40
+NEGLIGIBLE = 1e-3  # decades of modulus: offsets of 0.2 % are below what a spline on few points can tell
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +94,7 @@ def fit_master(points: Points, start: Array, anchor: int, vertical: bool) -> Mas
     if not vertical:
         everything = _Prior(theta, prior.precision, movable)
         spread = _offset_spread(points, state, everything, anchor)
-        if spread > 0:
+        if spread > NEGLIGIBLE:
             state, prior, spread = _fit_offsets(points, state, theta, spread, anchor)
     covariance = np.zeros((2 * m, 2 * m))
     covariance[np.ix_(prior.free, prior.free)] = np.linalg.inv(state.normal) * _correlation(points, state)
@@ -163,7 +164,7 @@ def _assemble(points: Points, theta: Array, prior: _Prior, weights: Weights, spa
     own = np.block([[np.diag(np.bincount(curve, weight * one * other, minlength=m)) for other in sides] for one in sides])
     pull: Array = np.hstack([np.bincount(curve, weight * residual * side, minlength=m) for side in sides])
     away = theta - prior.mean
-    normal: Array = (own - cross.T @ inverse @ cross)[np.ix_(free, free)] + np.diag(prior.precision[free])
+    normal = np.asarray((own - cross.T @ inverse @ cross)[np.ix_(free, free)] + np.diag(prior.precision[free]))
     gradient = pull[free] + (prior.precision * away)[free]
     cost = float(np.sum(weight * residual**2) + np.sum(prior.precision * away**2))
     return _State(theta, Spline(origin, spacing, coefficient, end), residual, cost, gradient, normal, weights)
@@ -220,7 +221,7 @@ def _fit_offsets(points: Points, state: _State, start: Array, spread: float, anc
         state = _fit(points, theta, prior)
         theta = state.theta
         scatter = np.diag(np.linalg.inv(state.normal))[m - 1 :]
-        spread = float(np.sqrt(np.mean(theta[m:] ** 2 + scatter)))
+        spread = float(np.sqrt(np.mean(theta[m:] ** 2 + np.maximum(scatter, 0.0))))
     return state, prior, spread
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-SMALLEST = 1e-14  # decades squared: rounding of log10
+SMALLEST = 1e-9  # decades squared: nobody measures to 0.01 %, and sharper weights would spoil the normal equations
 BEND, ZERO = 3.0, 6.0  # standard deviations at which a point begins to lose trust, and has lost all
 
 

@@ -10,20 +10,21 @@ from pathlib import Path
 from typing import Any
 
 from dielast.errors import InputError
-from dielast.recipe.models import RECIPES
+from dielast.recipe.models import KINDS, recipe_model
 
 
 def print_starter(kind: str) -> int:
     """Print the starter recipe of `kind`."""
-    if kind not in RECIPES:
-        raise InputError(f'"{kind}" is no kind of recipe; there are {", ".join(RECIPES)}')
+    if kind not in KINDS:
+        raise InputError(f'"{kind}" is no kind of recipe; there are {", ".join(KINDS)}')
     sys.stdout.write((resources.files("dielast") / "starters" / f"{kind}.toml").read_text(encoding="utf-8"))
     return 0
 
 
 def validate_files(paths: Sequence[Path]) -> int:
     """Check recipes and material files; every mistake of every file is told before the error code."""
-    from dielast.recipe.validate import parse_toml, read_recipe
+    from dielast.recipe.cases import read_cases
+    from dielast.recipe.validate import parse_toml
 
     mistakes: list[str] = []
     for path in paths:
@@ -33,7 +34,7 @@ def validate_files(paths: Sequence[Path]) -> int:
 
                 read_material(path)
             else:
-                read_recipe(path)
+                read_cases(path)
         except InputError as error:
             mistakes += error.messages
         else:
@@ -47,7 +48,7 @@ def print_schema() -> int:
     """Print one JSON Schema for recipes of every kind, told apart by `kind`."""
     from pydantic.json_schema import models_json_schema
 
-    references, definitions = models_json_schema([(model, "validation") for model in RECIPES.values()])
+    references, definitions = models_json_schema([(recipe_model(kind), "validation") for kind in KINDS])
     schema: dict[str, Any] = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "dielast recipe",

@@ -13,8 +13,7 @@ from typing import Any
 
 from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs, depfile, write_files
-from dielast.recipe.models import RecipeBase
-from dielast.recipe.validate import read_recipe
+from dielast.recipe.cases import Case, read_cases
 
 GOLDEN_MISMATCH = 4
 
@@ -36,11 +35,11 @@ class Options:
 
 def run(kind: str, path: Path, options: Options) -> int:
     """Run the recipe in `path`, write its results, and return the exit code; raises `InputError` and `NumericsError`."""
-    recipe = read_recipe(path, kind, options.overrides)
+    cases = read_cases(path, kind, options.overrides)
     out = options.out or Path(path.stem)
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: is a file, a folder for the results is needed (see --out)")
-    files, summary, inputs, caught = compute(kind, recipe, path, options.plots)
+    files, summary, inputs, caught = compute(kind, cases, path, options.plots)
     for message in caught:
         print(f"warning: {message}", file=sys.stderr)
     write_files(out, files)
@@ -55,7 +54,7 @@ def run(kind: str, path: Path, options: Options) -> int:
 
 
 def compute(
-    kind: str, recipe: RecipeBase, path: Path, plots: Sequence[str]
+    kind: str, cases: Sequence[Case[Any]], path: Path, plots: Sequence[str]
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
     """Every file of the result (name -> bytes), its summary, what was read, and the warnings on the way."""
     from dielast.workflow.report import contents, summarise
@@ -64,7 +63,7 @@ def compute(
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", DielastWarning)
-        report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(recipe, inputs)
+        report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(cases, inputs)
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, path.name, caught)
     return contents(kind, report, summary, plots), summary, inputs, caught

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationInfo, WithJsonSchema
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    PlainValidator,
+    ValidationInfo,
+    WithJsonSchema,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from dielast import units
 from dielast.errors import InputError
 from dielast.files import resolve
+from dielast.units import Dimension
 
 
 class Section(BaseModel):
@@ -20,49 +31,55 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-def quantity(dimension: units.Dimension, *, at_least: float | None = None, above: float | None = None) -> Any:
-    """A number in `dimension.unit`, given as text with a unit; optionally bounded."""
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """Marks a number in `dimension.unit`, given as text with a unit, optionally bounded; `many` marks one or a list, as a tuple."""
 
-    def read(value: Any) -> float:
-        number = units.parse(value, dimension)
-        if above is not None and number <= above:
-            raise InputError(f'"{value}": {dimension.name} above {above:g} {dimension.unit} is needed')
-        if at_least is not None and number < at_least:
-            raise InputError(f'"{value}": {dimension.name} of at least {at_least:g} {dimension.unit} is needed')
+    dimension: Dimension
+    at_least: float | None = None
+    above: float | None = None
+    many: bool = False
+
+    def read(self, value: Any) -> float:
+        """The number; raises `InputError`."""
+        number = units.parse(value, self.dimension)
+        name, unit = self.dimension.name, self.dimension.unit
+        if self.above is not None and number <= self.above:
+            raise InputError(f'"{value}": {name} above {self.above:g} {unit} is needed')
+        if self.at_least is not None and number < self.at_least:
+            raise InputError(f'"{value}": {name} of at least {self.at_least:g} {unit} is needed')
         return number
 
-    description = f'{dimension.name[0].upper()}{dimension.name[1:]} with its unit, such as "{dimension.example}".'
-    schema = {"type": "string", "description": description, "examples": [dimension.example]}
-    return Annotated[float, BeforeValidator(read), WithJsonSchema(schema)]
+    def read_many(self, value: Any) -> tuple[float, ...]:
+        """One number or a list of them; raises `InputError`."""
+        if value == []:
+            raise InputError(f"{self.dimension.name} is needed, or a list of them")
+        return tuple(self.read(entry) for entry in (value if isinstance(value, list) else [value]))
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read_many if self.many else self.read)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        name, example = self.dimension.name, self.dimension.example
+        text = f'{name[0].upper()}{name[1:]} with its unit, such as "{example}".'
+        one = {"type": "string", "description": text, "examples": [example]}
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]} if self.many else one
 
 
-Time = quantity(units.TIME, at_least=0.0)
-PositiveTime = quantity(units.TIME, above=0.0)
-Temperature = quantity(units.TEMPERATURE, above=-units.ZERO_CELSIUS)
-TemperatureDifference = quantity(units.TEMPERATURE_DIFFERENCE, above=0.0)
-ThermalExpansion = quantity(units.THERMAL_EXPANSION)
-Modulus = quantity(units.STRESS, at_least=0.0)
-PositiveModulus = quantity(units.STRESS, above=0.0)
-Permittivity = quantity(units.PERMITTIVITY, above=0.0)
-MolarEnergy = quantity(units.MOLAR_ENERGY)
-
-
-def quantities(dimension: units.Dimension, *, above: float) -> Any:
-    """One quantity or a list of them, as a tuple of numbers in `dimension.unit`."""
-
-    def read(value: Any) -> tuple[float, ...]:
-        numbers = tuple(units.parse(entry, dimension) for entry in (value if isinstance(value, list) else [value]))
-        if not numbers or min(numbers) <= above:
-            raise InputError(f"{dimension.name} above {above:g} {dimension.unit} is needed, or a list of them")
-        return numbers
-
-    one = {"type": "string", "examples": [dimension.example]}
-    return Annotated[
-        tuple[float, ...], PlainValidator(read), WithJsonSchema({"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]})
-    ]
-
-
-BreakdownFields = quantities(units.FIELD, above=0.0)
+Time = Annotated[float, Quantity(units.TIME, at_least=0.0)]
+PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0)]
+Temperature = Annotated[float, Quantity(units.TEMPERATURE, above=-units.ZERO_CELSIUS)]
+TemperatureDifference = Annotated[float, Quantity(units.TEMPERATURE_DIFFERENCE, above=0.0)]
+ThermalExpansion = Annotated[float, Quantity(units.THERMAL_EXPANSION)]
+Modulus = Annotated[float, Quantity(units.STRESS, at_least=0.0)]
+PositiveModulus = Annotated[float, Quantity(units.STRESS, above=0.0)]
+Permittivity = Annotated[float, Quantity(units.PERMITTIVITY, above=0.0)]
+StrainRate = Annotated[float, Quantity(units.STRAIN_RATE)]
+Force = Annotated[float, Quantity(units.FORCE)]
+Stress = Annotated[float, Quantity(units.STRESS)]
+Length = Annotated[float, Quantity(units.LENGTH, above=0.0)]
+MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
+BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 
 def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path], bool]) -> str:

@@ -13,8 +13,8 @@ from dielast.errors import InputError
 from dielast.gent import Gent
 from dielast.material import Breakdown, Material
 from dielast.prony import Spectrum
+from dielast.recipe.base import BreakdownField, Dielectric
 from dielast.recipe.fields import Modulus, MolarEnergy, Section, Temperature, TemperatureDifference
-from dielast.recipe.models import BreakdownField, Dielectric
 from dielast.recipe.validate import check, parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 

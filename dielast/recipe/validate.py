@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 
 from dielast.errors import InputError
 from dielast.files import unreadable
-from dielast.recipe.models import RECIPES, RecipeBase
+from dielast.recipe.models import KINDS
 
 Model = TypeVar("Model", bound=BaseModel)
 _PLAIN = {
@@ -40,11 +40,8 @@ _PLAIN = {
 }
 
 
-def read_recipe(path: Path, kind: str | None = None, overrides: Sequence[str] = ()) -> RecipeBase:
-    """The recipe in the file `path`, of the given `kind` if one is given, with `overrides` such as `step.0.rate='0.1 /s'` applied.
-
-    Raises `InputError` with a line for every mistake.
-    """
+def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """The unchecked values of the recipe in the file `path`, `overrides` applied; its kind is known, and is `kind` if one is given."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -53,14 +50,14 @@ def read_recipe(path: Path, kind: str | None = None, overrides: Sequence[str] = 
     for override in overrides:
         _apply(values, override)
     stated = values.get("kind")
-    if stated not in RECIPES:
-        known = ", ".join(RECIPES)
-        near = difflib.get_close_matches(str(stated), RECIPES, n=1)
+    if stated not in KINDS:
+        known = ", ".join(KINDS)
+        near = difflib.get_close_matches(str(stated), KINDS, n=1)
         hint = f'did you mean "{near[0]}"?' if near else f"one of {known} is needed"
         raise InputError(f'{path}: kind: "{stated}": {hint}' if stated is not None else f"{path}: kind: is needed: one of {known}")
     if kind is not None and stated != kind:
         raise InputError(f'{path}: kind: this is a "{stated}" recipe: run it with "dielast {stated}"')
-    return check(RECIPES[stated], values, str(path), folder=path.parent)
+    return values
 
 
 def parse_toml(content: bytes, source: str) -> dict[str, Any]:
@@ -138,19 +135,25 @@ def _shown(value: Any) -> str:
 def _apply(values: dict[str, Any], override: str) -> None:
     """Set one key of the recipe from `PATH=VALUE`; VALUE is TOML, or else text."""
     path, sign, text = override.partition("=")
-    keys = path.strip().split(".")
-    if not sign or not all(keys):
+    if not sign or not all(path.strip().split(".")):
         raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
     try:
         value = tomllib.loads(f"value = {text.strip()}")["value"]
     except (tomllib.TOMLDecodeError, RecursionError):
         value = text.strip()
+    set_key(values, path.strip(), value, f"--set {override}")
+
+
+def set_key(values: dict[str, Any], path: str, value: Any, where: str) -> None:
+    """Set the key at a `path` such as `step.0.rate`; raises `InputError` beginning with `where` if the path leads nowhere."""
+    keys = path.split(".")
     target: Any = values
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1
         if isinstance(target, list):
             if not key.isdecimal() or int(key) >= len(target):
-                raise InputError(f"--set {override}: {'.'.join(keys[:depth])} has entries 0 to {len(target) - 1}")
+                there = f"has entries 0 to {len(target) - 1}" if target else "is empty"
+                raise InputError(f"{where}: {'.'.join(keys[:depth])} {there}")
             if last:
                 target[int(key)] = value
             target = target[int(key)]
@@ -159,4 +162,4 @@ def _apply(values: dict[str, Any], override: str) -> None:
                 target[key] = value
             target = target.setdefault(key, {})
         else:
-            raise InputError(f"--set {override}: {'.'.join(keys[:depth])} is not a table")
+            raise InputError(f"{where}: {'.'.join(keys[:depth])} is not a table")

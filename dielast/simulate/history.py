@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast import kinematics
 from dielast.errors import InputError
 from dielast.gent import Floats
-from dielast.integrate import Status, Stride, integrate
+from dielast.integrate import Status, integrate
 from dielast.jump import jump
 from dielast.load import Control, Piece, Ramp
 from dielast.point import LoadedPoints, Points
+from dielast.simulate.output import Condition, Output, Recorder
 from dielast.symmetric import EQUIBIAXIAL, UNIAXIAL, SymmetricPoints, Symmetry
 
 REASONS = {
@@ -25,7 +25,7 @@ REASONS = {
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How one case ended: `completed`, or at `time` (s) because of `reason`."""
+    """How one case ended: `completed` at `time` (s), or broken off there because of `reason`."""
 
     completed: bool
     time: float
@@ -33,32 +33,9 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Condition:
-    """Where all cases stand: x (2, n, cases), Lambda and nominal stress (2, cases), nominal field and time (cases,)."""
-
-    internal: Floats
-    log_squared_stretch: Floats
-    nominal_stress: Floats
-    field: Floats
-    time: Floats
-
-    @classmethod
-    def rest(cls, points: Points) -> Condition:
-        """Undeformed and relaxed at time 0."""
-        springs, cases = points.rate.shape
-        return cls(np.zeros((2, springs, cases)), np.zeros((2, cases)), np.zeros((2, cases)), np.zeros(cases), np.zeros(cases))
-
-    def prescribed(self, controls: tuple[Control, Control]) -> Floats:
-        """The present values (3, cases) of what a load with these controls prescribes."""
-        stretched = np.array([[control is Control.STRETCH] for control in controls])
-        values = np.where(stretched, np.exp(0.5 * self.log_squared_stretch), self.nominal_stress)
-        return np.concatenate((values, self.field[None]))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Record:
-    """A history at output times: `time` (cases, times), Lambda and nominal stress (2, cases, times), and on request x, shape
-    (2, n, cases, times). What lies after a case's failure is NaN, and its `outcome` says so.
+    """A history at output times: `time` (cases, times) in s, Lambda and nominal stress (2, cases, times), and on request x, shape
+    (2, n, cases, times). What lies after a case's failure is NaN, and its `outcome` says so; `steps` counts each case's tries.
     """
 
     time: Floats
@@ -66,46 +43,7 @@ class Record:
     nominal_stress: Floats
     internal: Floats | None
     outcome: tuple[Outcome, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Recorder:
-    """Writes the dense output at `relative` times (cases, times) since the piece began into `border` (4, cases, times) and x.
-
-    Times outside the piece are NaN. Observes the stepper.
-    """
-
-    relative: Floats
-    border: Floats
-    internal: Floats | None
-
-    def start(self, condition: Condition) -> None:
-        """Write what holds when the piece begins."""
-        case, column = np.nonzero(self.relative == 0)
-        self.border[:2, case, column] = condition.log_squared_stretch[:, case]
-        self.border[2:, case, column] = condition.nominal_stress[:, case]
-        if self.internal is not None:
-            self.internal[:, :, case, column] = condition.internal[:, :, case]
-
-    def __call__(self, stride: Stride) -> None:
-        """Write what lies within the step."""
-        columns = np.flatnonzero(stride.accepted)
-        wanted = self.relative[stride.cases[columns]]
-        hit, column = np.nonzero((wanted > stride.time[columns, None]) & (wanted <= stride.until[columns, None]))
-        if not hit.size:
-            return
-        moment, pooled = wanted[hit, column], columns[hit]
-        fraction = (moment - stride.time[pooled]) / stride.step[pooled]
-        system, case = stride.system, stride.cases[pooled]
-        assert isinstance(system, LoadedPoints | SymmetricPoints)
-        rows = slice(-2, None) if self.internal is None else slice(None)
-        state = stride.dense(rows, pooled, fraction)
-        driven = system.load.take(pooled).value(moment)
-        log_squared, nominal = system.membrane(state, driven)
-        self.border[:2, case, column] = log_squared
-        self.border[2:, case, column] = nominal
-        if self.internal is not None:
-            self.internal[:, :, case, column] = system.internal(state)
+    steps: NDArray[np.intp]
 
 
 def run(
@@ -119,60 +57,127 @@ def run(
 ) -> Record:
     """Run `pieces` from rest. Output at `times` (cases, k) in s, or logarithmically from the start of every piece to its end.
 
-    At the very moment of a load applied at once, given times show what was before, except at time 0. Raises `InputError` for loads out of reach,
-    a rate of the wrong sign, or times outside the history.
+    At the very moment of a load applied at once, given times show what was before, except at time 0. Raises `InputError` for a load out
+    of reach, a rate of the wrong sign, or times after the end.
     """
+    if not 1e-12 <= rtol <= 0.1:
+        raise InputError(f"rtol {rtol:g} is not between 1e-12 and 0.1")
     check_reach(points, pieces)
     symmetry = symmetry_of(pieces)
-    condition = Condition.rest(points)
+    output = Output(points, times, points_per_decade, internal)
+    condition = _rest(points)
     cases = condition.time.size
-    outcome: list[Outcome | None] = [None] * cases
-    recorders: list[Recorder] = []
-    starts: list[Floats] = []
-    spans = np.zeros(cases)
+    ended: list[Outcome | None] = [None] * cases
+    steps = np.zeros(cases, dtype=np.intp)
     for index, piece in enumerate(pieces):
-        present = condition.prescribed(piece.controls)
+        present = _prescribed(condition, piece.controls)
         try:
             end, duration = piece.resolve(present)
         except InputError as error:
             raise InputError(f"step {index}: {error}") from None
-        alive = np.array([reached is None for reached in outcome])
-        start_of_piece = condition.time
+        alive = np.array([outcome is None for outcome in ended])
         at_once = alive & (duration == 0) & np.any(end != present, axis=0)
-        if at_once.any():
-            condition, failed = _apply(points, piece, end, condition, at_once)
-            for case in np.flatnonzero(failed):
-                outcome[case] = Outcome(False, float(condition.time[case]), "no stable equilibrium with the load applied at once")
-            alive &= ~failed
-        if times is None:
-            relative = duration[:, None] * log_fractions(points, duration, spans, at_once, points_per_decade)
-        else:
-            relative = _within(times, start_of_piece, duration, first=index == 0, last=index == len(pieces) - 1)
-        recorder = Recorder(
-            np.where(alive[:, None], relative, np.nan),
-            np.full((4, *relative.shape), np.nan),
-            np.full((*condition.internal.shape, relative.shape[1]), np.nan) if internal else None,
-        )
+        condition, lost = _apply(points, piece.controls, end, condition, at_once)
+        for case in np.flatnonzero(lost):
+            ended[case] = Outcome(False, float(condition.time[case]), "no stable equilibrium under the load applied at once")
+        alive &= ~lost
+        recorder = output.recorder(condition.time, duration, bool(np.any(end != present)), last=index == len(pieces) - 1)
+        recorder.relative[~alive] = np.nan
         recorder.start(condition)
         ramp = Ramp.between(piece.controls, np.where(at_once, end, present), end, duration)
-        condition, status, reached = _traverse(points, ramp, symmetry, condition, np.where(alive, duration, 0.0), rtol, recorder)
+        condition, status, taken = _traverse(points, ramp, symmetry, condition, np.where(alive, duration, 0.0), rtol, recorder)
+        steps += taken
         for case in np.flatnonzero(status):
-            moment = float(reached[case])
-            outcome[case] = Outcome(False, moment, REASONS[Status(status[case])])
-            recorder.border[:, case, start_of_piece[case] + relative[case] > moment] = np.nan
-        recorders.append(recorder)
-        starts.append(start_of_piece[:, None] + relative)
-        spans = duration
-    ended = tuple(each or Outcome(True, float(time)) for each, time in zip(outcome, condition.time, strict=True))
-    if times is None:
-        columns = np.concatenate(starts, axis=1)
-        border = np.concatenate([recorder.border for recorder in recorders], axis=2)
-        inner = np.concatenate([recorder.internal for recorder in recorders if recorder.internal is not None], axis=3) if internal else None
-        return Record(columns, border[:2], border[2:], inner, ended)
-    border, inner = recorders[0].border, recorders[0].internal
-    for recorder in recorders[1:]:
-        chosen = np.isfinite(recorder.relative)
-        border[:, chosen] = recorder.border[:, chosen]
-        if inner is not None and recorder.internal is not None:
-            inner[:, :, chosen] = recorder.internal[:, :, chosen]
-    return Record(times, border[:2], border[2:], inner, ended)
+            ended[case] = Outcome(False, float(condition.time[case]), REASONS[Status(status[case])])
+    outcomes = tuple(outcome or Outcome(True, float(time)) for outcome, time in zip(ended, condition.time, strict=True))
+    time, border, inner = output.collect()
+    for case, outcome in enumerate(outcomes):
+        if outcome.completed and time[case].max() > outcome.time * (1 + 1e-12):
+            raise InputError(f"output time {time[case].max():g} s lies after the end of the history at {outcome.time:g} s")
+    return Record(time, border[:2], border[2:], inner, outcomes, steps)
+
+
+def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
+    """The symmetry that a film at rest keeps throughout a history, if any."""
+    stress = Control.STRESS
+
+    def free(target: Floats | None) -> bool:
+        return target is None or not np.any(target)
+
+    if all(piece.controls[1] is stress and free(piece.target[1]) and free(piece.target[2]) for piece in pieces):
+        return UNIAXIAL
+    alike = all(
+        piece.controls[0] is piece.controls[1]
+        and (piece.target[0] is piece.target[1] or np.array_equal(np.asarray(piece.target[0]), np.asarray(piece.target[1])))
+        for piece in pieces
+    )
+    return EQUIBIAXIAL if alike else None
+
+
+def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
+    """`InputError` for a prescribed stretch beyond the equilibrium spring's limit, or beyond the branches' if applied at once to a film at rest."""
+    limit = np.broadcast_to(points.law.largest_invariant().reshape(-1, 1) if points.law.largest_invariant().ndim < 2
+                            else points.law.largest_invariant(), points.modulus.shape)
+    limit = np.where(points.modulus > 0, limit, np.inf)
+    for index, piece in enumerate(pieces):
+        squared = [
+            np.asarray(target) ** 2 if control is Control.STRETCH and target is not None else None
+            for control, target in zip(piece.controls, piece.target, strict=False)
+        ]
+        held = [value for value in squared if value is not None]
+        if not held:
+            continue
+        # an axis left open settles where I1 is least
+        invariant = held[0] + held[1] + 1 / (held[0] * held[1]) if len(held) == 2 else held[0] + 2 / np.sqrt(held[0])
+        at_once = index == 0 and piece.duration is not None and not np.any(piece.duration)
+        reach = limit.min(axis=0) if at_once else limit[0]
+        if np.any(invariant >= reach):
+            case = int(np.argmax(invariant >= reach))
+            stretch = np.sqrt(max(value[case] for value in held))
+            raise InputError(f"step {index}: stretch {stretch:g} is beyond the Gent limit, J_lim = {reach[case] - 3:g}")
+
+
+def _rest(points: Points) -> Condition:
+    """Undeformed and relaxed at time 0."""
+    springs, cases = points.rate.shape
+    return Condition(np.zeros((2, springs, cases)), np.zeros((2, cases)), np.zeros((2, cases)), np.zeros(cases), np.zeros(cases))
+
+
+def _prescribed(condition: Condition, controls: tuple[Control, Control]) -> Floats:
+    """The present values (3, cases) of what a load with these controls prescribes."""
+    stretched = np.array([[control is Control.STRETCH] for control in controls])
+    values = np.where(stretched, np.exp(0.5 * condition.log_squared_stretch), condition.nominal_stress)
+    return np.concatenate((values, condition.field[None]))
+
+
+def _apply(
+    points: Points, controls: tuple[Control, Control], end: Floats, condition: Condition, at_once: NDArray[np.bool_]
+) -> tuple[Condition, NDArray[np.bool_]]:
+    """The condition after a load applied at once to some cases, and which of them found no equilibrium."""
+    lost = np.zeros_like(at_once)
+    if not at_once.any():
+        return condition, lost
+    some = np.flatnonzero(at_once)
+    log_squared, nominal, found = jump(
+        points.take(some), controls, end[:, some], condition.internal[:, :, some], condition.log_squared_stretch[:, some]
+    )
+    lost[some[~found]] = True
+    some = some[found]
+    stretch, stress, field = condition.log_squared_stretch.copy(), condition.nominal_stress.copy(), condition.field.copy()
+    stretch[:, some], stress[:, some], field[some] = log_squared[:, found], nominal[:, found], end[2, some]
+    return Condition(condition.internal, stretch, stress, field, condition.time), lost
+
+
+def _traverse(
+    points: Points, ramp: Ramp, symmetry: Symmetry | None, condition: Condition, duration: Floats, rtol: float, recorder: Recorder
+) -> tuple[Condition, NDArray[np.intp], NDArray[np.intp]]:
+    """The condition after a smooth piece of load, each case's status, and how many steps it tried."""
+    if not duration.any():
+        return condition, np.zeros(duration.size, dtype=np.intp), np.zeros(duration.size, dtype=np.intp)
+    system = LoadedPoints(points, ramp) if symmetry is None else SymmetricPoints(points, ramp, symmetry)
+    state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
+    result = integrate(system, state, duration, rtol=rtol, observe=recorder)
+    driven = ramp.value(result.time)
+    log_squared, nominal = system.membrane(result.state, driven)
+    reached = Condition(system.internal(result.state), log_squared, nominal, driven[2], condition.time + result.time)
+    return reached, result.status, result.steps + result.rejected

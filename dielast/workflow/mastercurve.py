@@ -14,7 +14,9 @@ from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.measured import MeasuredTable, TextFormat, read_measured
-from dielast.recipe.models import MasterCurveRecipe, RelaxationData, TextTable
+from dielast.recipe.base import TextTable
+from dielast.recipe.cases import Case
+from dielast.recipe.mastercurve import MasterCurveRecipe, RelaxationData
 from dielast.shift import WLF, Arrhenius
 from dielast.table import Column
 from dielast.units import STRAIN, STRESS, TEMPERATURE, TIME, ZERO_CELSIUS
@@ -23,8 +25,9 @@ from dielast.workflow.report import Report
 Array = NDArray[np.float64]
 
 
-def run(recipe: MasterCurveRecipe, inputs: Inputs) -> Report:
+def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs) -> Report:
     """Read the tests, shift them, report."""
+    recipe = cases[0].recipe
     curves = read_curves(recipe.data, inputs)
     shift = recipe.shift
     result = build_master_curve(

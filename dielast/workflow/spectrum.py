@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +16,9 @@ from dielast.files import Inputs
 from dielast.gent import Gent
 from dielast.material import Material
 from dielast.measured import read_measured
+from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown, permittivity, write_material
-from dielast.recipe.models import CurveData, MaterialConstants, SpectrumRecipe
+from dielast.recipe.spectrum import CurveData, MaterialConstants, SpectrumRecipe
 from dielast.recipe.validate import parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 from dielast.table import Column, number_columns
@@ -38,8 +40,9 @@ class Curve:
     glassy_modulus: float | None = None
 
 
-def run(recipe: SpectrumRecipe, inputs: Inputs) -> Report:
+def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Report:
     """Read the master curve, fit the spectrum, report."""
+    recipe = cases[0].recipe
     curve = read_master_curve(recipe.mastercurve, inputs) if recipe.mastercurve is not None else read_curve(recipe.data, inputs)
     fit = recipe.fit
     result = fit_spectrum(

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from dielast import __version__
-from dielast.recipe.models import RECIPES
+from dielast.recipe.models import KINDS
 from dielast.table import parse_csv
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -38,7 +38,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 
 
-@pytest.mark.parametrize("kind", sorted(RECIPES))
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_starter_runs_as_it_is_and_twice_the_same(kind: str, dielast: Run, starter: Starter, tmp_path: Path) -> None:
     recipe = starter(kind)
     assert dielast("validate", recipe).stdout == f"{recipe}: ok\n"
@@ -197,7 +197,7 @@ def test_version_help_and_schema(dielast: Run) -> None:
     for arguments in (["--help"], ["mastercurve", "-h"], ["spectrum", "--help"]):
         assert "Usage: " in dielast(*arguments).stdout
     schema = json.loads(dielast("schema").stdout)
-    assert len(schema["oneOf"]) == len(RECIPES)
+    assert len(schema["oneOf"]) == len(KINDS)
 
 
 def test_validate_tells_every_mistake_of_every_recipe(dielast: Run, starter: Starter, tmp_path: Path) -> None:

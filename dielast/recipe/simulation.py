@@ -1,0 +1,181 @@
+"""Recipes of `relax` and `creep`, and what every simulation shares."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+
+from dielast.errors import InputError
+from dielast.recipe.base import RecipeBase, TextTable, units_of
+from dielast.recipe.fields import Force, InputFile, Length, PositiveTime, Section, StrainRate, Stress, Temperature, Time
+from dielast.units import FORCE_RATE, STRESS_RATE, Dimension, parse
+
+Stretch = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Comparison(TextTable):
+    """Measured points to lay over the plot; their misfit goes into the summary."""
+
+    file: InputFile
+    x: str = Field(description="A column of the result, such as time [s].")
+    y: str = Field(description="A column of the result, such as nominal_stress_1 [Pa].")
+    x_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
+    y_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
+    units: Annotated[dict[str, str], units_of("x", "y")] = Field({})
+    where: dict[str, str | int | float] = Field({}, description="Use only the rows where these columns have these values.")
+    case: int = Field(0, ge=0, description="The case that was measured.")
+    label: str | None = None
+
+
+class Output(Section):
+    """Where the result is given, and noise for making test data."""
+
+    points_per_decade: int = Field(30, ge=1, le=10000)
+    times: list[Time] | None = Field(None, min_length=1, description="Times since the start, instead of log-spaced ones.")
+    noise: float | None = Field(None, ge=0, le=1, description="Relative Gaussian noise on the measured quantity.")
+    seed: int = Field(1, ge=0)
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        if self.times is not None and any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
+            raise InputError("times must ascend")
+        return self
+
+
+class Solver(Section):
+    """How exactly the equations are solved."""
+
+    rtol: float = Field(1e-6, ge=1e-12, le=1e-2)
+
+
+class PlotAxes(Section):
+    """What the plot shows; columns of the result."""
+
+    x: str | None = None
+    y: str | None = None
+    x_scale: Literal["linear", "log"] | None = None
+    y_scale: Literal["linear", "log"] = "linear"
+
+
+class SimulationRecipe(RecipeBase):
+    """What every simulation has."""
+
+    material: InputFile
+    temperature: Temperature | None = Field(None, description="Default: the material's reference temperature.")
+    load: InputFile | None = Field(None, description="A TOML file that holds the steps instead.")
+    sweep: dict[str, Any] | None = Field(None, description="Lists of values by key path; every combination is one case.")
+    compare: list[Comparison] = Field([])
+    output: Output = Output()
+    solver: Solver = Solver()
+    plot: PlotAxes = PlotAxes()
+
+
+class HistoryStep(Section):
+    """A step holds for a time, follows a table, or goes to a target at a rate, within a duration, or at once."""
+
+    hold: PositiveTime | None = None
+    table: InputFile | None = Field(None, description="Columns time and the prescribed quantity.")
+    duration: Time | None = None
+
+    def targets(self) -> dict[str, float]:
+        """What is prescribed, by key."""
+        return {}
+
+    def paces(self) -> list[str]:
+        """The keys that say how fast."""
+        return [key for key, value in self if key in ("rate", "duration") and value is not None]
+
+    @model_validator(mode="after")
+    def _one_action(self) -> Self:
+        targets = [key for key, value in self if key not in ("hold", "table", "rate", "duration") and value is not None]
+        actions = [key for key in ("hold", "table") if getattr(self, key) is not None] + targets
+        known = [key for key in type(self).model_fields if key not in ("rate", "duration")]
+        if len(actions) != 1:
+            found = f", not {' and '.join(actions)} together" if actions else ""
+            raise InputError(f"one of {', '.join(known)} is needed{found}")
+        if not targets and self.paces():
+            raise InputError(f"{self.paces()[0]} does not go with {actions[0]}")
+        if len(self.paces()) > 1:
+            raise InputError("rate and duration do not go together")
+        return self
+
+
+class StretchStep(HistoryStep):
+    """A step of prescribed stretch."""
+
+    stretch: Stretch | None = Field(None, description="Stretch to reach (1 is undeformed).")
+    rate: StrainRate | None = Field(None, description="Of the stretch; negative to unload.")
+
+
+def _load_rate(value: Any) -> tuple[float, str]:
+    """A force or stress rate and its unit."""
+    for dimension in (FORCE_RATE, STRESS_RATE):
+        try:
+            return parse(value, dimension), dimension.unit
+        except InputError:
+            continue
+    raise InputError(f'{value}: a force or stress rate is needed, such as "{FORCE_RATE.example}" or "{STRESS_RATE.example}"')
+
+
+LoadRate = Annotated[
+    tuple[float, str],
+    PlainValidator(_load_rate),
+    WithJsonSchema({"type": "string", "examples": [FORCE_RATE.example, STRESS_RATE.example]}),
+]
+
+
+class LoadStep(HistoryStep):
+    """A step of prescribed force or nominal stress."""
+
+    force: Force | None = None
+    stress: Stress | None = Field(None, description="Nominal.")
+    rate: LoadRate | None = Field(None, description="Of the force or the stress; negative to unload.")
+
+    @model_validator(mode="after")
+    def _rate_of_the_target(self) -> Self:
+        if self.rate is not None:
+            needed: Dimension = FORCE_RATE if self.force is not None else STRESS_RATE
+            if self.rate[1] != needed.unit:
+                target = "force" if self.force is not None else "stress"
+                raise InputError(f'rate: {needed.name} is needed with {target}, such as "{needed.example}"')
+        return self
+
+
+class Specimen(Section):
+    """The undeformed section that a force acts on."""
+
+    width: Length
+    thickness: Length
+
+    @property
+    def area(self) -> float:
+        """Cross-section in m^2."""
+        return self.width * self.thickness
+
+
+Mode = Literal["uniaxial", "equibiaxial", "pure-shear"]
+
+
+class RelaxRecipe(SimulationRecipe):
+    """Prescribed stretch -> stress."""
+
+    kind: Literal["relax"]
+    mode: Mode = "uniaxial"
+    step: list[StretchStep] = Field(min_length=1)
+
+
+class CreepRecipe(SimulationRecipe):
+    """Prescribed force or nominal stress -> stretch."""
+
+    kind: Literal["creep"]
+    mode: Mode = "uniaxial"
+    specimen: Specimen | None = None
+    step: list[LoadStep] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _a_section_for_forces(self) -> Self:
+        for index, step in enumerate(self.step):
+            if step.force is not None and self.specimen is None:
+                raise InputError(f"step[{index}].force: a force needs [specimen] with width and thickness, or state stress")
+        return self

@@ -1,0 +1,41 @@
+"""Creep: the nominal stress (dead load) is prescribed, the stretch follows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from numpy.typing import ArrayLike
+
+from dielast.load import Mode, Step
+from dielast.material import Material
+from dielast.simulate.membrane import MembraneHistory, simulate
+
+
+def creep(
+    material: Material | Sequence[Material],
+    steps: Sequence[Step],
+    *,
+    mode: Mode | str = Mode.UNIAXIAL,
+    temperature: ArrayLike | None = None,
+    times: ArrayLike | None = None,
+    points_per_decade: int = 30,
+    rtol: float = 1e-6,
+    internal: bool = False,
+) -> MembraneHistory:
+    """Stretch of a membrane at rest whose nominal stress follows `steps` (a stretch may be prescribed in between).
+
+    The cases are as many as the longest of: values in the steps, `temperature` (degC; default the material's reference temperature),
+    materials. Output at `times` in s since the start, (k,) or (cases, k), or else at `points_per_decade` from the start of each step to its end.
+    `rtol` bounds the local relative error of stretches, stresses and viscous stretches; `internal` keeps the viscous stretches.
+    Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome in the result.
+    """
+    return simulate(
+        material,
+        steps,
+        mode=mode,
+        temperature=temperature,
+        times=times,
+        points_per_decade=points_per_decade,
+        rtol=rtol,
+        internal=internal,
+    )
