@@ -22,6 +22,8 @@ class Inputs:
     def __init__(self, folder: Path) -> None:
         """Paths that are not absolute are taken relative to `folder`, the recipe's own."""
         self.folder = folder
+        self.names: list[str] = []
+        """What was asked for, whether it could be read or not."""
         self._digests: dict[str, str] = {}
         self._paths: list[Path] = []
 
@@ -31,6 +33,7 @@ class Inputs:
         Raises `InputError` if it cannot be read.
         """
         path = resolve(self.folder, name)
+        self.names.append(str(name))
         try:
             content = path.read_bytes()
         except OSError as error:

@@ -18,7 +18,7 @@ from dielast.rosenbrock import RODAS5P, Rosenbrock
 Floats = NDArray[np.float64]
 Cases = NDArray[np.intp]
 
-POOL = 128  # cases that advance together: enough to hide the interpreter, few enough for the cache
+POOL = 16_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
 LEAST_STEP = 1e-24  # of the duration; a step this short means that the solution has ceased to exist
 MOST_STEPS = 100_000
@@ -105,18 +105,19 @@ def integrate(
     rtol: float,
     observe: Observer | None = None,
     method: Rosenbrock = RODAS5P,
-    pool: int = POOL,
+    pool: int | None = None,
 ) -> Integration:
     """Integrate from a consistent `state` (rows, cases) at time 0 over a `duration` (cases,), local errors kept below `rtol`.
 
-    A case whose duration is 0 stays where it is. No case ever raises: `status` tells the ones that did not get through.
+    A case whose duration is 0 stays where it is. No case ever raises: `status` tells the ones that did not get through. At most
+    `pool` cases advance together, which no result depends on.
     """
     result = Integration(
         state.copy(), np.zeros_like(duration), *(np.zeros(duration.size, dtype=np.intp) for _ in ("status", "steps", "rejected"))
     )
     waiting = np.flatnonzero(duration > 0)
     with np.errstate(all="ignore"):  # what is not finite rejects its step
-        _Pool(system, duration, rtol, observe, method, result).run(waiting, pool)
+        _Pool(system, duration, rtol, observe, method, result).run(waiting, pool or max(16, POOL // state.shape[0]))
     return result
 
 

@@ -34,12 +34,12 @@ def jump(
             settled |= np.all(np.abs(step) <= SETTLED, axis=0)
             if np.all(settled | ~np.all(np.isfinite(step), axis=0)):
                 break
-            merit = np.max(np.abs(imbalance), axis=0)
+            merit = _merit(imbalance, log_squared)
             share = np.where(settled, 0.0, 1.0)
             for _halving in range(60):
                 trial = log_squared + share * step
                 found = _equations(points, driven, pull, target[2], internal, trial)
-                worse = ~(np.max(np.abs(found[1]), axis=0) < merit) & (share > 0)
+                worse = ~(_merit(found[1], trial) < merit) & (share > 0)
                 if not worse.any():
                     break
                 share = np.where(worse, 0.5 * share, share)
@@ -66,6 +66,11 @@ def _equations(
             tangent[axis, :] = tangent[:, axis] = 0.0
             tangent[axis, axis] = 1.0
     return carried, imbalance, tangent
+
+
+def _merit(imbalance: Floats, log_squared: Floats) -> Floats:
+    """Square of the imbalance of nominal stresses (cases,), for which a Newton step always leads downhill."""
+    return np.asarray(np.sum(np.square(imbalance * np.exp(-0.5 * log_squared)), axis=0))
 
 
 def _solve(matrix: Floats, right: Floats) -> Floats:

@@ -73,14 +73,28 @@ class MeasuredTable:
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in headers)
         raise InputError(f'{self.source}: no column "{wanted}" for {role}; {hint}')
 
-    def column(self, wanted: str | int, role: str, dimension: Dimension) -> NDArray[np.float64]:
-        """The column in `dimension.unit`, shape (rows,).
+    def has(self, name: str) -> bool:
+        """Whether a column is called `name`."""
+        return any(_plain(name) == _plain(own) for own in self.names)
+
+    def equals(self, wanted: str | int, value: str | float) -> NDArray[np.bool_]:
+        """Which rows hold `value` in a column, shape (rows,): the same text, or the same number."""
+        index = self.find(wanted, "where")
+        if isinstance(value, str):
+            return np.array([cell == value for cell in self.cells[index]])
+        decimal = self.decimal
+        return np.array([_number(cell.replace(decimal, ".")) == value for cell in self.cells[index]])
+
+    def column(
+        self, wanted: str | int, role: str, dimension: Dimension, rows: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.float64]:
+        """The column in `dimension.unit`, shape (rows,); on request only those `rows` (mask).
 
         Raises `InputError` naming the line for text, empty cells and NaN, or the column for missing, contradicting and wrong units.
         """
         index = self.find(wanted, role)
         scale, offset = self._conversion(index, wanted, role, dimension)
-        return _numbers(self, index, self.names[index]) * scale + offset
+        return _numbers(self, index, rows) * scale + offset
 
     def _conversion(self, index: int, wanted: str | int, role: str, dimension: Dimension) -> tuple[float, float]:
         name, in_header = self.names[index], self.units[index]
@@ -229,8 +243,9 @@ def _padded(row: Sequence[str], columns: int) -> list[str]:
     return [*row[:columns], *[""] * (columns - len(row))]
 
 
-def _numbers(table: MeasuredTable, index: int, name: str) -> NDArray[np.float64]:
-    cells = table.cells[index]
+def _numbers(table: MeasuredTable, index: int, rows: NDArray[np.bool_] | None) -> NDArray[np.float64]:
+    chosen = np.arange(table.lines.size) if rows is None else np.flatnonzero(rows)
+    cells = [table.cells[index][row] for row in chosen]
     plain = [cell.replace(",", ".") for cell in cells] if table.decimal == "," else cells
     values = np.array([_number(cell) for cell in plain])
     wrong = np.flatnonzero(~np.isfinite(values))
@@ -238,7 +253,7 @@ def _numbers(table: MeasuredTable, index: int, name: str) -> NDArray[np.float64]
         first = int(wrong[0])
         what = f'"{cells[first]}" is not a finite number' if cells[first] else "the cell is empty"
         more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
-        raise InputError(f'{table.source}: line {table.lines[first]}: column "{name}": {what}{more}')
+        raise InputError(f'{table.source}: line {table.lines[chosen[first]]}: column "{table.names[index]}": {what}{more}')
     return values
 
 

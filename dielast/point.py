@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast import kinematics
+from dielast.errors import InputError
 from dielast.gent import Floats, Gent, SpringLaw, join
 from dielast.load import Control, Ramp
 from dielast.material import Material
@@ -44,20 +45,24 @@ class Points:
     def of(cls, material: Material | Sequence[Material], temperature: Floats) -> Points:
         """Points of one material, or of one for each case, at temperatures (cases,) in degC.
 
-        Materials with fewer branches are filled up with branches that neither carry nor flow. Raises as the shift law does.
+        Branches of modulus 0 are left out, and materials with fewer branches than others filled up with ones that neither carry, flow
+        nor lock. Raises as the shift law does.
         """
         materials = [material] if isinstance(material, Material) else list(material)
-        width, branches = temperature.size, max(len(each.spectrum) for each in materials)
+        width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
+        branches = max(int(np.count_nonzero(some)) for some in carrying)
         modulus, rate = np.zeros((2, branches + 1, width))
-        for index, each in enumerate(materials):
+        limits: list[tuple[SpringLaw, SpringLaw]] = []
+        for index, (each, some) in enumerate(zip(materials, carrying, strict=True)):
             cases = slice(None) if len(materials) == 1 else slice(index, index + 1)
-            own = slice(1, len(each.spectrum) + 1)
+            own = slice(1, int(np.count_nonzero(some)) + 1)
             modulus[0, cases] = each.equilibrium_modulus
-            modulus[own, cases] = each.spectrum.shear_modulus[:, None]
-            rate[own, cases] = 1 / (3 * each.relaxation_time(temperature[cases]).T)
+            modulus[own, cases] = each.spectrum.shear_modulus[some, None]
+            rate[own, cases] = 1 / (3 * each.relaxation_time(temperature[cases])[:, some].T)
+            limits.append((each.equilibrium_law, each.nonequilibrium_law))
         permittivity = np.array([each.permittivity or 0.0 for each in materials])
         floor = 1e-3 * np.maximum(modulus[0], 1e-6 * modulus.sum(axis=0))
-        return cls(modulus, rate, _law(materials, branches), np.broadcast_to(permittivity, (width,)), floor)
+        return cls(modulus, rate, _law(limits, modulus > 0), np.broadcast_to(permittivity, (width,)), floor)
 
     def take(self, cases: Cases) -> Points:
         """The points of some cases."""
@@ -75,12 +80,17 @@ class Points:
         return np.asarray(self.permittivity * field**2 * np.exp(log_squared_stretch[0] + log_squared_stretch[1]))
 
 
-def _law(materials: Sequence[Material], branches: int) -> SpringLaw:
-    """The springs' law; materials of differing laws must all be Gent's."""
-    laws = [(each.equilibrium_law, each.nonequilibrium_law) for each in materials]
-    if all(law == laws[0] for law in laws):
-        return join(*laws[0], branches)
-    return join(*(Gent(np.array([float(law[part].J_lim) for law in laws])) for part in range(2)), branches)
+def _law(laws: list[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
+    """The law of all springs (n, cases); where materials differ in it or in their number of branches, they must all be Gent's."""
+    if all(law == laws[0] for law in laws) and np.all(carrying[1:]):
+        return join(*laws[0], carrying.shape[0] - 1)
+    limits = np.ones((carrying.shape[0], len(laws)))
+    for case, (first, rest) in enumerate(laws):
+        if not (isinstance(first, Gent) and isinstance(rest, Gent)):
+            raise InputError("materials of different laws or numbers of branches can share a run only if all springs are Gent's")
+        limits[:, case] = rest.J_lim
+        limits[0, case] = first.J_lim
+    return Gent(np.where(carrying, limits, np.inf))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

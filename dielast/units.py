@@ -133,6 +133,29 @@ def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
     return float(quantity(1.0, parsed).to(target).magnitude), 0.0
 
 
+def recognise(text: str) -> tuple[float, str]:
+    """The quantity `text` as a number and the unit that dielast keeps such quantities in; raises `InputError` if it is none."""
+    for dimension in (
+        TIME,
+        LENGTH,
+        TEMPERATURE,
+        STRESS,
+        STRESS_RATE,
+        STRAIN_RATE,
+        FORCE,
+        FORCE_RATE,
+        VOLTAGE,
+        VOLTAGE_RATE,
+        FIELD,
+        STRAIN,
+    ):
+        try:
+            return parse(text, dimension), dimension.unit
+        except InputError:
+            continue
+    raise InputError(f"{_shown(text)}: not a quantity")
+
+
 def is_unit(text: str) -> bool:
     """Whether `text` is a unit that dielast knows, or a sign for none (as in a CSV's row of units)."""
     return text.strip() in ("", "-", "1", "C") or _parse_unit(text.strip()) is not None

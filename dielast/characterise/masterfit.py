@@ -162,10 +162,11 @@ def _assemble(points: Points, theta: Array, prior: _Prior, weights: Weights, spa
     key = (rows * m + curve).ravel()
     cross = np.hstack([np.bincount(key, (weighted * side).ravel(), minlength=size * m).reshape(size, m) for side in sides])
     own = np.block([[np.diag(np.bincount(curve, weight * one * other, minlength=m)) for other in sides] for one in sides])
-    pull: Array = np.hstack([np.bincount(curve, weight * residual * side, minlength=m) for side in sides])
+    pull = np.hstack([np.bincount(curve, weight * residual * side, minlength=m) for side in sides])
     away = theta - prior.mean
-    normal = np.asarray((own - cross.T @ inverse @ cross)[np.ix_(free, free)] + np.diag(prior.precision[free]))
-    gradient = pull[free] + (prior.precision * away)[free]
+    own = own - cross.T @ inverse @ cross
+    normal = np.asarray(own[np.ix_(free, free)] + np.diag(prior.precision[free]), dtype=float)
+    gradient = np.asarray(pull[free] + (prior.precision * away)[free], dtype=float)
     cost = float(np.sum(weight * residual**2) + np.sum(prior.precision * away**2))
     return _State(theta, Spline(origin, spacing, coefficient, end), residual, cost, gradient, normal, weights)
 
@@ -201,10 +202,12 @@ def _offset_spread(points: Points, state: _State, everything: _Prior, anchor: in
     """Standard deviation of the curves' vertical offsets in decades, zero unless they exceed what the noise explains."""
     m = points.curves
     linear = _assemble(points, state.theta, everything, state.weights, state.spline.spacing)
-    covariance = np.linalg.inv(linear.normal)[m - 1 :, m - 1 :] * _correlation(points, state)
+    freed, _ = _step(points, everything, linear)
+    misfit = float(np.sum(freed.weights.weight * freed.residual**2)) / max(freed.residual.size - freed.parameters, 1)
+    covariance = np.linalg.inv(linear.normal)[m - 1 :, m - 1 :] * misfit * _correlation(points, freed)
     offset = -np.linalg.solve(linear.normal, linear.gradient)[m - 1 :]
     significance = float(offset @ np.linalg.solve(covariance, offset))
-    if significance < m - 1 + 4 * np.sqrt(2 * (m - 1)):
+    if significance < m + 11 + 4 * np.sqrt(2 * (m - 1)):  # about one in 100 000 by chance
         return 0.0
     centre = (np.eye(m) - 1 / m)[:, np.arange(m) != anchor]
     excess = float(np.sum((centre @ offset) ** 2) - np.trace(centre @ covariance @ centre.T)) / (m - 1)

@@ -91,6 +91,8 @@ def _command(kind: str, text: str) -> None:
 
 _command("mastercurve", "Relaxation tests at several temperatures -> master curve and shift factors.")
 _command("spectrum", "Master curve -> discrete relaxation spectrum and material file.")
+_command("relax", "Prescribed stretch -> stress.")
+_command("creep", "Prescribed force or nominal stress -> stretch.")
 
 
 @app.command()

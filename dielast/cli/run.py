@@ -11,10 +11,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from dielast.errors import DielastWarning, InputError
+from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.files import Inputs, depfile, write_files
 from dielast.recipe.cases import Case, read_cases
 
+UNFINISHED = 3
 GOLDEN_MISMATCH = 4
 
 
@@ -50,7 +51,10 @@ def run(kind: str, path: Path, options: Options) -> int:
         print(json.dumps(summary, indent=2))
     elif not options.quiet:
         _tell(summary, out)
-    return _compare(files, options) if options.golden is not None else 0
+    for line in summary.get("unfinished", ()):
+        print(f"{path}: {line}", file=sys.stderr)
+    mismatch = _compare(files, options) if options.golden is not None else 0
+    return UNFINISHED if "unfinished" in summary else mismatch
 
 
 def compute(
@@ -63,10 +67,18 @@ def compute(
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", DielastWarning)
-        report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(cases, inputs)
+        try:
+            report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(cases, inputs)
+        except (InputError, NumericsError) as error:
+            raise type(error)(*(_located(line, path, inputs) for line in error.messages)) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, path.name, caught)
     return contents(kind, report, summary, plots), summary, inputs, caught
+
+
+def _located(line: str, path: Path, inputs: Inputs) -> str:
+    """The line with a file's name in front: that of the input it speaks of, or else the recipe's."""
+    return line if line.startswith(tuple(f"{name}: " for name in (path, *inputs.names))) else f"{path}: {line}"
 
 
 def _compare(files: Mapping[str, bytes], options: Options) -> int:

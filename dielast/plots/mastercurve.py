@@ -8,15 +8,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve
-from dielast.plots.style import COLOURS, MARKERS, STYLE, log_axis, panels, spread
+from dielast.plots.style import COLOURS, MARKERS, STYLE, TEMPERATURES, log_axis, panels, spread
 from dielast.shift import WLF, Arrhenius
-
-# viridis without its lightest end: the lightness still tells the temperature in grey
-TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.88, 256)))
 
 
 def plot_master_curve(result: MasterCurve, curves: Sequence[RelaxationCurve], title: str | None = None) -> Figure:

@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+# viridis without its lightest end: the lightness still tells the order in grey
+TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.88, 256)))
 COLUMN_WIDTH = 3.4  # inches, one column of a journal page
 
 STYLE: Any = {

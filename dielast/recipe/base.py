@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from dielast.errors import InputError
+from dielast.measured import TextFormat
 from dielast.recipe.fields import BreakdownFields, Permittivity, Section
 
 
@@ -24,6 +25,10 @@ class TextTable(Section):
     decimal: Literal[".", ","] | None = None
     encoding: str | None = None
     skip_rows: int = Field(0, ge=0)
+
+    def text_format(self) -> TextFormat:
+        """The same for the reader."""
+        return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows)
 
 
 def units_of(*roles: str) -> AfterValidator:

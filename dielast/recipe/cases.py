@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -72,12 +73,9 @@ def _combinations(sweep: dict[str, Any], source: str) -> list[dict[str, Any]]:
         raise InputError(f"{source}: sweep: lists of values by key path are needed")
     lengths = [len(sweep[key]) for key in keys]
     if paired and len(set(lengths)) > 1:
-        raise InputError(
-            f'{source}: sweep: mode = "zip" pairs lists of one length, these have {", ".join(map(str, lengths))} values'
-        )
-    count = lengths[0]
-    for length in lengths[1:]:
-        count = count if paired else count * length
+        found = ", ".join(map(str, lengths))
+        raise InputError(f'{source}: sweep: mode = "zip" pairs lists of one length, these have {found} values')
+    count = lengths[0] if paired else math.prod(lengths)
     if count > MOST_CASES:
         raise InputError(f"{source}: sweep: {count} cases, at most {MOST_CASES} are allowed")
     lists = [sweep[key] for key in keys]
@@ -106,7 +104,8 @@ def _take_load(values: dict[str, Any], model: type[RecipeBase], source: str, fol
 
 def load_file(model: type[RecipeBase]) -> type[Section]:
     """The model of a load file for recipes of `model`: their steps alone."""
-    return create_model("LoadFile", __base__=Section, step=(model.model_fields["step"].annotation, ...))
+    steps: Any = model.model_fields["step"].annotation
+    return create_model("LoadFile", __base__=Section, step=(steps, ...))
 
 
 def _beside(step: dict[str, Any], home: Path, folder: Path) -> dict[str, Any]:

@@ -41,7 +41,10 @@ _PLAIN = {
 
 
 def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """The unchecked values of the recipe in the file `path`, `overrides` applied; its kind is known, and is `kind` if one is given."""
+    """The unchecked values of the recipe in the file `path`, `overrides` applied.
+
+    Raises `InputError` if it is no TOML, its kind is unknown or not the `kind` given, or an override leads nowhere.
+    """
     try:
         content = path.read_bytes()
     except OSError as error:

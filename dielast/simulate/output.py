@@ -114,10 +114,9 @@ class Output:
             return np.zeros(1)
         decades = RAMP_DECADES
         if not moving:
-            fastest = 1 / (3 * np.max(self.points.rate, axis=0))
-            begin = np.where(np.asarray(self._ramp) > 0, 0.01 * np.asarray(self._ramp), 0.1 * fastest)
-            reach = np.log10(np.max(np.where(duration > 0, duration / begin, 1.0)))
-            decades = int(np.clip(np.ceil(reach), LEAST_DECADES, MOST_DECADES))
+            at_once = 30 * duration * np.max(self.points.rate, axis=0)
+            reach = np.where(np.asarray(self._ramp) > 0, 100 * duration / np.maximum(self._ramp, 1e-300), at_once)
+            decades = int(np.clip(np.ceil(np.log10(np.max(reach, initial=1.0))), LEAST_DECADES, MOST_DECADES))
         return np.logspace(-decades, 0, decades * self.points_per_decade + 1)
 
     @staticmethod

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 from dielast.errors import InputError
 from dielast.files import Inputs
-from dielast.measured import MeasuredTable, TextFormat, read_measured
-from dielast.recipe.base import TextTable
+from dielast.measured import MeasuredTable, read_measured
 from dielast.recipe.cases import Case
 from dielast.recipe.mastercurve import MasterCurveRecipe, RelaxationData
 from dielast.shift import WLF, Arrhenius
@@ -109,7 +108,7 @@ def read_curves(data: RelaxationData, inputs: Inputs) -> list[RelaxationCurve]:
     """
     temperatures, times, moduli = [], [], []
     for index, name in enumerate([data.file] if data.file else data.files or ()):
-        table = read_measured(inputs.read(name), name, text_format(data), data.units)
+        table = read_measured(inputs.read(name), name, data.text_format(), data.units)
         time = table.column(data.columns.time, "time", TIME)
         modulus = _modulus(table, data)
         if data.columns.temperature is not None:
@@ -125,11 +124,6 @@ def read_curves(data: RelaxationData, inputs: Inputs) -> list[RelaxationCurve]:
         times.append(time[kept])
         moduli.append(modulus[kept])
     return _by_temperature(np.concatenate(temperatures), np.concatenate(times), np.concatenate(moduli), data.temperature_tolerance)
-
-
-def text_format(section: TextTable) -> TextFormat:
-    """How the recipe says that a table is written."""
-    return TextFormat(section.separator, section.decimal, section.encoding, section.skip_rows)
 
 
 def _modulus(table: MeasuredTable, data: RelaxationData) -> Array:
@@ -183,6 +177,3 @@ def _by_temperature(temperature: Array, time: Array, modulus: Array, tolerance: 
         level = float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
         curves.append(RelaxationCurve(level, time[members], modulus[members]))
     return curves
-
-
-__all__: Sequence[str] = ("headline", "read_curves", "run", "tables", "text_format")

@@ -18,12 +18,16 @@ Summary = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A run's results: `tables` by file name, other `files` by name, headline numbers by section, and how to draw the figure."""
+    """A run's results: `tables` by file name, other `files` by name, headline numbers by section, and how to draw the figure.
+
+    `failures` has a line for each case that the numerics could not finish; the tables then hold what was reached.
+    """
 
     tables: Mapping[str, Table]
     headline: Mapping[str, Mapping[str, Any]]
     figure: Callable[[], Figure]
     files: Mapping[str, bytes] = field(default_factory=dict)
+    failures: Sequence[str] = ()
 
 
 def summarise(kind: str, report: Report, inputs: Inputs, recipe: str, warnings: Sequence[str]) -> Summary:
@@ -31,6 +35,8 @@ def summarise(kind: str, report: Report, inputs: Inputs, recipe: str, warnings: 
     summary: dict[str, Any] = {"kind": kind, "version": __version__, "recipe": recipe}
     if warnings:
         summary["warnings"] = list(warnings)
+    if report.failures:
+        summary["unfinished"] = list(report.failures)
     for section, values in report.headline.items():
         summary[section] = {key: rounded(value) for key, value in values.items() if value is not None}
     summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in inputs.digests.items()]

@@ -23,7 +23,6 @@ from dielast.recipe.validate import parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 from dielast.table import Column, number_columns
 from dielast.units import STRESS, TIME
-from dielast.workflow.mastercurve import text_format
 from dielast.workflow.report import Report
 
 Array = NDArray[np.float64]
@@ -145,6 +144,6 @@ def read_master_curve(folder: str, inputs: Inputs) -> Curve:
 def read_curve(data: CurveData | None, inputs: Inputs) -> Curve:
     """A master curve from elsewhere, without a shift law; raises `InputError` naming file and line or column."""
     assert data is not None
-    table = read_measured(inputs.read(data.file), data.file, text_format(data), data.units)
+    table = read_measured(inputs.read(data.file), data.file, data.text_format(), data.units)
     modulus = table.column(data.columns.modulus, "modulus", STRESS) * (3.0 if data.test == "shear" else 1.0)
     return Curve(table.column(data.columns.time, "time", TIME), modulus, NoShift(data.reference_temperature))

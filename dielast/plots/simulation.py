@@ -1,0 +1,91 @@
+"""The figure of simulated cases, with measured points laid over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from dielast.plots.style import COLOURS, LINES, MARKERS, STYLE, TEMPERATURES, log_axis, panels
+
+Array = NDArray[np.float64]
+# column -> axis label, and the factor that takes SI into the unit shown
+LABELS = {
+    "time [s]": ("time [s]", 1.0),
+    "stretch_1 [1]": ("stretch", 1.0),
+    "stretch_2 [1]": ("stretch in axis 2", 1.0),
+    "nominal_stress_1 [Pa]": ("nominal stress [kPa]", 1e-3),
+    "nominal_stress_2 [Pa]": ("nominal stress in axis 2 [kPa]", 1e-3),
+    "true_stress_1 [Pa]": ("true stress [kPa]", 1e-3),
+    "true_stress_2 [Pa]": ("true stress in axis 2 [kPa]", 1e-3),
+    "relaxation_modulus [Pa]": ("relaxation modulus [kPa]", 1e-3),
+}
+MOST_IN_LEGEND = 7
+
+
+class Measured(Protocol):
+    """Measured points of one `case` beside its curve: `x` and `y` (n,) in SI, and what the legend says."""
+
+    @property
+    def label(self) -> str: ...  # noqa: D102
+    @property
+    def case(self) -> int: ...  # noqa: D102
+    @property
+    def x(self) -> Array: ...  # noqa: D102
+    @property
+    def y(self) -> Array: ...  # noqa: D102
+
+
+def plot_cases(
+    cases: Sequence[Mapping[str, Array]],
+    labels: Sequence[str],
+    measured: Sequence[Measured],
+    x: str,
+    y: str,
+    scales: tuple[str, str] = ("log", "linear"),
+    title: str | None = None,
+) -> Figure:
+    """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers."""
+    with mpl.rc_context(STYLE):
+        figure, (axes,) = panels(1, title)
+        (x_label, x_factor), (y_label, y_factor) = (LABELS.get(header, (header, 1.0)) for header in (x, y))
+        many = len(cases) > MOST_IN_LEGEND
+        named = set(np.linspace(0, len(cases) - 1, MOST_IN_LEGEND).astype(int).tolist())
+        for index, (columns, label) in enumerate(zip(cases, labels, strict=True)):
+            shown = columns[x] > 0 if scales[0] == "log" else np.ones(columns[x].size, dtype=bool)
+            colour = TEMPERATURES(index / (len(cases) - 1)) if many else COLOURS[index % len(COLOURS)]
+            axes.plot(
+                columns[x][shown] * x_factor,
+                columns[y][shown] * y_factor,
+                linestyle="-" if many else LINES[index % len(LINES)],
+                color=colour,
+                label=(label or "model") if index in named or not many else None,
+            )
+        for index, points in enumerate(measured):
+            own = TEMPERATURES(points.case / (len(cases) - 1)) if many else COLOURS[points.case % len(COLOURS)]
+            axes.plot(
+                points.x * x_factor,
+                points.y * y_factor,
+                MARKERS[index % len(MARKERS)],
+                color=own,
+                markerfacecolor="white",
+                markeredgewidth=0.8,
+                label=points.label,
+            )
+        _scale(axes, *scales)
+        axes.set_xlabel(x_label)
+        axes.set_ylabel(y_label)
+        if len(cases) > 1 or measured:
+            axes.legend(loc="best")
+    return figure
+
+
+def _scale(axes: Axes, x: str, y: str) -> None:
+    for which, scale in (("x", x), ("y", y)):
+        if scale == "log":
+            log_axis(axes, which)

@@ -1,0 +1,101 @@
+"""A recipe's steps as the solver takes them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.files import Inputs
+from dielast.load import Step, table
+from dielast.measured import read_measured
+from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, RelaxRecipe, StretchStep
+from dielast.units import FORCE, STRAIN, STRESS, TIME
+
+Array = NDArray[np.float64]
+Recipe = RelaxRecipe | CreepRecipe
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One step of a history for the solver, and the recipe step (from 0) it comes from; what is not stated is None."""
+
+    origin: int
+    control: str | None
+    target: float | None
+    rate: float | None
+    duration: float | None
+
+    @property
+    def shape(self) -> tuple[Any, ...]:
+        """What entries must share to be run together."""
+        return (self.control, self.rate is None, self.duration is None)
+
+
+def joined(entries: Sequence[Entry]) -> Step:
+    """The same step of several cases as one, with arrays (cases,)."""
+
+    def values(name: str) -> Array | None:
+        return None if getattr(entries[0], name) is None else np.array([getattr(entry, name) for entry in entries])
+
+    targets = {} if entries[0].control is None else {entries[0].control: values("target")}
+    return Step(**targets, rate=values("rate"), duration=values("duration"))
+
+
+def solver_steps(recipe: Recipe, inputs: Inputs) -> list[Entry]:
+    """The recipe's steps as the solver takes them; forces become nominal stresses, tables become ramps."""
+    if recipe.load is not None:
+        inputs.read(recipe.load)
+    entries: list[Entry] = []
+    for index, step in enumerate(recipe.step):
+        if step.hold is not None:
+            entries.append(Entry(index, None, None, None, step.hold))
+        elif step.table is not None:
+            entries += _followed(index, step, step.table, recipe, inputs)
+        elif isinstance(step, StretchStep):
+            entries.append(Entry(index, "stretch", step.stretch, step.rate, step.duration))
+        elif isinstance(step, LoadStep):
+            entries.append(_loaded(index, step, recipe))
+    return entries
+
+
+def _loaded(index: int, step: LoadStep, recipe: Recipe) -> Entry:
+    area = _area(recipe) if step.force is not None else 1.0
+    target = step.stress if step.force is None else step.force
+    assert target is not None
+    return Entry(index, "stress", target / area, step.rate[0] / area if step.rate is not None else None, step.duration)
+
+
+def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: Inputs) -> list[Entry]:
+    """Ramps through the points of a table; its times count from the start of the step."""
+    points = read_measured(inputs.read(name), name)
+    time = points.column("time", "time", TIME)
+    if isinstance(step, StretchStep):
+        control, values = "stretch", points.column("stretch", "stretch", STRAIN)
+        ramps = table(time, stretch=values)
+    else:
+        force = points.has("force")
+        values = points.column("force", "force", FORCE) / _area(recipe) if force else points.column("stress", "stress", STRESS)
+        control, ramps = "stress", table(time, stress=values)
+    return [
+        Entry(index, control, float(value), None, float(np.asarray(ramp.duration)))
+        for value, ramp in zip(values, ramps, strict=True)
+        if ramp.duration is not None
+    ]
+
+
+def _area(recipe: Recipe) -> float:
+    specimen = recipe.specimen if isinstance(recipe, CreepRecipe) else None
+    if specimen is None:
+        raise InputError("a force needs [specimen] with width and thickness, or state stress")
+    return specimen.area
+
+
+def in_recipe_terms(line: str, origin: Sequence[int]) -> str:
+    """An error of the solver's step n as one of the recipe's step it came from."""
+    return re.sub(r"^step (\d+): ", lambda found: f"step[{origin[int(found[1])]}]: ", line)

@@ -1,0 +1,5 @@
+"""`relax`: prescribed stretch -> stress."""
+
+from dielast.workflow.simulation import run
+
+__all__ = ["run"]
