@@ -25,6 +25,7 @@ LOOSE = 30.0**-2  # precision (1/decade^2) of the prior that keeps the normal ma
 MAX_STEP = 0.5  # decades a shift may move in one iteration
 CONVERGED = 0.01  # standard errors
 ITERATIONS = 40
+EXPECTATIONS = 4
 NEGLIGIBLE = 1e-3  # decades of modulus: offsets of 0.2 % are below what a spline on few points can tell
 
 
@@ -217,14 +218,15 @@ def _offset_spread(points: Points, state: _State, everything: _Prior, anchor: in
 def _fit_offsets(points: Points, state: _State, start: Array, spread: float, anchor: int) -> tuple[_State, _Prior, float]:
     """Fit with vertical offsets of every curve as random effects, their spread by expectation and maximisation."""
     m = points.curves
-    theta = state.theta
     free = np.delete(np.arange(2 * m), anchor)
-    for _ in range(4):
+    for k in range(EXPECTATIONS):
         prior = _Prior(start, np.repeat((LOOSE, spread**-2), m), free)
-        state = _fit(points, theta, prior)
-        theta = state.theta
+        if k == 0:
+            state = _fit(points, state.theta, prior)
+        else:
+            state = _converge(points, prior, _assemble(points, state.theta, prior, state.weights, state.spline.spacing))
         scatter = np.diag(np.linalg.inv(state.normal))[m - 1 :]
-        spread = float(np.sqrt(np.mean(theta[m:] ** 2 + np.maximum(scatter, 0.0))))
+        spread = float(np.sqrt(np.mean(state.theta[m:] ** 2 + np.maximum(scatter, 0.0))))
     return state, prior, spread
 
 

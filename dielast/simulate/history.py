@@ -79,7 +79,7 @@ def run(
         at_once = alive & (duration == 0) & np.any(end != present, axis=0)
         condition, lost = _apply(points, piece.controls, end, condition, at_once)
         for case in np.flatnonzero(lost):
-            ended[case] = Outcome(False, float(condition.time[case]), "no stable equilibrium under the load applied at once")
+            ended[case] = Outcome(False, float(condition.time[case]), "no stable equilibrium within the springs' limits under a load applied at once")
         alive &= ~lost
         recorder = output.recorder(condition.time, duration, bool(np.any(end != present)), last=index == len(pieces) - 1)
         recorder.relative[~alive] = np.nan

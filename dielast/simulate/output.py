@@ -114,8 +114,9 @@ class Output:
             return np.zeros(1)
         decades = RAMP_DECADES
         if not moving:
-            at_once = 30 * duration * np.max(self.points.rate, axis=0)
-            reach = np.where(np.asarray(self._ramp) > 0, 100 * duration / np.maximum(self._ramp, 1e-300), at_once)
+            ramp = np.asarray(self._ramp)
+            after_ramp = 100 * duration / np.where(ramp > 0, ramp, 1.0)
+            reach = np.where(ramp > 0, after_ramp, 30 * duration * np.max(self.points.rate, axis=0))
             decades = int(np.clip(np.ceil(np.log10(np.max(reach, initial=1.0))), LEAST_DECADES, MOST_DECADES))
         return np.logspace(-decades, 0, decades * self.points_per_decade + 1)
 

@@ -52,7 +52,7 @@ def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs) 
     table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
     rows = _rows(table, comparison)
     x, y = (
-        table.column(own or header, role, DIMENSIONS[split_header(header)[1] or "1"], rows)
+        table.column(own or split_header(header)[0], role, DIMENSIONS[split_header(header)[1] or "1"], rows)
         for role, header, own in (("x", comparison.x, comparison.x_column), ("y", comparison.y, comparison.y_column))
     )
     model = _interpolate(x, columns[comparison.x], columns[comparison.y], logarithmic=comparison.x == "time [s]")

@@ -63,9 +63,10 @@ def assert_whole(history: MembraneHistory) -> None:
 
 @given(materials(), stretch_steps(), modes)
 @settings(max_examples=40, deadline=20_000)
-def test_prescribed_stretch_always_goes_through(material: Material, steps: list[Step], mode: str) -> None:
+def test_prescribed_stretch_goes_through_unless_a_jump_locks_a_spring(material: Material, steps: list[Step], mode: str) -> None:
     history = relax(material, steps, mode=mode, points_per_decade=3, rtol=1e-5)
-    assert history.completed, history.outcome
+    # relaxed at stretch 3, brought to 0.5 at once: a branch may be compressed beyond its own limit, and that is said
+    assert history.completed or "at once" in history.outcome[0].reason, history.outcome
     assert_whole(history)
 
 

@@ -1,0 +1,136 @@
+from __future__ import annotations
+
+import subprocess
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast.table import number_columns
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+RELAX = """
+kind = "relax"
+material = "example:vhb4905.toml"
+[[step]]
+stretch = 2.0
+rate = "12.5 %/s"
+[[step]]
+hold = "2 h"
+"""
+
+
+def column(path: Path, *headers: str) -> list[np.ndarray]:
+    return number_columns(path.read_bytes(), path.name, headers)
+
+
+def test_a_sweep_gives_each_case_what_it_gets_alone(dielast: Run, tmp_path: Path) -> None:
+    sweep = '[sweep]\ntemperature = ["0 degC", "20 degC"]\nmode = ["uniaxial", "equibiaxial"]\n'
+    (tmp_path / "sweep.toml").write_text(RELAX + sweep)
+    (tmp_path / "alone.toml").write_text(RELAX)
+    assert dielast("relax", "sweep.toml", "--plot", "none").returncode == 0
+    alone = ["--set", "mode=equibiaxial", "--set", "temperature='0 degC'"]
+    assert dielast("relax", "alone.toml", "--plot", "none", *alone).returncode == 0
+    case, stress = column(tmp_path / "sweep/relax.csv", "case", "nominal_stress_2 [Pa]")
+    (one,) = column(tmp_path / "alone/relax.csv", "nominal_stress_2 [Pa]")
+    np.testing.assert_array_equal(stress[case == 1], one)
+    assert (tmp_path / "sweep/cases.csv").read_text().splitlines() == [
+        "case,temperature [degC],mode",
+        "0,0,uniaxial",
+        "1,0,equibiaxial",
+        "2,20,uniaxial",
+        "3,20,equibiaxial",
+    ]
+
+
+def test_noise_is_seeded_relative_and_on_what_is_measured(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "clean.toml").write_text(RELAX)
+    (tmp_path / "noisy.toml").write_text(RELAX + "[output]\nnoise = 0.01\n")
+    for name in ("clean", "noisy"):
+        assert dielast("relax", f"{name}.toml", "--plot", "none").returncode == 0
+    headers = ("stretch_1 [1]", "nominal_stress_1 [Pa]", "relaxation_modulus [Pa]")
+    (l0, s0, m0), (l1, s1, m1) = (column(tmp_path / f"{name}/relax.csv", *headers) for name in ("clean", "noisy"))
+    np.testing.assert_array_equal(l0, l1)
+    assert np.std(s1 / s0 - 1) == pytest.approx(0.01, rel=0.3)
+    np.testing.assert_allclose(m1 / m0, s1 / s0, rtol=1e-7)
+    assert dielast("relax", "noisy.toml", "--plot", "none", "-o", "again").returncode == 0
+    assert (tmp_path / "again/relax.csv").read_bytes() == (tmp_path / "noisy/relax.csv").read_bytes()
+
+
+def test_a_table_is_followed(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "history.csv").write_text("time [s],force [N]\n0,0\n17,0.17\n100,0.17\n")
+    head = 'kind = "creep"\nmaterial = "example:vhb4905.toml"\nspecimen = { width = "6 mm", thickness = "0.5 mm" }\n'
+    (tmp_path / "table.toml").write_text(head + '[[step]]\ntable = "history.csv"\n[output]\ntimes = ["17 s", "100 s"]\n')
+    steps = '[[step]]\nforce = "0.17 N"\nrate = "0.01 N/s"\n[[step]]\nhold = "83 s"\n'
+    (tmp_path / "steps.toml").write_text(head + steps + '[output]\ntimes = ["17 s", "100 s"]\n')
+    for name in ("table", "steps"):
+        done = dielast("creep", f"{name}.toml", "--plot", "none", "--depfile", "d")
+        assert done.returncode == 0, done.stderr
+        assert ("history.csv" in (tmp_path / "d").read_text()) == (name == "table")
+    (a,), (b,) = (column(tmp_path / f"{name}/creep.csv", "stretch_1 [1]") for name in ("table", "steps"))
+    np.testing.assert_allclose(a, b, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("stretch = 2.0", "stretch = 20.0", "step[0]: stretch 20 is beyond the Gent limit"),
+        ('"12.5 %/s"', '"0 %/s"', "step[0]: rate 0 never reaches the target"),
+        ('"12.5 %/s"', '"-12.5 %/s"', "step[0]: rate -0.125 leads away from the target"),
+        ('kind = "relax"', 'kind = "relax"\ntemperature = "-200 degC"', "where the WLF law has its pole"),
+    ],
+)
+def test_impossible_histories_are_one_line(old: str, new: str, message: str, dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(RELAX.replace(old, new))
+    done = dielast("relax", "r.toml")
+    assert done.returncode == 2
+    assert done.stderr.startswith("r.toml: ")
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "r").exists()
+
+
+def test_a_wrong_material_is_told_of_its_file(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text('reference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "26 kg"\n')
+    (tmp_path / "r.toml").write_text(RELAX.replace("example:vhb4905.toml", "m.toml"))
+    done = dielast("relax", "r.toml")
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == [
+        'm.toml: equilibrium.shear_modulus: "26 kg": a stress or modulus is needed, such as "26 kPa"',
+        "m.toml: nonequilibrium: is needed",
+        "m.toml: shift: is needed",
+    ]
+
+
+def test_measured_loading_curves_are_compared(dielast: Run, tmp_path: Path, shared_data: Callable[[str], Path]) -> None:
+    data = shared_data("vhb4905/4-loading.csv")
+    recipe = f"""
+kind = "relax"
+material = "example:vhb4905.toml"
+[[step]]
+stretch = 4.0
+rate = "5 %/s"
+[[step]]
+stretch = 1.0
+rate = "-5 %/s"
+[plot]
+x = "stretch_1 [1]"
+[[compare]]
+file = "{data}"
+where = {{ id = 117 }}
+x = "stretch_1 [1]"
+y = "nominal_stress_1 [Pa]"
+x_column = "stretch"
+y_column = "stress"
+units = {{ x = "1", y = "Pa" }}
+"""
+    (tmp_path / "r.toml").write_text(recipe)
+    done = dielast("relax", "r.toml")
+    assert done.returncode == 0, done.stderr
+    summary = tomllib.loads((tmp_path / "r/summary.toml").read_text())
+    # another laboratory's batch: the same order of stress, not the same curve
+    assert 0.05 < summary["compare"]["rms_relative_error"] < 1
+    assert summary["compare"]["points"] > 20
+    assert summary["inputs"][1]["sha256"]

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dielast.errors import InputError
+from dielast.recipe.cases import read_cases
+
+RELAX = """
+kind = "relax"
+material = "example:vhb4905.toml"
+[[step]]
+stretch = 2.0
+rate = "12.5 %/s"
+[[step]]
+hold = "2 h"
+"""
+CREEP = """
+kind = "creep"
+material = "example:vhb4905.toml"
+specimen = { width = "6 mm", thickness = "0.5 mm" }
+[[step]]
+force = "0.17 N"
+rate = "0.01 N/s"
+"""
+
+
+def write(folder: Path, text: str, name: str = "r.toml") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def mistakes(folder: Path, text: str) -> list[str]:
+    with pytest.raises(InputError) as caught:
+        read_cases(write(folder, text))
+    return [line.removeprefix(f"{folder / 'r.toml'}: ") for line in caught.value.messages]
+
+
+def test_every_combination_is_a_case_in_order(tmp_path: Path) -> None:
+    sweep = '[sweep]\ntemperature = ["0 degC", "20 degC"]\n"step.0.rate" = ["1 %/s", "2 %/s", "3 %/s"]\n'
+    cases = read_cases(write(tmp_path, RELAX + sweep))
+    assert [(case.recipe.temperature, case.recipe.step[0].rate) for case in cases] == [
+        (temperature, rate) for temperature in (0.0, 20.0) for rate in (0.01, 0.02, 0.03)
+    ]
+    assert cases[4].settings == {"temperature": "20 degC", "step.0.rate": "2 %/s"}
+
+
+def test_zip_pairs_values(tmp_path: Path) -> None:
+    sweep = '[sweep]\nmode = "zip"\ntemperature = ["0 degC", "20 degC"]\n"step.0.rate" = ["1 %/s", "2 %/s"]\n'
+    cases = read_cases(write(tmp_path, RELAX + sweep))
+    assert [(case.recipe.temperature, case.recipe.step[0].rate) for case in cases] == [(0.0, 0.01), (20.0, 0.02)]
+
+
+def test_the_loading_mode_can_be_swept(tmp_path: Path) -> None:
+    cases = read_cases(write(tmp_path, RELAX + '[sweep]\nmode = ["uniaxial", "equibiaxial"]\n'))
+    assert [case.recipe.mode for case in cases] == ["uniaxial", "equibiaxial"]
+
+
+def test_steps_may_live_in_a_file_of_their_own(tmp_path: Path) -> None:
+    (tmp_path / "loads").mkdir()
+    (tmp_path / "loads/points.csv").write_text("time [s],stretch\n0,1\n1,2\n")
+    write(tmp_path, '[[step]]\nstretch = 1.5\nduration = "3 s"\n[[step]]\ntable = "points.csv"\n', "loads/history.toml")
+    text = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\nload = "loads/history.toml"\n'
+    (case,) = read_cases(write(tmp_path, text))
+    assert (case.recipe.step[0].stretch, case.recipe.step[0].duration) == (1.5, 3.0)
+    assert case.recipe.step[1].table == "loads/points.csv"
+
+
+def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
+    write(tmp_path, '[[step]]\nstretch = 1.5\nrate = "3 kg"\n', "history.toml")
+    text = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\nload = "history.toml"\n'
+    assert mistakes(tmp_path, text) == ['history.toml: step[0].rate: "3 kg": a strain rate is needed, such as "12.5 %/s"']
+    assert "not both" in mistakes(tmp_path, text + '[[step]]\nhold = "1 s"\n')[0]
+    write(tmp_path, 'kind = "relax"\n', "history.toml")
+    assert "holds [[step]] and nothing else" in mistakes(tmp_path, text)[0]
+    assert "no such file" in mistakes(tmp_path, text.replace("history", "gone"))[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (RELAX.replace('"12.5 %/s"', '"10 kg"'), 'step[0].rate: "10 kg": a strain rate is needed, such as "12.5 %/s"'),
+        (RELAX.replace("stretch = 2.0", "stretch = -2.0"), "step[0].stretch: -2.0: a number above 0 is needed"),
+        (RELAX.replace("stretch = 2.0", 'stretch = "2"'), 'step[0].stretch: "2": a bare number is needed'),
+        (RELAX.replace("stretch = 2.0\n", ""), "step[0]: one of hold, table, stretch is needed"),
+        (RELAX.replace('hold = "2 h"', 'hold = "2 h"\nrate = "1 %/s"'), "step[1]: rate does not go with hold"),
+        (RELAX.replace('hold = "2 h"', 'hold = "2 h"\nstretch = 3.0'), "not hold and stretch together"),
+        (RELAX.replace('rate = "12.5 %/s"', 'rate = "1 %/s"\nduration = "1 s"'), "rate and duration do not go together"),
+        (RELAX.split("[[step]]")[0], "step: is needed"),
+        (RELAX.replace("example:vhb4905.toml", "gone.toml"), 'material: "gone.toml": no such file'),
+        (RELAX + "[sweep]\n", "sweep: lists of values by key path are needed"),
+        (RELAX + '[sweep]\n"step.0.rate" = "1 %/s"\n', 'sweep."step.0.rate": a list of values is needed'),
+        (RELAX + '[sweep]\n"step.9.rate" = ["1 %/s"]\n', 'sweep."step.9.rate": step has entries 0 to 1'),
+        (RELAX + '[sweep]\n"step.0.rte" = ["1 %/s"]\n', 'step[0].rte: unknown key; did you mean "rate"?'),
+        (RELAX + '[sweep]\nmode = "product"\ntemperature = ["0 degC"]\n', 'sweep.mode: "product": "zip" is needed'),
+        (RELAX + "[output]\nnoise = 2\n", "output.noise: 2: at most 1 is needed"),
+        (RELAX + '[output]\ntimes = ["2 s", "1 s"]\n', "output: times must ascend"),
+        (RELAX + "[solver]\nrtol = 1.0\n", "solver.rtol: 1.0: at most 0.01 is needed"),
+        (CREEP.replace('specimen = { width = "6 mm", thickness = "0.5 mm" }', ""), "step[0].force: a force needs [specimen]"),
+        (CREEP.replace("0.01 N/s", "1 kPa/s"), "step[0]: rate: a force rate is needed with force"),
+        (
+            CREEP.replace("0.01 N/s", "1 %/s"),
+            'step[0].rate: 1 %/s: a force or stress rate is needed, such as "0.01 N/s" or "1 kPa/s"',
+        ),
+        (CREEP.replace('"6 mm"', '"0 mm"'), 'specimen.width: "0 mm": a length above 0 m is needed'),
+    ],
+)
+def test_each_mistake_says_what_is_needed(tmp_path: Path, text: str, expected: str) -> None:
+    found = mistakes(tmp_path, text)
+    assert any(expected in line for line in found), found
