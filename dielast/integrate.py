@@ -20,6 +20,7 @@ Cases = NDArray[np.intp]
 
 POOL = 16_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
+FIRST_MOVE = 5.0  # tolerances that the first step may cover
 LEAST_STEP = 1e-24  # of the duration; a step this short means that the solution has ceased to exist
 MOST_STEPS = 100_000
 
@@ -162,12 +163,15 @@ class _Pool:
         self.increments = np.empty((self.method.stages, *self.state.shape))
 
     def _first_step(self, system: System, state: Floats, duration: Floats) -> Floats:
-        """A step that the present rates move by about the size the tolerance will allow."""
+        """A step in which the present rates move nothing by much more than the tolerance.
+
+        Whatever transient decays within the first step is unseen by its error estimate and its dense output, however stiff.
+        """
         probe = 1e-18 * duration
         gamma = self.method.gamma
         moved = system.linearise(np.zeros_like(duration), state, probe, gamma).increment(np.zeros_like(duration), state, None, gamma)
         rate = system.error(state, moved) / (gamma * probe)
-        step = 0.5 * self.rtol**self.exponent / rate
+        step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
 
     def _advance(self) -> None:

@@ -42,8 +42,8 @@ class Points:
     stress_floor: Floats
 
     @classmethod
-    def of(cls, material: Material | Sequence[Material], temperature: Floats) -> Points:
-        """Points of one material, or of one for each case, at temperatures (cases,) in degC.
+    def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float) -> Points:
+        """Points of one material, or of one for each case, at temperatures (cases,) in degC, to be integrated to `rtol`.
 
         Branches of modulus 0 are left out, and materials with fewer branches than others filled up with ones that neither carry, flow
         nor lock. Raises as the shift law does.
@@ -61,7 +61,8 @@ class Points:
             rate[own, cases] = 1 / (3 * each.relaxation_time(temperature[cases])[:, some].T)
             limits.append((each.equilibrium_law, each.nonequilibrium_law))
         permittivity = np.array([each.permittivity or 0.0 for each in materials])
-        floor = 1e-3 * np.maximum(modulus[0], 1e-6 * modulus.sum(axis=0))
+        # no stress is known better than the rounding of the stiffest spring's share
+        floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
         return cls(modulus, rate, _law(limits, modulus > 0), np.broadcast_to(permittivity, (width,)), floor)
 
     def take(self, cases: Cases) -> Points:

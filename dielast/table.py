@@ -20,7 +20,7 @@ _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Column:
-    """One column: `name`, `unit` (None for text and counts) and `values` (n,), numbers or text; NaN is an empty cell."""
+    """One column: `name`, `unit` (None for text and counts), `values` (n,) of numbers or text; what is not finite is left empty."""
 
     name: str
     unit: str | None
@@ -62,8 +62,8 @@ def to_csv(table: Table) -> bytes:
 
 def _cells(values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]) -> list[str]:
     if isinstance(values, np.ndarray) and values.dtype.kind == "f":
-        # adding zero turns -0 into 0
-        return ["" if text == "nan" else text for text in map("%.9g".__mod__, (values + 0.0).tolist())]
+        # adding zero turns -0 into 0; what is not a number, or not bounded, is an empty cell
+        return ["" if text in ("nan", "inf", "-inf") else text for text in map("%.9g".__mod__, (values + 0.0).tolist())]
     if isinstance(values, np.ndarray):
         return [str(value) for value in values.tolist()]
     return [_quoted(value) for value in values]

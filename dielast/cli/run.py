@@ -117,4 +117,4 @@ def _tell(summary: Mapping[str, Any], out: Path) -> None:
 
 
 def _shown(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else ", ".join(map(_shown, value)) if isinstance(value, list) else str(value)
+    return f"{value:.5g}" if isinstance(value, float) else ", ".join(map(_shown, value)) if isinstance(value, list) else str(value)

@@ -101,11 +101,13 @@ def simulate(
     temperature = np.atleast_1d(np.asarray(temperature, dtype=float))
     if not np.all(np.isfinite(temperature)):
         raise InputError("every temperature must be finite")
+    if not 1e-12 <= rtol <= 0.1:
+        raise InputError(f"rtol {rtol:g} is not between 1e-12 and 0.1")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade} points per decade: at least one is needed")
     cases = case_count(steps, temperature, np.zeros(len(materials)))
     temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
-    points = Points.of(materials, temperature)
+    points = Points.of(materials, temperature, rtol)
     record = run(
         points,
         pieces(steps, mode, cases),

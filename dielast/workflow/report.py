@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -38,7 +39,7 @@ def summarise(kind: str, report: Report, inputs: Inputs, recipe: str, warnings: 
     if report.failures:
         summary["unfinished"] = list(report.failures)
     for section, values in report.headline.items():
-        summary[section] = {key: rounded(value) for key, value in values.items() if value is not None}
+        summary[section] = {key: rounded(value) for key, value in values.items() if _known(value)}
     summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in inputs.digests.items()]
     return summary
 
@@ -57,6 +58,11 @@ def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) 
     # last, so that a whole summary stands for a whole result
     files["summary.toml"] = tomli_w.dumps(dict(summary)).encode()
     return files
+
+
+def _known(value: Any) -> bool:
+    """Whether there is a value: a standard error that the data do not determine is left out."""
+    return value is not None and not (isinstance(value, float) and not math.isfinite(value))
 
 
 def rounded(value: Any) -> Any:

@@ -134,8 +134,9 @@ def read_master_curve(folder: str, inputs: Inputs) -> Curve:
         else:
             name = f"{folder}/shift-factors.csv"
             temperature, factor = number_columns(inputs.read(name), name, ["temperature [degC]", "log10_shift_factor [1]"])
-            known = np.isfinite(factor)
-            law = ShiftTable(reference, tuple(temperature[known].tolist()), tuple(factor[known].tolist()))
+            known = dict(zip(temperature.tolist(), factor.tolist(), strict=True)) | {reference: 0.0}
+            rows = sorted((own, value) for own, value in known.items() if math.isfinite(value))
+            law = ShiftTable(reference, *zip(*rows, strict=True))
         return Curve(time, modulus, law, float(moduli["equilibrium_Pa"]), float(moduli["glassy_Pa"]))
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{folder}/summary.toml: {error}: a folder written by mastercurve is needed") from None

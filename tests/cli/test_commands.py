@@ -16,6 +16,17 @@ from dielast.table import parse_csv
 Run = Callable[..., subprocess.CompletedProcess[str]]
 Starter = Callable[[str], Path]
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]\d+)?")
+SIMULATED = [
+    "case",
+    "temperature [degC]",
+    "time [s]",
+    "stretch_1 [1]",
+    "stretch_2 [1]",
+    "nominal_stress_1 [Pa]",
+    "nominal_stress_2 [Pa]",
+    "true_stress_1 [Pa]",
+    "true_stress_2 [Pa]",
+]
 HEADERS = {
     "mastercurve.csv": ["temperature [degC]", "time [s]", "reduced_time [s]", "relaxation_modulus [Pa]"],
     "shift-factors.csv": [
@@ -27,10 +38,15 @@ HEADERS = {
     ],
     "spectrum.csv": ["relaxation_time [s]", "shear_modulus [Pa]"],
     "fit.csv": ["reduced_time [s]", "measured [Pa]", "model [Pa]"],
+    "relax.csv": [*SIMULATED, "relaxation_modulus [Pa]"],
+    "creep.csv": SIMULATED,
+    "cases.csv": ["case"],
 }
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
     "spectrum": {"spectrum.csv", "fit.csv", "material.toml", "spectrum.png", "summary.toml"},
+    "relax": {"relax.csv", "cases.csv", "relax.png", "summary.toml"},
+    "creep": {"creep.csv", "cases.csv", "creep.png", "summary.toml"},
 }
 
 
@@ -172,7 +188,7 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (["mastercurve", "."], 2, ".: is a folder, a file is needed\n"),
         (["mastercurve"], 2, "Missing argument"),
         (["mastercurv"], 2, "No such command"),
-        (["new", "nothing"], 2, '"nothing" is no kind of recipe; there are mastercurve, spectrum'),
+        (["new", "nothing"], 2, '"nothing" is no kind of recipe; there are mastercurve, spectrum, relax, creep'),
         (["--plot"], 2, "No such option"),
         (["spectrum", "x.toml", "--plot", "bmp"], 2, "Invalid value for '--plot'"),
     ],

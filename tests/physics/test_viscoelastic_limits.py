@@ -40,8 +40,8 @@ def test_small_strain_ramp_and_hold_are_the_prony_series(branches: int) -> None:
     loading = np.minimum(times, ramp)[:, None]
     decayed = np.where(times[:, None] > ramp, np.exp(-(times[:, None] - loading) / tau), 1.0)
     closed = 3 * rate * (EQUILIBRIUM * loading[:, 0] + (decayed * -np.expm1(-loading / tau) * tau) @ mu)
-    # the model differs from its linearisation by a share of the order of the strain
-    assert history.nominal_stress_1[0] == pytest.approx(closed, rel=5e-6)
+    # the model differs from its linearisation by a share of the order of the strain; 1e-6 Pa is rounding, 20 ulp of 230 MPa
+    assert history.nominal_stress_1[0] == pytest.approx(closed, rel=5e-6, abs=1e-6)
 
 
 def test_small_strain_modulus_after_a_step_at_once() -> None:
@@ -104,9 +104,10 @@ def test_swapping_the_axes_swaps_the_results() -> None:
     steps = [Step(stretch=(2.0, None), stress=(None, 3e4), duration=1.0), Step.hold(100.0), Step(stretch=(1.2, None), stress=(None, 0.0))]
     swapped = [Step(stretch=(None, 2.0), stress=(3e4, None), duration=1.0), Step.hold(100.0), Step(stretch=(None, 1.2), stress=(0.0, None))]
     one, other = creep(solid, steps), creep(solid, swapped)
-    assert other.stretch_2 == pytest.approx(one.stretch_1, rel=1e-12)
-    assert other.stretch_1 == pytest.approx(one.stretch_2, rel=1e-12)
-    assert other.nominal_stress_2 == pytest.approx(one.nominal_stress_1, rel=1e-12)
+    assert other.stretch_2 == pytest.approx(one.stretch_1, rel=1e-10)
+    assert other.stretch_1 == pytest.approx(one.stretch_2, rel=1e-10)
+    # rounding of the stiffest spring, 1e-6 Pa, is all that the order of the axes changes
+    assert other.nominal_stress_2 == pytest.approx(one.nominal_stress_1, rel=1e-10, abs=1e-6)
 
 
 @pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "pure-shear"])
@@ -187,7 +188,7 @@ def test_steps_of_any_duration(duration: float) -> None:
     steps = [Step(stretch=2.0, duration=duration), Step.hold(duration), Step(stress=2e4, duration=duration), Step.hold(1e9)]
     history = creep(material(17, span=(1e-8, 1e8)), steps)
     assert history.completed
-    assert history.stretch_1[0, -1] == pytest.approx(creep(material(1), [Step(stress=2e4), Step.hold(1e9)]).stretch_1[0, -1], rel=1e-2)
+    assert elastic_stress(history.stretch_1[0, -1], EQUILIBRIUM, 110.0) == pytest.approx(2e4, rel=1e-3)
 
 
 def test_voltage_free_rest_stays_at_rest() -> None:
