@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.gent import Cases, Floats
 from dielast.load import Control, Ramp
-from dielast.point import Points
+from dielast.point import STRESS_WEIGHT, Points
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class SymmetricPoints:
         """Largest relative error (cases,) of stretches, stress and viscous stretches that `increment` of a `state` amounts to."""
         error = np.abs(increment)
         if self.load.controls[0] is Control.STRETCH:
-            error[-1] /= 0.5 * (np.abs(state[-1]) + self.points.stress_floor)
+            error[-1] *= 2 * STRESS_WEIGHT / (np.abs(state[-1]) + self.points.stress_floor)
         return np.asarray(0.5 * np.max(error, axis=0))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> SymmetricArrowhead:

@@ -12,6 +12,7 @@ from dielast.recipe.fields import (
     ColumnName,
     InputFile,
     InputFiles,
+    PositiveTime,
     Section,
     Temperature,
     TemperatureDifference,
@@ -51,9 +52,19 @@ class RelaxationData(TextTable):
     units: Annotated[dict[str, str], units_of("temperature", "time", "modulus", "strain", "stress")] = Field({})
     test: Literal["tension", "shear"] = Field("tension", description="A shear modulus is written as Young's, three times as much.")
     discard_before: Time = Field(0.0, validate_default=False, description="Drop earlier points, such as the ramp.")
+    ramp: PositiveTime | None = Field(
+        None,
+        description="Duration of the ramp that the times begin with. They are then counted from its middle, and points before "
+        "twice the ramp are dropped unless discard_before says otherwise.",
+    )
     temperature_tolerance: TemperatureDifference = Field(
         0.5, validate_default=False, description="Readings closer together than this belong to one temperature."
     )
+
+    @property
+    def first_time(self) -> float:
+        """Points before this time in s, as measured, are dropped; at 0 none are."""
+        return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:

@@ -69,7 +69,7 @@ def test_the_python_runs() -> None:
     (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     with contextlib.redirect_stdout(io.StringIO()) as printed:
         exec(compile(code, "README.md", "exec"), {})
-    assert printed.getvalue() == "[ 1. -0. -1.] True\n"
+    assert printed.getvalue() == "[ 1. -1.] True\n"
 
 
 def test_pictures_and_files_are_there() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import brentq
 
 from dielast.gent import Gent
 from dielast.load import Step
@@ -44,7 +44,7 @@ def gent(a: np.ndarray | float, b: np.ndarray | float, limit: float) -> tuple[np
 def radau(
     prescribe: Callable[[float, int], tuple[float | None, float | None, float | None, float | None]], knots: tuple[float, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Stretches and nominal stresses (2, times) with viscous stretches as unknowns and the membrane solved for by scipy.
+    """Stretches and nominal stresses (2, times) with viscous stretches as unknowns and the membrane solved for by differences.
 
     `prescribe(t, piece)` gives stretch 1, stretch 2, stress 1, stress 2, None for what follows.
     """
@@ -70,12 +70,13 @@ def radau(
             stretch = fill(unknown)
             return np.array([stresses(stretch)[0][axis] / stretch[axis] - values[2 + axis] for axis in free]) / 26e3
 
-        if free:
-            found = fsolve(imbalance, guess[free], xtol=1e-14)
-            stretch = fill(found)
-            guess = stretch
-        else:
-            stretch = fill(np.zeros(0))
+        unknown = guess[free]
+        for _ in range(8 if free else 0):  # Newton's method with differences, to rounding
+            here = imbalance(unknown)
+            slope = np.array([(imbalance(unknown + 1e-7 * unit) - here) / 1e-7 for unit in np.eye(len(free))]).T
+            unknown = unknown - np.linalg.solve(slope, here)
+        stretch = fill(unknown)
+        guess = stretch
         sigma, p, q = stresses(stretch)
         return stretch, sigma / stretch, p, q
 
@@ -87,7 +88,7 @@ def radau(
             return xi * np.concatenate(((2 * p - q) / (6 * TAU), (2 * q - p) / (6 * TAU)))
 
         wanted = TIMES[(start < TIMES) & (end >= TIMES)]
-        solved = solve_ivp(rate, (0.0, end - start), viscous, method="Radau", rtol=1e-10, atol=1e-12, t_eval=np.append(wanted - start, end - start))
+        solved = solve_ivp(rate, (0.0, end - start), viscous, method="Radau", rtol=1e-10, atol=1e-12, t_eval=np.union1d(wanted - start, end - start))
         for time, xi in zip(wanted, solved.y.T[: wanted.size], strict=True):
             out.append(np.concatenate(membrane(xi, prescribe(time, piece))[:2]))
         viscous, start = solved.y[:, -1], end
@@ -139,7 +140,10 @@ def test_the_tolerance_asked_for_is_met_within_a_factor_of_three(references: tup
     stretch = creep(vhb(), CREEP, times=CREEP_TIMES, rtol=rtol).stretch_1
     assert np.max(np.abs(stretch / references[0] - 1)) <= 3 * rtol
     stress = relax(vhb(), RELAX, times=RELAX_TIMES, rtol=rtol).nominal_stress_1
-    assert np.max(np.abs(stress / references[1] - 1)) <= 3 * rtol
+    # a stress that passes through zero is measured by the size it has before and after
+    unloading = RELAX_TIMES > 7208.0
+    size = np.where(unloading, np.max(np.abs(references[1][:, unloading])), np.abs(references[1]))
+    assert np.max(np.abs(stress - references[1]) / size) <= 3 * rtol
 
 
 @pytest.mark.parametrize("branches", [1, 3, 30, 300])
