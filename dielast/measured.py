@@ -60,15 +60,16 @@ class MeasuredTable:
                 return wanted - 1
             raise InputError(f"{self.source}: column {wanted} is wanted for {role}, but there are {len(self.names)} columns")
         headers = [name if unit is None else f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True)]
-        for spelling in (headers, list(self.names)):
-            matches = [index for index, text in enumerate(spelling) if _plain(text) == _plain(wanted)]
-            if len(matches) > 1:
-                raise InputError(f'{self.source}: column "{wanted}" for {role} stands there {len(matches)} times')
-            if matches:
-                return matches[0]
-        by_name = [index for index, name in enumerate(self.names) if _plain(name) == _plain(split_header(wanted)[0])]
-        if len(by_name) == 1 and self.units[by_name[0]] is None:
-            return by_name[0]
+        unitless = [name if unit is None else "" for name, unit in zip(self.names, self.units, strict=True)]
+        bare = split_header(wanted)[0]
+        # as it stands, then whatever the case: T and t are two columns
+        for same in (str.strip, _plain):
+            for spelling, text in ((headers, wanted), (self.names, wanted), (unitless, bare)):
+                matches = [index for index, own in enumerate(spelling) if own and same(own) == same(text)]
+                if len(matches) > 1:
+                    raise InputError(f'{self.source}: column "{wanted}" for {role} stands there {len(matches)} times')
+                if matches:
+                    return matches[0]
         near = difflib.get_close_matches(wanted, headers, n=1)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in headers)
         raise InputError(f'{self.source}: no column "{wanted}" for {role}; {hint}')

@@ -125,3 +125,10 @@ def test_every_measured_set_is_read(shared_data: Callable[[str], Path]) -> None:
     assert table.column("Time", "time", TIME)[:2].tolist() == [0.2011, 0.3012]
     table = read_measured(shared_data("ansys_prony/freq_user_raw.csv").read_bytes(), "dma.csv")
     assert table.column("T", "temperature", TEMPERATURE)[0] == -49.9612
+
+
+def test_names_that_differ_in_case_alone_are_two_columns() -> None:
+    table = read("T [degC],t [s],E [MPa]\n20,1,2\n")
+    assert table.column("T", "temperature", TEMPERATURE).tolist() == [20]
+    assert table.column("t", "time", TIME).tolist() == [1]
+    assert table.column("e", "modulus", STRESS).tolist() == [2e6]
