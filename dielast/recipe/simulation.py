@@ -78,25 +78,21 @@ class HistoryStep(Section):
     table: InputFile | None = Field(None, description="Columns time and the prescribed quantity.")
     duration: Time | None = None
 
-    def targets(self) -> dict[str, float]:
-        """What is prescribed, by key."""
-        return {}
-
-    def paces(self) -> list[str]:
-        """The keys that say how fast."""
-        return [key for key, value in self if key in ("rate", "duration") and value is not None]
+    def details(self) -> tuple[str, ...]:
+        """Keys that go with an action, and are none themselves."""
+        return ()
 
     @model_validator(mode="after")
     def _one_action(self) -> Self:
-        targets = [key for key, value in self if key not in ("hold", "table", "rate", "duration") and value is not None]
-        actions = [key for key in ("hold", "table") if getattr(self, key) is not None] + targets
-        known = [key for key in type(self).model_fields if key not in ("rate", "duration")]
+        known = [key for key in type(self).model_fields if key not in ("rate", "duration", *self.details())]
+        actions = [key for key in known if getattr(self, key) is not None]
+        paces = [key for key in ("rate", "duration") if getattr(self, key, None) is not None]
         if len(actions) != 1:
             found = f", not {' and '.join(actions)} together" if actions else ""
             raise InputError(f"one of {', '.join(known)} is needed{found}")
-        if not targets and self.paces():
-            raise InputError(f"{self.paces()[0]} does not go with {actions[0]}")
-        if len(self.paces()) > 1:
+        if actions[0] in ("hold", "table", "waveform") and paces:
+            raise InputError(f"{paces[0]} does not go with {actions[0]}")
+        if len(paces) > 1:
             raise InputError("rate and duration do not go together")
         return self
 

@@ -1,0 +1,188 @@
+"""Recipes of `actuate` and `failure-map`."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import inf
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+
+from dielast.errors import InputError
+from dielast.recipe.base import BreakdownField, RecipeBase
+from dielast.recipe.fields import (
+    InputFile,
+    Length,
+    PositiveTime,
+    Section,
+    StrainRate,
+    Temperatures,
+    Time,
+    Voltage,
+    VoltageRate,
+    Voltages,
+)
+from dielast.recipe.simulation import HistoryStep, SimulationRecipe, Solver
+from dielast.units import STRAIN, TIME, parse
+
+BOUNDARIES = ("dead-load", "clamped")
+
+
+def _boundary(value: Any) -> tuple[str, str]:
+    """What holds axes 1 and 2."""
+    pair = value if isinstance(value, list) else [value, value]
+    if len(pair) != 2 or any(entry not in BOUNDARIES for entry in pair):
+        raise InputError(f'{value}: "dead-load" or "clamped" is needed, or a pair of them, one a direction')
+    return pair[0], pair[1]
+
+
+def _prestretch(value: Any) -> tuple[float, float]:
+    """The prestretch of axes 1 and 2."""
+    pair = value if isinstance(value, list) else [value, value]
+    numbers = [entry for entry in pair if isinstance(entry, int | float) and not isinstance(entry, bool) and 1 <= entry < inf]
+    if len(pair) != 2 or len(numbers) != 2:
+        raise InputError(f"{value}: a prestretch of at least 1 is needed, or a pair such as [3.0, 1.0]")
+    return float(pair[0]), float(pair[1])
+
+
+def _prestretches(value: Any) -> tuple[tuple[float, float], ...]:
+    """The prestretches of a map; a list is the grid's axis."""
+    entries = value if isinstance(value, list) else [value]
+    if not entries:
+        raise InputError("a list of prestretches is needed, such as [1.7, 1.9]")
+    return tuple(_prestretch(entry) for entry in entries)
+
+
+_ONE_PRESTRETCH = {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}]}
+_ONE_BOUNDARY = {"enum": list(BOUNDARIES)}
+Boundary = Annotated[
+    tuple[str, str],
+    PlainValidator(_boundary),
+    WithJsonSchema({"anyOf": [_ONE_BOUNDARY, {"type": "array", "items": _ONE_BOUNDARY, "minItems": 2, "maxItems": 2}]}),
+]
+Prestretch = Annotated[tuple[float, float], PlainValidator(_prestretch), WithJsonSchema(_ONE_PRESTRETCH)]
+Prestretches = Annotated[
+    tuple[tuple[float, float], ...], PlainValidator(_prestretches), WithJsonSchema({"type": "array", "items": _ONE_PRESTRETCH})
+]
+
+
+def _timescale(value: Any) -> tuple[float, bool]:
+    """A share of the time since the voltage came on (True), or a time in s (False)."""
+    for dimension, share in ((STRAIN, True), (TIME, False)):
+        try:
+            number = parse(value, dimension)
+        except InputError:
+            continue
+        if number >= 0:
+            return number, share
+    raise InputError(f'{value}: a share of the time since the voltage came on, such as "1 %", or a time, such as "0 s", is needed')
+
+
+TimeScale = Annotated[
+    tuple[float, bool], PlainValidator(_timescale), WithJsonSchema({"type": "string", "examples": ["1 %", "0 s", "0.1 s"]})
+]
+
+
+class PullIn(Section):
+    """The pull-in criterion: det H = 0 with branches weighted by how much of them outlasts the time scale."""
+
+    timescale: TimeScale = Field((0.01, True), validate_default=False, description='"0 s" is the literal det H.')
+
+
+class Stop(Section):
+    """Where a simulation ends."""
+
+    at: Literal["breakdown", "pull-in", "end"] = "breakdown"
+
+
+class VoltageStep(HistoryStep):
+    """A step of prescribed voltage."""
+
+    voltage: Voltage | None = None
+    rate: VoltageRate | None = Field(None, description="Of the voltage; negative to lower it.")
+    waveform: Literal["triangle", "sine"] | None = Field(None, description="Cycles between low and high, starting from low.")
+    low: Voltage | None = None
+    high: Voltage | None = None
+    period: PositiveTime | None = None
+    cycles: int | None = Field(None, ge=1, le=100_000)
+
+    def details(self) -> tuple[str, ...]:
+        """Keys that go with a waveform."""
+        return ("low", "high", "period", "cycles")
+
+    @model_validator(mode="after")
+    def _whole_waveform(self) -> Self:
+        stated = [key for key in self.details() if getattr(self, key) is not None]
+        if self.waveform is None and stated:
+            raise InputError(f"{stated[0]} goes with waveform")
+        if self.waveform is not None and (missing := [key for key in ("high", "period") if key not in stated]):
+            raise InputError(f"a waveform needs {' and '.join(missing)}")
+        return self
+
+
+class FilmBase(Section):
+    """What is common to the film of one experiment and of a map."""
+
+    thickness: Length = Field(description="Undeformed.")
+    prestretch_rate: StrainRate | None = Field(None, gt=0, description="Of the larger axis; both ramp together. Left out: at once.")
+    relax: Time = Field(0.0, validate_default=False, description="At constant prestretch, before the voltage.")
+    boundary: Boundary = ("dead-load", "dead-load")
+
+
+class Film(FilmBase):
+    """The film of an actuation experiment."""
+
+    prestretch: Prestretch = (1.0, 1.0)
+    electrode_diameter: Length | None = Field(None, description="On the prestretched film; for measured axes in mm.")
+
+
+class ActuateRecipe(SimulationRecipe):
+    """Voltage history -> stretch of a prestretched film, and its failure."""
+
+    kind: Literal["actuate"]
+    film: Film
+    step: list[VoltageStep] = Field(min_length=1)
+    breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
+    pull_in: PullIn = PullIn()
+    stop: Stop = Stop()
+
+
+class MapFilm(FilmBase):
+    """The film of a failure map."""
+
+    prestretch: Prestretches
+
+
+class VoltageAxis(Section):
+    """The voltages of a map: values, or points from one to another, evenly spaced."""
+
+    values: Voltages | None = None
+    start: Voltage | None = Field(None, alias="from")
+    to: Voltage | None = None
+    points: int | None = Field(None, ge=1, le=100_000)
+    ramp: Time = Field(0.0, validate_default=False, description="How long each voltage takes to come on.")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        spaced = [value is not None for value in (self.start, self.to, self.points)]
+        if (self.values is None) != all(spaced) or (self.values is not None and any(spaced)):
+            raise InputError("either values, or from, to and points, are needed")
+        if self.start is not None and self.to is not None and not 0 <= self.start < self.to:
+            raise InputError(f"from ({self.start:g} V) must be below to ({self.to:g} V)")
+        if self.values is not None and any(b <= a for a, b in pairwise(self.values)):
+            raise InputError("values must ascend")
+        return self
+
+
+class FailureMapRecipe(RecipeBase):
+    """Time to failure over voltage, prestretch and temperature."""
+
+    kind: Literal["failure-map"]
+    material: InputFile
+    temperature: Temperatures | None = Field(None, description="Default: the material's reference temperature.")
+    horizon: PositiveTime
+    film: MapFilm
+    voltage: VoltageAxis
+    breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
+    pull_in: PullIn = PullIn()
+    solver: Solver = Solver()
