@@ -86,7 +86,7 @@ TimeScale = Annotated[
 class PullIn(Section):
     """The pull-in criterion: det H = 0 with branches weighted by how much of them outlasts the time scale."""
 
-    timescale: TimeScale = Field((0.01, True), validate_default=False, description='"0 s" is the literal det H.')
+    timescale: TimeScale = Field(default_factory=lambda: (0.01, True), description='"0 s" is the literal det H.')
 
 
 class Stop(Section):
@@ -126,13 +126,13 @@ class FilmBase(Section):
     thickness: Length = Field(description="Undeformed.")
     prestretch_rate: StrainRate | None = Field(None, gt=0, description="Of the larger axis; both ramp together. Left out: at once.")
     relax: Time = Field(0.0, validate_default=False, description="At constant prestretch, before the voltage.")
-    boundary: Boundary = ("dead-load", "dead-load")
+    boundary: Boundary = Field(default_factory=lambda: ("dead-load", "dead-load"))
 
 
 class Film(FilmBase):
     """The film of an actuation experiment."""
 
-    prestretch: Prestretch = (1.0, 1.0)
+    prestretch: Prestretch = Field(default_factory=lambda: (1.0, 1.0))
     electrode_diameter: Length | None = Field(None, description="On the prestretched film; for measured axes in mm.")
 
 
