@@ -143,7 +143,7 @@ class ActuateRecipe(SimulationRecipe):
     film: Film
     step: list[VoltageStep] = Field(min_length=1)
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
-    pull_in: PullIn = PullIn()
+    pull_in: PullIn = Field(default_factory=PullIn)
     stop: Stop = Stop()
 
 
@@ -184,5 +184,5 @@ class FailureMapRecipe(RecipeBase):
     film: MapFilm
     voltage: VoltageAxis
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
-    pull_in: PullIn = PullIn()
+    pull_in: PullIn = Field(default_factory=PullIn)
     solver: Solver = Solver()
