@@ -7,6 +7,7 @@ warned of as `DielastWarning`. A predicted failure of the film is none of these:
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 
 class DielastError(Exception):
@@ -32,3 +33,10 @@ class DielastWarning(UserWarning):
 def warn(message: str) -> None:
     """Issue `message` as a `DielastWarning`; the command line prints it and puts it into the summary."""
     warnings.warn(message, DielastWarning, stacklevel=3)
+
+
+def shown(value: Any) -> str:
+    """A value as an error message shows it: text in quotes, in one line, cut if long."""
+    text = f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)
+    text = "".join(mark if mark.isprintable() else ascii(mark)[1:-1] for mark in text)
+    return text if len(text) <= 60 else text[:57] + "..."

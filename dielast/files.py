@@ -38,14 +38,16 @@ class Inputs:
             content = path.read_bytes()
         except OSError as error:
             raise InputError(f"{name}: {unreadable(path, error)}") from None
-        self._digests[str(name)] = hashlib.sha256(content).hexdigest()
+        # an absolute path is this machine's own and has no place in a result
+        shown = Path(name).name if Path(name).is_absolute() else str(name)
+        self._digests[shown] = hashlib.sha256(content).hexdigest()
         if path not in self._paths:
             self._paths.append(path)
         return content
 
     @property
     def digests(self) -> dict[str, str]:
-        """SHA-256 of each file read, by the name the recipe gives it, in the order of reading."""
+        """SHA-256 of each file read, by the name the recipe gives it (its last part, if that is an absolute path), in order."""
         return dict(self._digests)
 
     @property
@@ -72,6 +74,16 @@ def unreadable(path: Path, error: OSError) -> str:
     if path.is_dir():
         return "is a folder, a file is needed"
     return "no such file" if isinstance(error, FileNotFoundError) else (error.strerror or "cannot be read").lower()
+
+
+def check_targets(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Raise `InputError` if writing `targets` would overwrite one of the `inputs`, or if a folder is in the way."""
+    read = {path.resolve() for path in inputs}
+    for target in targets:
+        if target.resolve() in read:
+            raise InputError(f"{target}: is an input of this run; write the results to another folder (see --out)")
+        if target.is_dir():
+            raise InputError(f"{target}: is a folder, a file is to be written there")
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
@@ -108,7 +120,7 @@ def _make_name(path: Path) -> str:
     shown = os.path.relpath(path)
     if shown.startswith(".."):
         shown = str(path if path.is_absolute() else shown)
-    return shown.replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ")
+    return shown.replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ").replace(":", "\\:")
 
 
 def _sweep(folder: Path) -> None:

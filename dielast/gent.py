@@ -1,7 +1,7 @@
 """Hyperelastic laws W(I1) of unit shear modulus, with I1 the sum of the squared elastic stretches.
 
-A law answers for its stiffness phi = 2 dW/dI1 alone; what that means for a membrane under plane stress is `kinematics`' business. Another law is
-another frozen dataclass with what `SpringLaw` asks for (neo-Hookean is Gent's law without a limit).
+A law answers for its stiffness phi = 2 dW/dI1 alone; what that means for a membrane under plane stress is `kinematics`' business.
+Another law is another frozen dataclass with what `SpringLaw` asks for (neo-Hookean is Gent's law without a limit).
 """
 
 from __future__ import annotations
@@ -68,7 +68,9 @@ class Gent:
         limited = self._slope < 0
         share = np.minimum((invariant - 3) * -self._slope, 1.0)
         with np.errstate(divide="ignore"):
-            return np.asarray(np.where(limited, 0.5 * np.log1p(-share) / np.where(limited, self._slope, 1.0), 0.5 * (invariant - 3)))
+            return np.asarray(
+                np.where(limited, 0.5 * np.log1p(-share) / np.where(limited, self._slope, 1.0), 0.5 * (invariant - 3))
+            )
 
     def largest_invariant(self) -> Floats:
         """3 + J."""

@@ -18,7 +18,7 @@ from dielast.rosenbrock import RODAS5P, Rosenbrock
 Floats = NDArray[np.float64]
 Cases = NDArray[np.intp]
 
-POOL = 16_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
+POOL = 32_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
 FIRST_MOVE = 5.0  # tolerances that the first step may cover
 LEAST_STEP = 1e-24  # of the duration; a step this short means that the solution has ceased to exist
@@ -58,7 +58,8 @@ class System(Protocol):
 class Stride:
     """One step of a pool of cases: `cases` says which, `accepted` which of them count; `time` and `step` are of shape (pool,).
 
-    The step ends at `until`, in the last step exactly the duration. `before` and `after` are states (rows, pool), `increments` (stages, rows, pool). A case may stand in two columns, alike in both.
+    The step ends at `until`, in the last step exactly the duration. `before` and `after` are states (rows, pool), `increments`
+    (stages, rows, pool). A case may stand in two columns, alike in both.
     """
 
     system: System
@@ -128,7 +129,14 @@ class _Pool:
     def __init__(
         self, system: System, duration: Floats, rtol: float, observe: Observer | None, method: Rosenbrock, result: Integration
     ) -> None:
-        self.whole, self.durations, self.rtol, self.observe, self.method, self.result = system, duration, rtol, observe, method, result
+        self.whole, self.durations, self.rtol, self.observe, self.method, self.result = (
+            system,
+            duration,
+            rtol,
+            observe,
+            method,
+            result,
+        )
         self.exponent = 1 / method.order
         self.cases = np.zeros(0, dtype=np.intp)
         self.active = np.zeros(0, dtype=bool)
@@ -156,7 +164,8 @@ class _Pool:
         self.state = np.concatenate((self.state[:, keep], start), axis=1)
         self.scalars = np.concatenate((self.scalars[:, keep], entering), axis=1)
         if self.cases.size == 1:  # sums over a lone column round differently: a case must not depend on its company
-            self.cases, self.state, self.scalars = (np.repeat(x, 2, axis=-1) for x in (self.cases, self.state, self.scalars))
+            self.cases = np.repeat(self.cases, 2)
+            self.state, self.scalars = np.repeat(self.state, 2, axis=1), np.repeat(self.scalars, 2, axis=1)
         self.active = np.ones(self.cases.size, dtype=bool)
         self.system = self.whole.take(self.cases)
         self.duration = self.durations[self.cases]
@@ -169,7 +178,9 @@ class _Pool:
         """
         probe = 1e-18 * duration
         gamma = self.method.gamma
-        moved = system.linearise(np.zeros_like(duration), state, probe, gamma).increment(np.zeros_like(duration), state, None, gamma)
+        moved = system.linearise(np.zeros_like(duration), state, probe, gamma).increment(
+            np.zeros_like(duration), state, None, gamma
+        )
         rate = system.error(state, moved) / (gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
@@ -193,7 +204,9 @@ class _Pool:
         factor = SAFETY * error**-self.exponent
         # Gustafsson's predictive controller: where errors grow or shrink steadily, expect them to go on so
         trend = factor * (step / last_step) * (last_error / error) ** self.exponent
-        factor = np.where(accepted, np.minimum(np.where(last_step > 0, np.minimum(factor, trend), factor), GROW), np.minimum(factor, SAFETY))
+        factor = np.where(
+            accepted, np.minimum(np.where(last_step > 0, np.minimum(factor, trend), factor), GROW), np.minimum(factor, SAFETY)
+        )
         finished = accepted & (step >= left)
         shift = total - time
         low = low + (time - (total - shift)) + (step - shift)

@@ -17,10 +17,10 @@ SETTLED = 1e-12  # in Lambda; what is left is then squared away by the last Newt
 def jump(
     points: Points, controls: tuple[Control, Control], target: Floats, internal: Floats, log_squared_stretch: Floats
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Lambda and nominal stress (2, cases) under the `target` (3, cases) of a load, and whether a stable equilibrium was found (cases,).
+    """Lambda and nominal stress (2, cases) under the `target` (3, cases), and whether a stable equilibrium was found (cases,).
 
-    `internal` is x (2, n, cases), `log_squared_stretch` the Lambda (2, cases) to start from. Newton's method on the nominal stresses, whose
-    tangent is positive wherever the springs' energy is convex, with steps halved until the imbalance falls.
+    `internal` is x (2, n, cases), `log_squared_stretch` the Lambda (2, cases) to start from. Newton's method on the nominal
+    stresses, whose tangent is positive wherever the springs' energy is convex, with steps halved until the imbalance falls.
     """
     driven = np.array([[control is Control.STRETCH] for control in controls])
     with np.errstate(all="ignore"):
@@ -78,4 +78,4 @@ def _solve(matrix: Floats, right: Floats) -> Floats:
     determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
     first = matrix[1, 1] * right[0] - matrix[0, 1] * right[1]
     second = matrix[0, 0] * right[1] - matrix[1, 0] * right[0]
-    return np.array((first, second)) / determinant
+    return np.asarray(np.array((first, second)) / determinant)

@@ -1,8 +1,8 @@
 """The incompressible membrane: plane stress, through-thickness stress eliminated, axes 1 and 2 principal.
 
-A spring is described by its squared elastic stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) = lambda_3^2.
-With a law's stiffness phi(I1), I1 = A + B + C, it carries p = phi (A - C) and q = phi (B - C) in axes 1 and 2 (Sec. 3 of
-DOI 10.1115/1.4030850).
+A spring is described by its squared elastic stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) =
+lambda_3^2. With a law's stiffness phi(I1), I1 = A + B + C, it carries p = phi (A - C) and q = phi (B - C) in axes 1 and 2 (Sec. 3
+of DOI 10.1115/1.4030850).
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ def stress(law: SpringLaw, squared_stretch: Floats) -> Floats:
 def tangent(law: SpringLaw, squared_stretch: Floats) -> tuple[Floats, Floats]:
     """Stresses, and half their derivatives in the logarithmic stretches, (K11, K12, K22)/2 of shape (3, ...).
 
-    K11 = 2 phi (A + C) + 2 phi' (A - C)^2 and so on, phi' = dphi/dI1: exact and symmetric. The halves are derivatives in ln A, ln B.
+    K11 = 2 phi (A + C) + 2 phi' (A - C)^2 and so on, phi' = dphi/dI1: exact and symmetric. The halves are derivatives in ln A, ln
+    B.
     """
     total, thickness = invariant(squared_stretch)
     stiffness, slope = law.hardening(total)

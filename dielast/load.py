@@ -35,11 +35,11 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """One step of a history: go to `stretch` or nominal `stress` (Pa) at a `rate` (1/s, Pa/s) or within a `duration` (s); neither: at once.
+    """One step of a history: go to `stretch` or nominal `stress` (Pa) at a `rate` (1/s, Pa/s), within a `duration` (s), or at once.
 
     One value is understood by the loading mode; a pair prescribes both axes, with None for an axis that the other keyword
-    prescribes. A step with a duration alone is a hold. A rate carries its sign: negative to unload; in a pair it is that of the axis
-    that moves furthest.
+    prescribes. A step with a duration alone is a hold. A rate carries its sign: negative to unload; in a pair it is that of the
+    axis that moves furthest.
     """
 
     stretch: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] | None = None
@@ -55,7 +55,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ramp:
-    """A linear piece of load: stretches or nominal stresses of axes 1 and 2 and the nominal field, `start` and `rate` (3, cases)."""
+    """A linear piece of load: stretch or nominal stress of axes 1 and 2, and the nominal field, `start` and `rate` (3, cases)."""
 
     controls: tuple[Control, Control]
     start: Floats
@@ -82,9 +82,9 @@ class Ramp:
 class Piece:
     """A linear piece of a history before it is known where it starts.
 
-    `target` holds the end values of axes 1 and 2 and of the nominal field V/L_3 (V/m), each (cases,), or None for what stays as it is
-    when the piece begins, such as a dead load after a hold at constant stretch. Either `duration` (s; 0 is at once) or `rate` is given, the
-    signed rate of the `paced` quantity.
+    `target` holds the end values of axes 1 and 2 and of the nominal field V/L_3 (V/m), each (cases,), or None for what stays as it
+    is when the piece begins, such as a dead load after a hold at constant stretch. Either `duration` (s; 0 is at once) or `rate` is
+    given, the signed rate of the `paced` quantity.
     """
 
     controls: tuple[Control, Control]
@@ -94,7 +94,7 @@ class Piece:
     paced: Control = Control.STRETCH
 
     def resolve(self, present: Floats) -> tuple[Floats, Floats]:
-        """End values (3, cases) and duration (cases,) from the `present` values of what is prescribed; `InputError` on a wrong sign."""
+        """End values (3, cases) and duration (cases,) from the `present` values; `InputError` for a rate of the wrong sign."""
         end = np.array([now if target is None else target for now, target in zip(present, self.target, strict=True)])
         if self.duration is not None:
             return end, self.duration
@@ -113,9 +113,9 @@ class Piece:
 
 
 def table(time: ArrayLike, *, stretch: ArrayLike | None = None, stress: ArrayLike | None = None) -> tuple[Step, ...]:
-    """Steps through points (k,) of stretch or nominal stress (Pa) over `time` in s since the first step begins, straight in between.
+    """Steps through points (k,) of stretch or nominal stress (Pa) over `time` in s since the first begins, straight in between.
 
-    A first time above 0 is reached by a ramp from the present state, a first time of 0 at once. `InputError` if time does not ascend.
+    A first time above 0 is reached by a ramp from the present state, one of 0 at once. `InputError` if time does not ascend.
     """
     times, values = np.asarray(time, dtype=float), np.asarray(stress if stretch is None else stretch, dtype=float)
     if times.ndim != 1 or times.shape != values.shape or not times.size:
@@ -207,7 +207,8 @@ def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], C
         raise InputError("a stretch or a stress is needed, not both")
     value = step.stress if step.stretch is None else step.stretch
     assert value is not None
-    first = (paced, value)
+    assert not isinstance(value, tuple)
+    first: tuple[Control, ArrayLike] = (paced, value)
     second = {Mode.UNIAXIAL: (Control.STRESS, 0.0), Mode.EQUIBIAXIAL: first, Mode.PURE_SHEAR: (Control.STRETCH, 1.0)}[mode]
     return [first, second], paced
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.table import split_header
-from dielast.units import Dimension, conversion, is_unit
+from dielast.units import NUMBER, Dimension, conversion, is_unit
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}
 _SNIFFED_LINES = 200
@@ -102,11 +102,11 @@ class MeasuredTable:
         in_mapping = split_header(wanted)[1] if isinstance(wanted, str) and in_header is None else None
         stated = self.stated_units.get(role, in_mapping)
         here = f'{self.source}: column "{name}"'
-        if in_header is not None and stated is not None and _plain(stated) != _plain(in_header):
+        if in_header is not None and stated is not None and not _alike(stated, in_header, dimension):
             raise InputError(f"{here}: the header says [{in_header}], the recipe's units say [{stated}]; leave one out")
         unit = in_header if in_header is not None else stated
         if unit is None:
-            if dimension.unit == "1":
+            if dimension is NUMBER:
                 return 1.0, 0.0
             needed = dimension.unit
             raise InputError(f'{here} has no unit: call it "{name} [{needed}]" or say units = {{ {role} = "{needed}" }}')
@@ -125,8 +125,8 @@ def read_measured(
     """
     form = form or TextFormat()
     text = _decode(content, source, form.encoding)
-    numbered = list(enumerate(text.split("\n"), start=1))[form.skip_rows :]
-    filled = [(number, line.rstrip("\r")) for number, line in numbered if line.strip(" \t\r;,")]
+    numbered = list(enumerate(re.split(r"\r\n|\n|\r", text), start=1))[form.skip_rows :]
+    filled = [(number, line) for number, line in numbered if line.strip(" \t;,")]
     if not filled:
         raise InputError(f"{source}: the file is empty" + (f" after skip_rows = {form.skip_rows}" if text.strip() else ""))
     separator, decimal = _sniff(source, [line for _, line in filled], form)
@@ -136,9 +136,9 @@ def read_measured(
     if first is None:
         shown = SEPARATORS.get(separator, separator)
         raise InputError(f'{source}: no row of numbers found (separator {shown}, decimal mark "{decimal}")')
-    names, in_header = _header(rows[:first], width)
     lines = [number for number, _ in filled[first:]]
     data = rows[first:]
+    names, in_header = _header(source, rows[:first], max(width, min(map(len, data))))
     for line, row in zip(lines, data, strict=True):
         if _width(row) > len(names):
             raise InputError(f"{source}: line {line}: {_width(row)} cells, but the table has {len(names)} columns")
@@ -182,7 +182,7 @@ def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, st
             fitting = [row for row in rows if _width(row) == width]
             numeric = sum(_is_number(cell, decimal) for row in fitting for cell in row)
             # each row counts by its share of numbers, so that splitting numbers at their decimal mark gains nothing
-            score = numeric / width * len(fitting) / len(rows)
+            score = numeric / width * len(fitting) / len(rows) if width else 0.0
             if score > best_score * 1.001:
                 best, best_score = (separator, decimal), score
     if best_score == 0.0 and form.separator is None:
@@ -192,7 +192,8 @@ def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, st
 
 def _split(line: str, separator: str) -> list[str]:
     if separator == " ":
-        return line.split()
+        # a unit in brackets belongs to the name before it
+        return re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", line)
     if '"' in line:
         return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
     return [cell.strip() for cell in line.split(separator)]
@@ -223,15 +224,18 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
     return None
 
 
-def _header(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
+def _header(source: str, above: Sequence[Sequence[str]], columns: int) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
     """Names and units of the columns from the rows above the data: a row of names, perhaps a row of units below it."""
-    tables = [row for row in above if _width(row) > 1 or width == 1]
+    tables = [row for row in above if _width(row) > 1 or columns == 1]
     if not tables:
-        return tuple(str(number) for number in range(1, width + 1)), (None,) * width
+        return tuple(str(number) for number in range(1, columns + 1)), (None,) * columns
     names, below = tables[-1], []
     if len(tables) > 1 and all(is_unit(cell.strip("[]()")) for cell in names):
         names, below = tables[-2], [cell.strip("[]()") for cell in names]
-    columns = max(width, _width(names))
+    if _width(names) != columns and len(names) != columns:
+        # a name with the separator in it, or a column without a name: which column is which cannot be told
+        found = f"the header has {_width(names)} cells, the rows have {columns}"
+        raise InputError(f"{source}: {found}; quote cells that hold the separator, or skip_rows")
     split = [split_header(name.lstrip("# ")) for name in _padded(names, columns)]
     # an empty cell in the row of units says nothing; a dash says that there is no unit
     units = tuple(
@@ -260,9 +264,16 @@ def _numbers(table: MeasuredTable, index: int, rows: NDArray[np.bool_] | None) -
 
 def _number(cell: str) -> float:
     try:
-        return float(cell)
+        return float(cell.replace("\u2212", "-"))
     except ValueError:
         return math.nan
+
+
+def _alike(one: str, other: str, dimension: Dimension) -> bool:
+    try:
+        return conversion(one, dimension) == conversion(other, dimension)
+    except InputError:
+        return _plain(one) == _plain(other)
 
 
 def _plain(text: str) -> str:

@@ -8,7 +8,8 @@ Spring 0 is the equilibrium spring, a branch that never flows. The equations are
     0 = sum mu p - eps E^2 - s_1 lambda_1,  and the same for axis 2 with q,    E = (V/L_3) lambda_1 lambda_2,
 
 an index-1 differential-algebraic system. Springs meet only in the last two rows, so a linear solve is one 2x2 solve a spring, a sum
-over the springs, and one 2x2 solve more. Arrays hold cases in the last axis, and cases never mix: no result depends on its neighbours.
+over the springs, and one 2x2 solve more. Arrays hold cases in the last axis, and cases never mix: no result depends on its
+neighbours.
 """
 
 from __future__ import annotations
@@ -27,14 +28,15 @@ from dielast.material import Material
 
 Cases = NDArray[np.intp]
 
-STRESS_WEIGHT = 2.0  # a stress that follows a driven stretch is less smooth within a step than at its end, where errors are estimated
+# a stress that follows a driven stretch is less smooth within a step than the error estimate at its end can see
+STRESS_WEIGHT = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Points:
     """Material of the points: shear `modulus` (n, cases) in Pa and `rate` = 1/(3 tau) (n, cases) in 1/s, row 0 the equilibrium
-    spring with rate 0; `law` acts on arrays (2, n, cases); `permittivity` (cases,) in F/m; `stress_floor` (cases,) in Pa: errors of a
-    smaller stress count as errors of this one.
+    spring with rate 0; `law` acts on arrays (2, n, cases); `permittivity` (cases,) in F/m; `stress_floor` (cases,) in Pa: errors
+    of a smaller stress count as errors of this one.
     """
 
     modulus: Floats
@@ -47,8 +49,8 @@ class Points:
     def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float) -> Points:
         """Points of one material, or of one for each case, at temperatures (cases,) in degC, to be integrated to `rtol`.
 
-        Branches of modulus 0 are left out, and materials with fewer branches than others filled up with ones that neither carry, flow
-        nor lock. Raises as the shift law does.
+        Branches of modulus 0 are left out, and materials with fewer branches than others filled up with ones that neither carry,
+        flow nor lock. Raises as the shift law does.
         """
         materials = [material] if isinstance(material, Material) else list(material)
         width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
@@ -85,7 +87,7 @@ class Points:
 
 def _law(laws: list[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
     """The law of all springs (n, cases); where materials differ in it or in their number of branches, they must all be Gent's."""
-    if all(law == laws[0] for law in laws) and np.all(carrying[1:]):
+    if all(law == laws[0] for law in laws) and np.all(carrying):
         return join(*laws[0], carrying.shape[0] - 1)
     limits = np.ones((carrying.shape[0], len(laws)))
     for case, (first, rest) in enumerate(laws):
@@ -154,8 +156,8 @@ class LoadedPoints:
 class Arrowhead:
     """One step's linear system, factorised. Its cost is linear in the springs.
 
-    With K the springs' tangents in Lambda and F = [[2, -1], [-1, 2]], a spring's block is D = 1/gamma + h/(3 tau) F K, and its part in
-    the border is Q = mu K D^-1, so that the condensed tangent is sum Q / gamma.
+    With K the springs' tangents in Lambda and F = [[2, -1], [-1, 2]], a spring's block is D = 1/gamma + h/(3 tau) F K, and its
+    part in the border is Q = mu K D^-1, so that the condensed tangent is sum Q / gamma.
     """
 
     def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
@@ -235,7 +237,9 @@ class Arrowhead:
         points, load = system.points, system.load
         driven = load.value(time)
         log_squared, nominal = system.membrane(state, driven)
-        stress = self.stress if history is None else kinematics.stress(points.law, points.springs(system.internal(state), log_squared))
+        stress = (
+            self.stress if history is None else kinematics.stress(points.law, points.springs(system.internal(state), log_squared))
+        )
         increment = np.empty_like(state)
         border = increment[-2:]
         residual = np.einsum("bcnm,cnm->bm", self.share, self._flow(stress, history))

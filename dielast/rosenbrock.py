@@ -1,6 +1,7 @@
 """Rosenbrock methods as tables of coefficients and nothing else.
 
-For M y' = f(t, y) with Jacobian J and step h, in the form free of matrix-vector products (Hairer and Wanner, Solving ODEs II, IV.7):
+For M y' = f(t, y) with Jacobian J and step h, in the form free of matrix-vector products (Hairer and Wanner, Solving ODEs II,
+IV.7):
 
     (M/gamma - h J) u_i = h f(t + alpha_i h, y + sum_j a_ij u_j) + M sum_j c_ij u_j + h^2 gamma_i df/dt,
     y_1 = y + sum_j a_sj u_j + u_s,    error estimate u_s,
@@ -58,8 +59,8 @@ def _lower(rows: tuple[tuple[float, ...], ...]) -> NDArray[np.float64]:
 _A6 = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
 
 # G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia Differential Equations
-# package, BIT Numer. Math. 63 (2023) 27, DOI 10.1007/s10543-023-00967-x: order 5 for index-1 DAEs, L-stable, dense output of order 4,
-# no order reduction on the Prothero-Robinson problem.
+# package, BIT Numer. Math. 63 (2023) 27, DOI 10.1007/s10543-023-00967-x: order 5 for index-1 DAEs, L-stable, dense output of
+# order 4, no order reduction on the Prothero-Robinson problem.
 RODAS5P = Rosenbrock(
     name="Rodas5P",
     order=5,

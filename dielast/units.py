@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
 
 if TYPE_CHECKING:
     import pint
@@ -42,6 +42,7 @@ day = 24 * hour = d
 newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 bar = 1e5 * pascal = bar
+psi = 6894.757293168361 * pascal = psi
 joule = newton * meter = J
 watt = joule / second = W
 volt = watt / ampere = V
@@ -70,6 +71,7 @@ THERMAL_EXPANSION = Dimension("a thermal expansion coefficient", "1/K", "6e-4 /K
 STRESS = Dimension("a stress or modulus", "Pa", "26 kPa")
 STRESS_RATE = Dimension("a stress rate", "Pa/s", "1 kPa/s")
 STRAIN = Dimension("a strain", "1", "1 %")
+NUMBER = Dimension("a number", "1", "1.5")
 STRAIN_RATE = Dimension("a strain rate", "1/s", "12.5 %/s")
 FORCE = Dimension("a force", "N", "0.17 N")
 FORCE_RATE = Dimension("a force rate", "N/s", "0.01 N/s")
@@ -83,6 +85,7 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 # names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
 _NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
+_TYPESET = str.maketrans({"º": "°", "²": "2", "³": "3", "⁻": "-", "¹": "1"})
 _UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·.]\s*{_NAME}|\s+{_NAME})*")
 
 
@@ -92,28 +95,28 @@ def parse(text: Any, dimension: Dimension) -> float:
     Raises `InputError` for a bare number, an unknown unit, a wrong dimension or a value that is not finite.
     """
     if not isinstance(text, str):
-        raise InputError(f"{_shown(text)}: {dimension.name} is needed with its unit, such as {_shown(dimension.example)}")
+        raise InputError(f"{shown(text)}: {dimension.name} is needed with its unit, such as {shown(dimension.example)}")
     match = _QUANTITY.fullmatch(text)
     if match is None:
-        raise InputError(f"{_shown(text)}: {dimension.name} is needed, such as {_shown(dimension.example)}")
+        raise InputError(f"{shown(text)}: {dimension.name} is needed, such as {shown(dimension.example)}")
     number, unit = match.groups()
     if not unit:
-        raise InputError(f"{_shown(text)}: {dimension.name} is needed with its unit, such as {_shown(dimension.example)}")
+        raise InputError(f"{shown(text)}: {dimension.name} is needed with its unit, such as {shown(dimension.example)}")
     try:
         scale, offset = conversion(unit, dimension)
     except InputError as error:
-        raise InputError(f"{_shown(text)}: {error}") from None
+        raise InputError(f"{shown(text)}: {error}") from None
     value = float(number) * scale + offset
     if not math.isfinite(value):
-        raise InputError(f"{_shown(text)}: {dimension.name} that is finite is needed, such as {_shown(dimension.example)}")
+        raise InputError(f"{shown(text)}: {dimension.name} that is finite is needed, such as {shown(dimension.example)}")
     return value
 
 
 @lru_cache(maxsize=256)
 def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
     """(scale, offset) that take a number in `unit` into `dimension.unit`: converted = number * scale + offset."""
-    wanted = f"{dimension.name} is needed, such as {_shown(dimension.example)}"
-    if dimension is STRAIN and unit in ("", "-", "1"):
+    wanted = f"{dimension.name} is needed, such as {shown(dimension.example)}"
+    if dimension in (STRAIN, NUMBER) and unit in ("", "-", "1"):
         return 1.0, 0.0
     if dimension is TEMPERATURE and unit == "C":  # instruments' headers; no charge is ever meant where a temperature is wanted
         unit = "degC"
@@ -153,7 +156,7 @@ def recognise(text: str) -> tuple[float, str]:
             return parse(text, dimension), dimension.unit
         except InputError:
             continue
-    raise InputError(f"{_shown(text)}: not a quantity")
+    raise InputError(f"{shown(text)}: not a quantity")
 
 
 def is_unit(text: str) -> bool:
@@ -163,7 +166,7 @@ def is_unit(text: str) -> bool:
 
 @lru_cache(maxsize=256)
 def _parse_unit(unit: str) -> Any | None:
-    text = unit.strip()
+    text = unit.strip().translate(_TYPESET)
     if text == "1":
         return _registry().Unit("")
     if text.startswith("/"):
@@ -184,8 +187,3 @@ def _registry() -> pint.UnitRegistry[float]:
     import pint
 
     return pint.UnitRegistry(DEFINITIONS.strip().splitlines(), autoconvert_offset_to_baseunit=True)
-
-
-def _shown(value: Any) -> str:
-    text = f'"{value}"' if isinstance(value, str) else str(value)
-    return text if len(text) <= 60 else text[:57] + "..."

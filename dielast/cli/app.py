@@ -50,6 +50,8 @@ def _exit_with(action: Callable[[], int]) -> None:
 
     try:
         code = action()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except (InputError, NumericsError) as error:
         for line in error.messages:
             print(line, file=sys.stderr)
@@ -61,6 +63,13 @@ def _exit_with(action: Callable[[], int]) -> None:
         # whoever read our output has gone, and there is nobody left to tell
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
+    except UnicodeEncodeError as error:
+        print(f"a path or a value has a character that this locale cannot write: {error.object!a}", file=sys.stderr)
+        code = 2
+    except OSError as error:
+        print(f"cannot write: {(error.strerror or str(error)).lower()}", file=sys.stderr)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        code = 2
     raise typer.Exit(code)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from dielast.errors import DielastWarning, InputError, NumericsError
-from dielast.files import Inputs, depfile, write_files
+from dielast.files import Inputs, check_targets, depfile, write_files
 from dielast.recipe.cases import Case, read_cases
 
 UNFINISHED = 3
@@ -40,9 +40,13 @@ def run(kind: str, path: Path, options: Options) -> int:
     out = options.out or Path(path.stem)
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: is a file, a folder for the results is needed (see --out)")
+    if options.golden is not None:
+        _check_golden(options.golden, out)
     files, summary, inputs, caught = compute(kind, cases, path, options.plots)
     for message in caught:
         print(f"warning: {message}", file=sys.stderr)
+    written = [out / name for name in files] + ([options.depfile] if options.depfile is not None else [])
+    check_targets(written, [path, *inputs.paths])
     write_files(out, files)
     if options.depfile is not None:
         rule = depfile([out / name for name in files], [path, *inputs.paths])
@@ -81,6 +85,15 @@ def _located(line: str, path: Path, inputs: Inputs) -> str:
     return line if line.startswith(tuple(f"{name}: " for name in (path, *inputs.names))) else f"{path}: {line}"
 
 
+def _check_golden(golden: Path, out: Path) -> None:
+    """Raise `InputError` before anything is computed if there is nothing to compare with, or the result would overwrite it."""
+    from dielast.workflow.golden import golden_files
+
+    golden_files(golden)
+    if golden.resolve() == out.resolve():
+        raise InputError(f"{golden}: the result would overwrite the golden files; write it to another folder (see --out)")
+
+
 def _compare(files: Mapping[str, bytes], options: Options) -> int:
     from dielast.workflow.golden import differences
 
@@ -103,7 +116,7 @@ def _tell(summary: Mapping[str, Any], out: Path) -> None:
         for key, value in values.items()
         if value != []
     ]
-    if sys.stdout.isatty():
+    if sys.stdout is not None and sys.stdout.isatty():
         from rich.console import Console
         from rich.table import Table
 

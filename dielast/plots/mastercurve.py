@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -12,13 +11,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve
-from dielast.plots.style import COLOURS, MARKERS, STYLE, TEMPERATURES, log_axis, panels, spread
+from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, log_axis, panels, spread, style
 from dielast.shift import WLF, Arrhenius
 
 
 def plot_master_curve(result: MasterCurve, curves: Sequence[RelaxationCurve], title: str | None = None) -> Figure:
     """Raw `curves`, the master curve and the shift factors with error bars and fitted law."""
-    with mpl.rc_context(STYLE):
+    with style():
         figure, (raw, master, shift) = panels(3, title, widths=(1.0, 1.15, 0.95))
         colour = ScalarMappable(Normalize(result.temperature.min(), result.temperature.max()), TEMPERATURES)
         for index, curve in enumerate(sorted(curves, key=lambda curve: curve.temperature)):
@@ -36,7 +35,7 @@ def plot_master_curve(result: MasterCurve, curves: Sequence[RelaxationCurve], ti
         master.set_ylabel("reduced modulus [Pa]")
         raw.set_xlabel("time [s]")
         master.set_xlabel(f"reduced time at {result.reference_temperature:g} °C [s]")
-        master.legend(loc="lower left")
+        master.legend(loc="best")
         _shift_factors(shift, result)
         for label, axes in zip("abc", (raw, master, shift), strict=True):
             axes.set_title(f"({label})", loc="left")
@@ -69,7 +68,7 @@ def _shift_factors(axes: Axes, result: MasterCurve) -> None:
         elinewidth=0.8,
         capsize=1.5,
         zorder=3,
-        label="measured, 95 % interval",
+        label="measured, with 95 % interval",
     )
     law = result.shift_fit.law
     span = np.linspace(result.temperature[0], result.temperature[-1], 200)

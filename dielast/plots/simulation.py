@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dielast.plots.style import COLOURS, LINES, MARKERS, STYLE, TEMPERATURES, log_axis, panels
+from dielast.plots.style import COLOURS, LINES, MARKERS, TEMPERATURES, log_axis, panels, style
 
 Array = NDArray[np.float64]
 # column -> axis label, and the factor that takes SI into the unit shown
@@ -51,7 +50,7 @@ def plot_cases(
     title: str | None = None,
 ) -> Figure:
     """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers."""
-    with mpl.rc_context(STYLE):
+    with style():
         figure, (axes,) = panels(1, title)
         (x_label, x_factor), (y_label, y_factor) = (LABELS.get(header, (header, 1.0)) for header in (x, y))
         many = len(cases) > MOST_IN_LEGEND
@@ -81,7 +80,8 @@ def plot_cases(
         axes.set_xlabel(x_label)
         axes.set_ylabel(y_label)
         if len(cases) > 1 or measured:
-            axes.legend(loc="best")
+            for text in axes.legend(loc="best").get_texts():
+                text.set_parse_math(False)
     return figure
 
 

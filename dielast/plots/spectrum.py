@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
 from dielast.characterise.spectrum import SpectrumFit
-from dielast.plots.style import COLOURS, STYLE, log_axis, panels, spread
+from dielast.plots.style import COLOURS, log_axis, panels, spread, style
 
 
 def plot_spectrum(result: SpectrumFit, title: str | None = None) -> Figure:
     """The discrete spectrum, and the model's relaxation modulus over the measured one."""
-    with mpl.rc_context(STYLE):
+    with style():
         figure, (lines, curve) = panels(2, title)
         spectrum = result.spectrum
         present = spectrum.shear_modulus > 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import matplotlib as mpl
@@ -50,12 +52,23 @@ STYLE: Any = {
 }
 
 
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw in dielast's style, whatever the user's own matplotlib settings are."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(STYLE)
+        yield
+
+
 def panels(count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7) -> tuple[Figure, list[Axes]]:
-    """A figure with `count` panels in a row; call within `mpl.rc_context(STYLE)`."""
-    figure = Figure(figsize=(COLUMN_WIDTH * count, height + (0.2 if title else 0)), layout="constrained")
+    """A figure with `count` panels in a row below a title; call within `style()`."""
+    lines = textwrap.wrap(title or "", 62 * count)
+    figure = Figure(figsize=(COLUMN_WIDTH * count, height + 0.17 * len(lines)), layout="constrained")
     axes = figure.subplots(1, count, squeeze=False, width_ratios=widths)[0]
-    if title:
-        figure.suptitle(title, fontsize=8)
+    if lines:
+        # a dollar sign is money here, not mathematics
+        figure.suptitle("\n".join(lines), fontsize=8, parse_math=False)
     return figure, list(axes)
 
 
@@ -91,6 +104,6 @@ def render(figure: Figure, form: str) -> bytes:
         "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
     }
     buffer = io.BytesIO()
-    with mpl.rc_context(STYLE):
+    with style():
         figure.savefig(buffer, format=form, metadata=metadata[form])
     return buffer.getvalue()

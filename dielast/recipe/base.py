@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import codecs
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from dielast.errors import InputError
 from dielast.measured import TextFormat
 from dielast.recipe.fields import BreakdownFields, Permittivity, Section
+from dielast.units import Dimension, conversion
 
 
 class RecipeBase(Section):
@@ -21,23 +23,51 @@ class RecipeBase(Section):
 class TextTable(Section):
     """How a table of numbers is written; what is left out is sniffed."""
 
-    separator: str | None = Field(None, min_length=1, max_length=1)
+    separator: str | None = None
     decimal: Literal[".", ","] | None = None
     encoding: str | None = None
     skip_rows: int = Field(0, ge=0)
+
+    @field_validator("separator")
+    @classmethod
+    def _can_separate(cls, separator: str | None) -> str | None:
+        if separator is not None and (len(separator) != 1 or separator.isalnum() or separator in "\"'\r\n+-."):
+            raise InputError(f'{separator!r}: one character is needed, such as ";" or "\\t"')
+        return separator
+
+    @field_validator("encoding")
+    @classmethod
+    def _known_encoding(cls, encoding: str | None) -> str | None:
+        try:
+            codecs.lookup(encoding or "utf-8")
+        except (LookupError, ValueError):
+            raise InputError(f'"{encoding}": unknown encoding, such as "utf-8" or "latin-1" is needed') from None
+        return encoding
+
+    @model_validator(mode="after")
+    def _two_marks(self) -> Self:
+        if self.separator is not None and self.separator == self.decimal:
+            raise InputError(f'"{self.separator}" cannot be both separator and decimal')
+        return self
 
     def text_format(self) -> TextFormat:
         """The same for the reader."""
         return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows)
 
 
-def units_of(*roles: str) -> AfterValidator:
-    """Units by the role of a column, for the headers that do not say them."""
+def units_of(**roles: Dimension | None) -> AfterValidator:
+    """Units by the role of a column, for headers that do not say them; None leaves the dimension open."""
 
     def check(units: dict[str, str]) -> dict[str, str]:
-        unknown = [role for role in units if role not in roles]
-        if unknown:
-            raise InputError(f'unit of an unknown column "{unknown[0]}"; columns are {", ".join(roles)}')
+        for role, unit in units.items():
+            if role not in roles:
+                raise InputError(f'unit of an unknown column "{role}"; columns are {", ".join(roles)}')
+            dimension = roles[role]
+            if dimension is not None:
+                try:
+                    conversion(unit, dimension)
+                except InputError as error:
+                    raise InputError(f'{role} = "{unit}": {error}') from None
         return units
 
     return AfterValidator(check)

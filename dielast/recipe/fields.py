@@ -20,7 +20,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from dielast import units
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
 from dielast.files import resolve
 from dielast.units import Dimension
 
@@ -45,9 +45,9 @@ class Quantity:
         number = units.parse(value, self.dimension)
         name, unit = self.dimension.name, self.dimension.unit
         if self.above is not None and number <= self.above:
-            raise InputError(f'"{value}": {name} above {self.above:g} {unit} is needed')
+            raise InputError(f"{shown(value)}: {name} above {self.above:g} {unit} is needed")
         if self.at_least is not None and number < self.at_least:
-            raise InputError(f'"{value}": {name} of at least {self.at_least:g} {unit} is needed')
+            raise InputError(f"{shown(value)}: {name} of at least {self.at_least:g} {unit} is needed")
         return number
 
     def read_many(self, value: Any) -> tuple[float, ...]:
@@ -92,10 +92,14 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
     folder = (info.context or {}).get("folder")
     if folder is not None:
         path = resolve(folder, name)
-        if not path.exists():
-            raise InputError(f'"{name}": no such {kind}')
+        try:
+            missing = not path.exists()
+        except (OSError, ValueError):  # too long, or not a path at all
+            missing = True
+        if missing:
+            raise InputError(f"{shown(name)}: no such {kind}")
         if not test(path):
-            raise InputError(f'"{name}": a {kind} is needed')
+            raise InputError(f"{shown(name)}: a {kind} is needed")
     return name
 
 
@@ -120,15 +124,15 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     try:
         found = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
     except (ValueError, NotImplementedError) as error:
-        raise InputError(f'"{names}": not a glob pattern: {error}') from None
+        raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
     if not found:
-        raise InputError(f'"{names}": no file matches')
+        raise InputError(f"{shown(names)}: no file matches")
     return tuple(found if base else (os.path.relpath(path, folder) for path in found))
 
 
 def _column(name: Any) -> str | int:
     if isinstance(name, bool) or (not (isinstance(name, str) and name) and not (isinstance(name, int) and name >= 1)):
-        raise InputError(f"{name}: a column's name, or its number from 1, is needed")
+        raise InputError(f"{shown(name)}: a column's name, or its number from 1, is needed")
     return name
 
 

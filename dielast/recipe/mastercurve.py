@@ -19,6 +19,9 @@ from dielast.recipe.fields import (
     ThermalExpansion,
     Time,
 )
+from dielast.units import STRAIN, STRESS, TEMPERATURE, TIME
+
+ROLES = {"temperature": TEMPERATURE, "time": TIME, "modulus": STRESS, "strain": STRAIN, "stress": STRESS}
 
 
 class RelaxationColumns(Section):
@@ -49,7 +52,9 @@ class RelaxationData(TextTable):
         None, description="Where a file's name states its temperature: text with {degC} or {K} in the number's place."
     )
     columns: RelaxationColumns
-    units: Annotated[dict[str, str], units_of("temperature", "time", "modulus", "strain", "stress")] = Field({})
+    units: Annotated[dict[str, str], units_of(temperature=TEMPERATURE, time=TIME, modulus=STRESS, strain=STRAIN, stress=STRESS)] = (
+        Field({})
+    )
     test: Literal["tension", "shear"] = Field("tension", description="A shear modulus is written as Young's, three times as much.")
     discard_before: Time = Field(0.0, validate_default=False, description="Drop earlier points, such as the ramp.")
     ramp: PositiveTime | None = Field(

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import Force, InputFile, Length, PositiveTime, Section, StrainRate, Stress, Temperature, Time
 from dielast.units import FORCE_RATE, STRESS_RATE, Dimension, parse
@@ -22,7 +22,7 @@ class Comparison(TextTable):
     y: str = Field(description="A column of the result, such as nominal_stress_1 [Pa].")
     x_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
     y_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
-    units: Annotated[dict[str, str], units_of("x", "y")] = Field({})
+    units: Annotated[dict[str, str], units_of(x=None, y=None)] = Field({})
     where: dict[str, str | int | float] = Field({}, description="Use only the rows where these columns have these values.")
     case: int = Field(0, ge=0, description="The case that was measured.")
     label: str | None = None
@@ -111,7 +111,7 @@ def _load_rate(value: Any) -> tuple[float, str]:
             return parse(value, dimension), dimension.unit
         except InputError:
             continue
-    raise InputError(f'{value}: a force or stress rate is needed, such as "{FORCE_RATE.example}" or "{STRESS_RATE.example}"')
+    raise InputError(f'{shown(value)}: a force or stress rate is needed, such as "{FORCE_RATE.example}" or "{STRESS_RATE.example}"')
 
 
 LoadRate = Annotated[

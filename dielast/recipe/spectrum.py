@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from dielast.errors import InputError
 from dielast.recipe.base import BreakdownField, Dielectric, RecipeBase, TextTable, units_of
 from dielast.recipe.fields import ColumnName, InputFile, InputFolder, Modulus, PositiveModulus, PositiveTime, Section, Temperature
+from dielast.units import STRESS, TIME
 
 
 class CurveColumns(Section):
@@ -23,7 +24,7 @@ class CurveData(TextTable):
 
     file: InputFile
     columns: CurveColumns = CurveColumns()
-    units: Annotated[dict[str, str], units_of("time", "modulus")] = Field({})
+    units: Annotated[dict[str, str], units_of(time=TIME, modulus=STRESS)] = Field({})
     test: Literal["tension", "shear"] = Field("tension", description="Whether the modulus is Young's or shear.")
     reference_temperature: Temperature
 

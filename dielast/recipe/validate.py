@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
 from dielast.files import unreadable
 from dielast.recipe.models import KINDS
 
@@ -66,7 +66,7 @@ def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = 
 def parse_toml(content: bytes, source: str) -> dict[str, Any]:
     """The TOML text `content`; raises `InputError` naming `source` and the line."""
     try:
-        return tomllib.loads(content.decode())
+        return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise InputError(f"{source}: line {line}: not UTF-8 text") from None
@@ -101,7 +101,7 @@ def _lines(model: type[BaseModel], error: ValidationError) -> list[str]:
             lines.append(prefix + str(context["error"]))
         else:
             needed = _PLAIN.get(problem["type"], problem["msg"]).format(**context)
-            shown = "" if problem["type"] == "missing" else f"{_shown(problem['input'])}: "
+            shown = "" if problem["type"] == "missing" else f"{shown(problem['input'])}: "
             lines.append(prefix + shown + needed)
     return lines
 
@@ -128,11 +128,6 @@ def _nearest(model: type[BaseModel], key: str) -> str:
 
 def _path(keys: Sequence[int | str]) -> str:
     return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).lstrip(".")
-
-
-def _shown(value: Any) -> str:
-    text = f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _apply(values: dict[str, Any], override: str) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
 from dielast.recipe.base import BreakdownField, RecipeBase
 from dielast.recipe.fields import (
     InputFile,
@@ -32,7 +32,7 @@ def _boundary(value: Any) -> tuple[str, str]:
     """What holds axes 1 and 2."""
     pair = value if isinstance(value, list) else [value, value]
     if len(pair) != 2 or any(entry not in BOUNDARIES for entry in pair):
-        raise InputError(f'{value}: "dead-load" or "clamped" is needed, or a pair of them, one a direction')
+        raise InputError(f'{shown(value)}: "dead-load" or "clamped" is needed, or a pair of them, one a direction')
     return pair[0], pair[1]
 
 
@@ -41,7 +41,7 @@ def _prestretch(value: Any) -> tuple[float, float]:
     pair = value if isinstance(value, list) else [value, value]
     numbers = [entry for entry in pair if isinstance(entry, int | float) and not isinstance(entry, bool) and 1 <= entry < inf]
     if len(pair) != 2 or len(numbers) != 2:
-        raise InputError(f"{value}: a prestretch of at least 1 is needed, or a pair such as [3.0, 1.0]")
+        raise InputError(f"{shown(value)}: a prestretch of at least 1 is needed, or a pair such as [3.0, 1.0]")
     return float(pair[0]), float(pair[1])
 
 
@@ -75,7 +75,9 @@ def _timescale(value: Any) -> tuple[float, bool]:
             continue
         if number >= 0:
             return number, share
-    raise InputError(f'{value}: a share of the time since the voltage came on, such as "1 %", or a time, such as "0 s", is needed')
+    raise InputError(
+        f'{shown(value)}: a share of the time since the voltage came on, such as "1 %", or a time, such as "0 s", is needed'
+    )
 
 
 TimeScale = Annotated[

@@ -24,10 +24,11 @@ def creep(
 ) -> MembraneHistory:
     """Stretch of a membrane at rest whose nominal stress follows `steps` (a stretch may be prescribed in between).
 
-    The cases are as many as the longest of: values in the steps, `temperature` (degC; default the material's reference temperature),
-    materials. Output at `times` in s since the start, (k,) or (cases, k), or else at `points_per_decade` from the start of each step to its end.
-    `rtol` bounds the local relative error of stretches, stresses and viscous stretches; `internal` keeps the viscous stretches.
-    Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome in the result.
+    The cases are as many as the longest of: values in the steps, `temperature` (degC; default the material's reference
+    temperature), materials. Output at `times` in s since the start, (k,) or (cases, k), or else at `points_per_decade` from the
+    start of each step to its end. `rtol` bounds the local relative error of stretches, stresses and viscous stretches; `internal`
+    keeps the viscous stretches. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome in
+    the result.
     """
     return simulate(
         material,

@@ -57,8 +57,8 @@ def run(
 ) -> Record:
     """Run `pieces` from rest. Output at `times` (cases, k) in s, or logarithmically from the start of every piece to its end.
 
-    At the very moment of a load applied at once, given times show what was before, except at time 0. Raises `InputError` for a load out
-    of reach, a rate of the wrong sign, or times after the end.
+    At the very moment of a load applied at once, given times show what was before, except at time 0. Raises `InputError` for a
+    load out of reach, a rate of the wrong sign, or times after the end.
     """
     check_reach(points, pieces)
     symmetry = symmetry_of(pieces)
@@ -76,8 +76,10 @@ def run(
         alive = np.array([outcome is None for outcome in ended])
         at_once = alive & (duration == 0) & np.any(end != present, axis=0)
         condition, lost = _apply(points, piece.controls, end, condition, at_once)
-        for case in np.flatnonzero(lost):
-            ended[case] = Outcome(False, float(condition.time[case]), "no stable equilibrium within the springs' limits under a load applied at once")
+        for case in np.flatnonzero(lost).tolist():
+            ended[case] = Outcome(
+                False, float(condition.time[case]), "no stable equilibrium within the springs' limits under a load applied at once"
+            )
         alive &= ~lost
         recorder = output.recorder(condition.time, duration, bool(np.any(end != present)), last=index == len(pieces) - 1)
         recorder.relative[~alive] = np.nan
@@ -85,7 +87,7 @@ def run(
         ramp = Ramp.between(piece.controls, np.where(at_once, end, present), end, duration)
         condition, status, taken = _traverse(points, ramp, symmetry, condition, np.where(alive, duration, 0.0), rtol, recorder)
         steps += taken
-        for case in np.flatnonzero(status):
+        for case in np.flatnonzero(status).tolist():
             ended[case] = Outcome(False, float(condition.time[case]), REASONS[Status(status[case])])
     outcomes = tuple(outcome or Outcome(True, float(time)) for outcome, time in zip(ended, condition.time, strict=True))
     time, border, inner = output.collect()
@@ -113,10 +115,12 @@ def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
 
 
 def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
-    """`InputError` for a prescribed stretch beyond the equilibrium spring's limit, or beyond the branches' if applied at once to a film at rest."""
-    limit = np.broadcast_to(points.law.largest_invariant().reshape(-1, 1) if points.law.largest_invariant().ndim < 2
-                            else points.law.largest_invariant(), points.modulus.shape)
-    limit = np.where(points.modulus > 0, limit, np.inf)
+    """`InputError` for a stretch beyond the equilibrium spring's limit, or the branches' if at once from rest."""
+    limit = points.law.largest_invariant()
+    limit = limit.reshape(limit.shape[0], -1)
+    equilibrium, branches = (
+        np.broadcast_to(rows.min(axis=0, initial=np.inf), points.stress_floor.shape) for rows in (limit[:1], limit[1:])
+    )
     for index, piece in enumerate(pieces):
         squared = [
             np.asarray(target) ** 2 if control is Control.STRETCH and target is not None else None
@@ -128,7 +132,7 @@ def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
         # an axis left open settles where I1 is least
         invariant = held[0] + held[1] + 1 / (held[0] * held[1]) if len(held) == 2 else held[0] + 2 / np.sqrt(held[0])
         at_once = index == 0 and piece.duration is not None and not np.any(piece.duration)
-        reach = limit.min(axis=0) if at_once else limit[0]
+        reach = np.minimum(equilibrium, branches) if at_once else equilibrium
         if np.any(invariant >= reach):
             case = int(np.argmax(invariant >= reach))
             stretch = np.sqrt(max(value[case] for value in held))

@@ -22,8 +22,8 @@ from dielast.simulate.output import given_times
 class MembraneHistory:
     """What a membrane did: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, one `outcome` a case.
 
-    Where an outcome is not completed, everything after its time is NaN. `viscous_stretch` (2, branches, cases, times) is None unless
-    it was asked for.
+    Where an outcome is not completed, everything after its time is NaN. `viscous_stretch` (2, branches, cases, times) is None
+    unless it was asked for.
     """
 
     temperature: Floats
@@ -62,7 +62,7 @@ class MembraneHistory:
     def stored_energy(self) -> Floats:
         """Energy per undeformed volume in the springs, (cases, times) in J/m^3; needs the viscous stretches."""
         squared, law, modulus, _ = self._springs()
-        return np.sum(modulus * kinematics.energy(law, squared), axis=0).reshape(self.time.shape)
+        return np.asarray(np.sum(modulus * kinematics.energy(law, squared), axis=0)).reshape(self.time.shape)
 
     def dissipation(self) -> Floats:
         """Power per undeformed volume lost in the dashpots, (cases, times) in W/m^3, from Eqs. 7 and 8 of DOI 10.1115/1.4030850.
@@ -71,7 +71,7 @@ class MembraneHistory:
         """
         squared, law, modulus, rate = self._springs()
         p, q = kinematics.stress(law, squared)
-        return np.sum(modulus * rate * (p * p - p * q + q * q), axis=0).reshape(self.time.shape)
+        return np.asarray(np.sum(modulus * rate * (p * p - p * q + q * q), axis=0)).reshape(self.time.shape)
 
     def _springs(self) -> tuple[Floats, SpringLaw, Floats, Floats]:
         """Squared elastic stretches (2, n, cases * times), and law, modulus and rate to go with them."""
@@ -119,5 +119,14 @@ def simulate(
     stretch = np.exp(0.5 * record.log_squared_stretch)
     viscous = None if record.internal is None else np.exp(0.5 * record.internal[:, 1:])
     return MembraneHistory(
-        temperature, record.time, *stretch, *record.nominal_stress, record.outcome, record.steps, viscous, points
+        temperature=temperature,
+        time=record.time,
+        stretch_1=stretch[0],
+        stretch_2=stretch[1],
+        nominal_stress_1=record.nominal_stress[0],
+        nominal_stress_2=record.nominal_stress[1],
+        outcome=record.outcome,
+        steps=record.steps,
+        viscous_stretch=viscous,
+        points=points,
     )

@@ -29,8 +29,8 @@ class Condition:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recorder:
-    """Writes what holds at `relative` times (cases, times) since a piece of load began into `border` (4, cases, times), Lambda above
-    nominal stress, and x into `internal` (2, n, cases, times) unless that is None. NaN is no time. Observes the stepper.
+    """Writes what holds at `relative` times (cases, times) since a piece of load began into `border` (4, cases, times), Lambda
+    above nominal stress, and x into `internal` (2, n, cases, times) unless that is None. NaN is no time. Observes the stepper.
     """
 
     relative: Floats
@@ -66,7 +66,7 @@ class Recorder:
 
 @dataclass(slots=True, eq=False)
 class Output:
-    """What a history leaves behind: at given `times` (cases, k) in s, or logarithmically spaced from each piece's start to its end."""
+    """What a history leaves behind: at given `times` (cases, k) in s, or logarithmically spaced within each piece."""
 
     points: Points
     times: Floats | None
@@ -107,8 +107,8 @@ class Output:
     def _fractions(self, duration: Floats, moving: bool) -> Floats:
         """Output times as fractions of the duration, the same for all cases, so that the table has no holes.
 
-        A ramp is shown over its last decades; a hold from a hundredth of the ramp before it, or from a tenth of the fastest relaxation time
-        where the load came at once.
+        A ramp is shown over its last decades; a hold from a hundredth of the ramp before it, or from a tenth of the fastest
+        relaxation time where the load came at once.
         """
         if not np.any(duration > 0):
             return np.zeros(1)

@@ -13,10 +13,10 @@ from dielast.files import Inputs
 from dielast.measured import MeasuredTable, read_measured
 from dielast.recipe.simulation import Comparison
 from dielast.table import split_header
-from dielast.units import FIELD, STRAIN, STRESS, TIME, VOLTAGE
+from dielast.units import FIELD, LENGTH, NUMBER, STRESS, TIME, VOLTAGE
 
 Array = NDArray[np.float64]
-DIMENSIONS = {dimension.unit: dimension for dimension in (TIME, STRESS, VOLTAGE, FIELD, STRAIN)}
+DIMENSIONS = {dimension.unit: dimension for dimension in (TIME, STRESS, VOLTAGE, FIELD, LENGTH, NUMBER)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

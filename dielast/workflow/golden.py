@@ -21,13 +21,9 @@ def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> lis
     Tables and `summary.toml` are compared; a table or a row that only one side has is a difference. Plots, digests and versions are
     not compared. Raises `InputError` if there is nothing to compare with.
     """
-    if not golden.is_dir():
-        raise InputError(f"{golden}: no such folder of golden files")
-    expected = {path.name: path for path in sorted(golden.iterdir()) if path.suffix == ".csv" or path.name == "summary.toml"}
-    if not expected:
-        raise InputError(f"{golden}: no tables and no summary.toml to compare with")
+    expected = golden_files(golden)
     lines: list[str] = []
-    for name in sorted(expected.keys() | {name for name in contents if name.endswith(".csv")}):
+    for name in sorted(expected.keys() | {name for name in contents if _compared(name)}):
         if name not in contents:
             lines.append(f"{name}: not in this result")
         elif name not in expected:
@@ -37,6 +33,20 @@ def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> lis
         else:
             lines += _tables(name, contents[name], expected[name], rtol)
     return lines
+
+
+def golden_files(golden: Path) -> dict[str, Path]:
+    """The files of the folder `golden` that are compared, by name; raises `InputError` if there are none."""
+    if not golden.is_dir():
+        raise InputError(f"{golden}: no such folder of golden files")
+    found = {path.name: path for path in sorted(golden.iterdir()) if _compared(path.name)}
+    if not found:
+        raise InputError(f"{golden}: no tables and no summary.toml to compare with")
+    return found
+
+
+def _compared(name: str) -> bool:
+    return name.endswith(".csv") or name == "summary.toml"
 
 
 def _tables(name: str, content: bytes, golden: Path, rtol: float) -> Iterator[str]:

@@ -15,7 +15,7 @@ from dielast.files import Inputs
 from dielast.load import Step, table
 from dielast.measured import read_measured
 from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, RelaxRecipe, StretchStep
-from dielast.units import FORCE, STRAIN, STRESS, TIME
+from dielast.units import FORCE, NUMBER, STRESS, TIME
 
 Array = NDArray[np.float64]
 Recipe = RelaxRecipe | CreepRecipe
@@ -76,7 +76,7 @@ def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: 
     points = read_measured(inputs.read(name), name)
     time = points.column("time", "time", TIME)
     if isinstance(step, StretchStep):
-        control, values = "stretch", points.column("stretch", "stretch", STRAIN)
+        control, values = "stretch", points.column("stretch", "stretch", NUMBER)
         ramps = table(time, stretch=values)
     else:
         force = points.has("force")

@@ -89,6 +89,7 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe) -> Mapping[str, Map
             "law": recipe.shift.law,
             "vertical": recipe.shift.vertical,
             **constants,
+            "law_misfit": fit.misfit,
             "rms_residual_decades": result.rms_residual_decades,
         },
         "modulus": {"equilibrium_Pa": result.equilibrium_modulus, "glassy_Pa": result.glassy_modulus},
@@ -106,7 +107,7 @@ def read_curves(data: RelaxationData, inputs: Inputs) -> list[RelaxationCurve]:
 
     Raises `InputError` naming file and line, column or temperature.
     """
-    temperatures, times, moduli = [], [], []
+    temperatures, times, moduli, sources = [], [], [], []
     for index, name in enumerate([data.file] if data.file else data.files or ()):
         table = read_measured(inputs.read(name), name, data.text_format(), data.units)
         time = table.column(data.columns.time, "time", TIME)
@@ -125,7 +126,14 @@ def read_curves(data: RelaxationData, inputs: Inputs) -> list[RelaxationCurve]:
         # Stand. A 75 (1971) 33. Counted from its start, the shift factors would come out wrong by tenths of a decade.
         times.append(time[kept] - 0.5 * (data.ramp or 0.0))
         moduli.append(modulus[kept])
-    return _by_temperature(np.concatenate(temperatures), np.concatenate(times), np.concatenate(moduli), data.temperature_tolerance)
+        sources.append(np.full(np.count_nonzero(kept), index))
+    return _curves(
+        np.concatenate(temperatures),
+        np.concatenate(times),
+        np.concatenate(moduli),
+        np.concatenate(sources),
+        data.temperature_tolerance,
+    )
 
 
 def _modulus(table: MeasuredTable, data: RelaxationData) -> Array:
@@ -162,11 +170,10 @@ def _temperature_of(data: RelaxationData, index: int, name: str) -> float:
     return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 
 
-def _by_temperature(temperature: Array, time: Array, modulus: Array, tolerance: float) -> list[RelaxationCurve]:
-    """Split points into curves where the sorted temperatures leave a gap wider than `tolerance` (K)."""
+def _curves(temperature: Array, time: Array, modulus: Array, source: NDArray[np.intp], tolerance: float) -> list[RelaxationCurve]:
+    """One curve for each run of a temperature; sorted temperatures part where a gap is wider than `tolerance` (K)."""
     order = np.argsort(temperature, kind="stable")
-    ordered = temperature[order]
-    starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > tolerance)
+    starts = np.flatnonzero(np.diff(temperature[order], prepend=-np.inf) > tolerance)
     curves = []
     for members in np.split(order, starts[1:]):
         readings = temperature[members]
@@ -177,5 +184,16 @@ def _by_temperature(temperature: Array, time: Array, modulus: Array, tolerance: 
             )
         # readings of one thermostat setting scatter; where they do not, their mean must not add rounding
         level = float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
-        curves.append(RelaxationCurve(level, time[members], modulus[members]))
+        rows = np.sort(members)
+        curves += [RelaxationCurve(level, time[run], modulus[run]) for run in _runs(rows, time, source)]
     return curves
+
+
+def _runs(rows: NDArray[np.intp], time: Array, source: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    """The `rows` of one temperature as the runs they were measured in: another file, or a time that starts anew, is another run.
+
+    Points in no order at all are one run.
+    """
+    anew = (np.diff(source[rows]) != 0) | (time[rows][1:] < 0.5 * time[rows][:-1])
+    runs = np.split(rows, np.flatnonzero(anew) + 1)
+    return runs if min(run.size for run in runs) >= 3 else [rows]

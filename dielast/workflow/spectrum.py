@@ -123,8 +123,13 @@ def read_master_curve(folder: str, inputs: Inputs) -> Curve:
         raise InputError(f'{name}: kind: "{summary.get("kind")}": a folder written by mastercurve is needed')
     name = f"{folder}/mastercurve.csv"
     time, modulus = number_columns(inputs.read(name), name, ["reduced_time [s]", "relaxation_modulus [Pa]"])
+    for row in np.flatnonzero(~(np.isfinite(time) & np.isfinite(modulus)))[:1]:
+        raise InputError(f"{name}: row {row + 2}: an empty cell")
     try:
         shift, moduli = summary["shift"], summary["modulus"]
+        constants = [value for value in shift.values() if isinstance(value, float)]
+        if not all(map(math.isfinite, constants)):
+            raise ValueError("[shift] has a constant that is not finite")
         reference = float(shift["reference_temperature_degC"])
         law: ShiftLaw
         if shift["law"] == "wlf":

@@ -237,3 +237,52 @@ def test_start_up_loads_nothing_heavy(dielast: Run) -> None:
     code += "print(sorted({'numpy', 'scipy', 'pandas', 'matplotlib', 'pint', 'rich'} & sys.modules.keys()))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_golden_files_and_inputs_are_never_overwritten(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    recipe = starter("spectrum")
+    assert dielast("spectrum", recipe, "--plot", "none", "-o", "gg").returncode == 0
+    done = dielast("spectrum", recipe, "--plot", "none", "-o", "gg", "--golden", "gg")
+    assert (done.returncode, done.stderr) == (
+        2,
+        "gg: the result would overwrite the golden files; write it to another folder (see --out)\n",
+    )
+    done = dielast("spectrum", recipe, "--plot", "none", "-o", "new", "--golden", "new")
+    assert done.returncode == 2
+    assert not (tmp_path / "new").exists()
+    text = recipe.read_text()
+    done = dielast("spectrum", recipe, "--plot", "none", "--depfile", recipe)
+    assert done.returncode == 2
+    assert "is an input of this run" in done.stderr
+    assert recipe.read_text() == text
+    (tmp_path / "fit.csv").write_text(table(GOOD))
+    (tmp_path / "mc.toml").write_text(
+        'kind = "spectrum"\n[data]\nfile = "fit.csv"\ncolumns = { time = "time", modulus = "relaxation_modulus" }\n'
+        'reference_temperature = "20 degC"\n[fit]\nmethod = "nnls"\nbranches = 3\n'
+    )
+    done = dielast("spectrum", "mc.toml", "-o", ".", "--plot", "none")
+    assert done.returncode == 2
+    assert "fit.csv: is an input of this run" in done.stderr
+    assert (tmp_path / "fit.csv").read_text() == table(GOOD)
+
+
+@pytest.mark.parametrize("title", ["$x^{$", "Price $5 and 10 % for $6", "long " * 80, "50 µm, 20 °C"])
+def test_any_title_is_drawn_as_it_stands(title: str, dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    done = dielast("spectrum", starter("spectrum"), "-q", "--set", f"title={title}")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_the_users_matplotlib_settings_do_not_leak_in(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    recipe = starter("spectrum")
+    assert dielast("spectrum", recipe, "-q", "-o", "plain").returncode == 0
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\nfont.size: 30\nfigure.facecolor: red\n")
+    assert dielast("spectrum", recipe, "-q", "-o", "own").returncode == 0
+    assert contents(tmp_path / "plain") == contents(tmp_path / "own")
+
+
+def test_a_folder_in_the_way_of_a_result_leaves_all_as_it_was(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+    recipe = starter("spectrum")
+    (tmp_path / "o/fit.csv").mkdir(parents=True)
+    done = dielast("spectrum", recipe, "-q", "-o", "o")
+    assert (done.returncode, done.stderr) == (2, "o/fit.csv: is a folder, a file is to be written there\n")
+    assert [path.name for path in (tmp_path / "o").iterdir()] == ["fit.csv"]

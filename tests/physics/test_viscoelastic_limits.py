@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
@@ -16,7 +18,9 @@ from dielast.simulate.relax import relax
 EQUILIBRIUM = 26e3  # Pa
 
 
-def material(branches: int, span: tuple[float, float] = (4e-8, 1.6e5), glassy: float = 2.3e8, limits: tuple[float, float] = (110.0, 55.0)) -> Material:
+def material(
+    branches: int, span: tuple[float, float] = (4e-8, 1.6e5), glassy: float = 2.3e8, limits: tuple[float, float] = (110.0, 55.0)
+) -> Material:
     """Branches evenly over the decades of `span`, moduli falling with the relaxation time like those of a rubber."""
     tau = np.geomspace(span[1], span[0], branches)
     weight = tau**-0.5 + 1e-6
@@ -77,12 +81,15 @@ def test_at_once_is_the_limit_of_ever_faster_ramps() -> None:
 
 @pytest.mark.parametrize("control", ["stress", "stretch"])
 def test_biaxial_equations_keep_the_uniaxial_and_equibiaxial_symmetry(control: str) -> None:
-    """The symmetric path and the full one are different code: a load that is symmetric only from the middle on takes the full one."""
+    """The symmetric path and the full one are different code: a later piece that breaks the symmetry takes the full one."""
     solid = material(12)
     target = {"stress": 6e4, "stretch": 2.0}[control]
     times = np.geomspace(1e-3, 1e3, 30)
     hold = Step.hold(1e3)
-    pair = {"stress": Step(stress=(target, 0.0), duration=1.0), "stretch": Step(stretch=(target, None), stress=(None, 0.0), duration=1.0)}
+    pair = {
+        "stress": Step(stress=(target, 0.0), duration=1.0),
+        "stretch": Step(stretch=(target, None), stress=(None, 0.0), duration=1.0),
+    }
     plain = Step(**{control: target}, duration=1.0)
     # a later piece without the symmetry sends the whole history down the full path
     breaking = Step(stretch=(2.0, 1.0), duration=1.0)
@@ -101,8 +108,16 @@ def test_biaxial_equations_keep_the_uniaxial_and_equibiaxial_symmetry(control: s
 
 def test_swapping_the_axes_swaps_the_results() -> None:
     solid = material(12)
-    steps = [Step(stretch=(2.0, None), stress=(None, 3e4), duration=1.0), Step.hold(100.0), Step(stretch=(1.2, None), stress=(None, 0.0))]
-    swapped = [Step(stretch=(None, 2.0), stress=(3e4, None), duration=1.0), Step.hold(100.0), Step(stretch=(None, 1.2), stress=(0.0, None))]
+    steps = [
+        Step(stretch=(2.0, None), stress=(None, 3e4), duration=1.0),
+        Step.hold(100.0),
+        Step(stretch=(1.2, None), stress=(None, 0.0)),
+    ]
+    swapped = [
+        Step(stretch=(None, 2.0), stress=(3e4, None), duration=1.0),
+        Step.hold(100.0),
+        Step(stretch=(None, 1.2), stress=(0.0, None)),
+    ]
     one, other = creep(solid, steps, rtol=1e-8), creep(solid, swapped, rtol=1e-8)
     # the order of the axes changes the rounding, and with it the steps: the two agree as two solutions to this tolerance do
     assert other.stretch_2 == pytest.approx(one.stretch_1, rel=3e-8)
@@ -155,15 +170,18 @@ def test_materials_with_fewer_branches_run_beside_others() -> None:
         assert both.stretch_1[index] == pytest.approx(creep(solid, steps, times=times, rtol=1e-8).stretch_1[0], rel=1e-12)
 
 
-def test_a_case_does_not_depend_on_its_company_or_on_the_output_grid() -> None:
+@pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "pure-shear"])
+def test_a_case_does_not_depend_on_its_company_or_on_the_output_grid(mode: str) -> None:
     solid = material(30)
     temperatures = np.linspace(-20, 60, 41)
     steps = [Step(stress=5e4, duration=1.0), Step.hold(1e4)]
     times = np.geomspace(1e-3, 1e4, 50)
-    together = creep(solid, steps, times=times, temperature=temperatures)
-    alone = creep(solid, steps, times=times, temperature=temperatures[17])
+    together = creep(solid, steps, mode=mode, times=times, temperature=temperatures)
+    alone = creep(solid, steps, mode=mode, times=times, temperature=temperatures[17])
     assert np.array_equal(together.stretch_1[17], alone.stretch_1[0])
-    assert np.array_equal(creep(solid, steps, times=times[::7], temperature=temperatures[17]).stretch_1[0], alone.stretch_1[0, ::7])
+    assert np.array_equal(
+        creep(solid, steps, mode=mode, times=times[::7], temperature=temperatures[17]).stretch_1[0], alone.stretch_1[0, ::7]
+    )
 
 
 @pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "pure-shear"])
@@ -190,6 +208,47 @@ def test_steps_of_any_duration(duration: float) -> None:
     history = creep(material(17, span=(1e-8, 1e8)), steps)
     assert history.completed
     assert elastic_stress(history.stretch_1[0, -1], EQUILIBRIUM, 110.0) == pytest.approx(2e4, rel=1e-3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NeoHookean:
+    """A second law, written from what a law must offer."""
+
+    def stiffness(self, invariant: np.ndarray) -> np.ndarray:
+        return np.ones_like(invariant)
+
+    def hardening(self, invariant: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.ones_like(invariant), np.zeros_like(invariant)
+
+    def energy(self, invariant: np.ndarray) -> np.ndarray:
+        return 0.5 * (invariant - 3)
+
+    def largest_invariant(self) -> np.ndarray:
+        return np.array(np.inf)
+
+    def take(self, cases: np.ndarray) -> NeoHookean:
+        return self
+
+
+@pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "pure-shear"])
+def test_another_law_takes_the_place_of_gents(mode: str) -> None:
+    solid = material(7)
+    other = replace(solid, equilibrium_law=NeoHookean(), nonequilibrium_law=NeoHookean())
+    distant = replace(solid, equilibrium_law=Gent(), nonequilibrium_law=Gent())
+    steps = [Step(stretch=2.0, duration=1.0), Step.hold(100.0)]
+    one, two = (relax(each, steps, mode=mode) for each in (other, distant))
+    assert one.nominal_stress_1 == pytest.approx(two.nominal_stress_1, rel=1e-9)
+
+
+def test_a_film_without_an_equilibrium_spring_thins_to_nothing_in_finite_time() -> None:
+    """Under a dead load the true stress of a liquid grows as it thins: the solution ends, and that is said, not filled in."""
+    fluid = Material("fluid", 0.0, Spectrum([1.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0))
+    history = creep(fluid, [Step(stress=3e4), Step.hold(30.0)])
+    assert history.outcome[0].reason == "the rates grow beyond all bounds"
+    assert 1 < history.outcome[0].time < 30
+    late = history.time[0] > history.outcome[0].time
+    assert np.isnan(history.stretch_1[0, late]).all()
+    assert history.stretch_1[0, ~late][-1] > 30
 
 
 def test_voltage_free_rest_stays_at_rest() -> None:

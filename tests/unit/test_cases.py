@@ -102,7 +102,7 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
         (CREEP.replace("0.01 N/s", "1 kPa/s"), "step[0]: rate: a force rate is needed with force"),
         (
             CREEP.replace("0.01 N/s", "1 %/s"),
-            'step[0].rate: 1 %/s: a force or stress rate is needed, such as "0.01 N/s" or "1 kPa/s"',
+            'step[0].rate: "1 %/s": a force or stress rate is needed, such as "0.01 N/s" or "1 kPa/s"',
         ),
         (CREEP.replace('"6 mm"', '"0 mm"'), 'specimen.width: "0 mm": a length above 0 m is needed'),
     ],

@@ -132,3 +132,38 @@ def test_names_that_differ_in_case_alone_are_two_columns() -> None:
     assert table.column("T", "temperature", TEMPERATURE).tolist() == [20]
     assert table.column("t", "time", TIME).tolist() == [1]
     assert table.column("e", "modulus", STRESS).tolist() == [2e6]
+
+
+def test_a_header_of_another_width_than_the_rows_is_refused() -> None:
+    with pytest.raises(InputError, match="the header has 3 cells, the rows have 2; quote cells"):
+        read("time [s],load, static [N]\n1,2\n2,3\n")
+    with pytest.raises(InputError, match="the header has 2 cells, the rows have 3"):
+        read("time [s],E [MPa]\n1,1,2\n2,2,3\n")
+
+
+def test_a_last_column_may_be_empty() -> None:
+    assert numbers(read("time [s],E [MPa],remark\n1,2,\n2,3,\n")) == [(1, 2e6), (2, 3e6)]
+
+
+def test_units_stay_with_their_names_between_blanks() -> None:
+    assert numbers(read("time [s]   E (MPa)\n1   2\n2   3\n")) == [(1, 2e6), (2, 3e6)]
+
+
+def test_a_strain_without_a_unit_is_not_taken_as_a_fraction() -> None:
+    from dielast.units import STRAIN
+
+    with pytest.raises(InputError, match='column "strain" has no unit'):
+        read("time [s],strain\n1,1\n2,1\n").column("strain", "strain", STRAIN)
+    assert read("time [s],strain [%]\n1,1\n2,1\n").column("strain", "strain", STRAIN).tolist() == [0.01, 0.01]
+    assert read("time [s],strain [-]\n1,1\n2,1\n").column("strain", "strain", STRAIN).tolist() == [1, 1]
+
+
+def test_old_macintosh_line_ends_and_typeset_signs_are_read() -> None:
+    table = read("T [ºC]\rtime [s]\rx".replace("\r", ",", 2) + " [N/mm²]\r\u22125,1,2\r\u22124,2,3\r")
+    assert table.column("T", "temperature", TEMPERATURE).tolist() == [-5, -4]
+    assert table.column("x", "modulus", STRESS).tolist() == [2e6, 3e6]
+
+
+def test_a_unit_stated_in_other_words_is_no_contradiction() -> None:
+    table = read_measured("T [°C],x\n1,2\n".encode(), "dma.csv", units={"temperature": "degC"})
+    assert table.column("T", "temperature", TEMPERATURE).tolist() == [1]

@@ -104,6 +104,13 @@ law = "wfl"
         (MASTERCURVE.replace('temperature = "T [degC]", ', ""), "data: temperatures are needed from columns.temperature"),
         (MASTERCURVE.replace("[shift]", 'units = { tme = "s" }\n[shift]'), 'data.units: unit of an unknown column "tme"'),
         (MASTERCURVE.replace('"20 degC"', '"-300 degC"'), "a temperature above -273.15 degC is needed"),
+        (MASTERCURVE.replace("[shift]", 'units = { time = "parsec" }\n[shift]'), 'data.units: time = "parsec": unknown unit'),
+        (MASTERCURVE.replace("[shift]", 'units = { time = "kg" }\n[shift]'), 'data.units: time = "kg": a time is needed'),
+        (MASTERCURVE.replace("[shift]", 'separator = "\\n"\n[shift]'), "data.separator: '\\n': one character is needed"),
+        (MASTERCURVE.replace("[shift]", 'separator = ","\ndecimal = ","\n[shift]'), "cannot be both separator and decimal"),
+        (MASTERCURVE.replace("[shift]", 'encoding = "a\\u0000b"\n[shift]'), "unknown encoding"),
+        (MASTERCURVE.replace("dma.csv", "x" * 300), "no such file"),
+        (MASTERCURVE.replace("dma.csv", "a\\nb"), "no such file"),
     ],
 )
 def test_each_mistake_says_what_is_needed(folder: Path, text: str, expected: str) -> None:
@@ -168,3 +175,9 @@ def test_every_kind_has_a_schema_and_a_description_for_each_section() -> None:
         assert schema["properties"]["kind"]["const"] == kind
         assert all(definition.get("description") for definition in schema["$defs"].values())
         json.dumps(schema)
+
+
+def test_a_byte_order_mark_is_no_mistake(folder: Path) -> None:
+    path = folder / "bom.toml"
+    path.write_text(SPECTRUM, encoding="utf-8-sig")
+    assert isinstance(read_recipe(path), SpectrumRecipe)

@@ -1,0 +1,302 @@
+"""Where a film fails on its way: events located on the stepper's dense output.
+
+An event happens where its signal, positive at first, falls to zero: breakdown where 1 - |E|/E_EB does, pull-in where the stability margin does, loss of
+tension where the mechanical stress of a held axis does. `Watch` sees every step, looks inside the steps that come close, and keeps the bracket of each
+fall; the brackets are narrowed down together, once a piece of load is through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.gent import Cases, Floats
+from dielast.integrate import Stride
+from dielast.load import Control
+from dielast.point import LoadedPoints, Points
+from dielast.stability import Stability, TimeScale, stability
+from dielast.symmetric import SymmetricPoints
+
+Films = LoadedPoints | SymmetricPoints
+
+Signal = Callable[[Floats], Floats]
+
+NEAR = 0.5  # a signal below this is looked at inside the step as well; it starts at about 1
+CLOSE = 0.05  # a dip that may go below this is followed to its bottom
+INSIDE = np.array((0.25, 0.5, 0.75))
+DIP, GOLDEN = 24, 0.6180339887498949  # golden sections towards the bottom of a dip
+FALLS, ROOT = 60, 1e-13  # iterations and accuracy of a root, in fractions of the step
+
+
+class Kind(IntEnum):
+    """What can happen to a film."""
+
+    BREAKDOWN = 0
+    PULL_IN = 1
+    LOSS_OF_TENSION_1 = 2
+    LOSS_OF_TENSION_2 = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Happened:
+    """When each kind of event first happened and how the film was then: arrays (kinds, cases), NaN where it did not happen.
+
+    `time` in s since the voltage programme began, `field` the nominal field in V/m.
+    """
+
+    time: Floats
+    field: Floats
+    stretch_1: Floats
+    stretch_2: Floats
+
+    @classmethod
+    def nothing(cls, cases: int) -> Happened:
+        """No event yet."""
+        return cls(*(np.full((len(Kind), cases), np.nan) for _ in range(4)))
+
+    def put(self, cases: Cases, part: Happened) -> None:
+        """Write what happened to some of the cases."""
+        for mine, theirs in ((self.time, part.time), (self.field, part.field), (self.stretch_1, part.stretch_1), (self.stretch_2, part.stretch_2)):
+            mine[:, cases] = theirs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """Dense output of some columns of a step: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
+
+    cases: Cases
+    time: Floats
+    step: Floats
+    coefficients: Floats
+
+    @classmethod
+    def of(cls, stride: Stride, columns: Cases) -> Segment:
+        """The columns of a stride."""
+        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, :, columns])
+        ends = np.stack((stride.before[:, columns], stride.after[:, columns]))
+        return cls(stride.cases[columns], stride.time[columns], stride.step[columns], np.concatenate((ends, inner)))
+
+    @classmethod
+    def joined(cls, segments: list[Segment]) -> Segment:
+        """All of them as one."""
+        fields = ((s.cases, s.time, s.step, s.coefficients) for s in segments)
+        return cls(*(np.concatenate(parts, axis=-1) for parts in zip(*fields, strict=True)))
+
+    def state(self, fraction: Floats) -> Floats:
+        """States (rows, k) at fractions (k,)."""
+        before, after, k1, k2, k3 = self.coefficients
+        rest = 1 - fraction
+        return np.asarray(rest * before + fraction * (after + rest * (k1 + fraction * (k2 + fraction * k3))))
+
+
+@dataclass(slots=True, eq=False)
+class Watch:
+    """Observes the stepper. `breakdown_field` (cases,) in V/m, infinite where breakdown is of no interest; a case ends once all events in `until`
+    have happened. Between pieces of load, `begin` and `finish` are called.
+    """
+
+    controls: tuple[Control, Control]
+    breakdown_field: Floats
+    timescale: TimeScale
+    until: tuple[Kind, ...]
+    happened: Happened = field(init=False)
+    _seen: NDArray[np.bool_] = field(init=False)
+    _last: Floats = field(init=False)
+    _begin: Floats = field(init=False)
+    _kinds: list[Kind] = field(init=False)
+    _found: list[tuple[Kind, Segment, Floats, Floats]] = field(init=False, default_factory=list)
+    _tension: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        cases = self.breakdown_field.size
+        self.happened = Happened.nothing(cases)
+        self._seen = np.zeros((len(Kind), cases), dtype=bool)
+        self._last = np.ones((len(Kind), cases))
+        self._begin = np.zeros(cases)
+        held = [control is Control.STRETCH for control in self.controls]
+        self._kinds = [Kind.BREAKDOWN] if np.any(np.isfinite(self.breakdown_field)) else []
+        self._kinds += [] if all(held) else [Kind.PULL_IN]
+        self._kinds += [kind for kind, yes in zip((Kind.LOSS_OF_TENSION_1, Kind.LOSS_OF_TENSION_2), held, strict=True) if yes]
+
+    def reference(self, points: Points, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
+        """The determinant (cases,) of damped points when the programme begins, without voltage."""
+        zero = np.zeros_like(self._begin)
+        modulus = self._held_modulus(points, zero)
+        return stability(points, modulus, self.controls, internal, log_squared_stretch, nominal_stress, zero).determinant
+
+    def begin(self, system: Films, state: Floats, start: Floats, alive: NDArray[np.bool_]) -> None:
+        """A piece of load begins at `start` (cases,) with this state: what has already fallen happens now, to those `alive` (cases,)."""
+        self._begin = start
+        every = np.arange(start.size)
+        if not hasattr(self, "_tension"):
+            stress = np.abs(system.membrane(state, system.load.value(np.zeros_like(start)))[1])
+            self._tension = np.where(stress > 0, stress, 1.0)
+        zero = np.zeros_like(start)
+        for kind in self._kinds:
+            value = self._signal(kind, system, every, zero, state)
+            fallen = alive & ~self._seen[kind] & ~(value > 0)
+            some = np.flatnonzero(fallen)
+            self._note(kind, system.take(some), some, zero[some], state[:, some])
+            self._last[kind] = value
+
+    def note(self, kind: Kind, cases: Cases, time: Floats, nominal_field: Floats, log_squared_stretch: Floats) -> None:
+        """Say that an event happened."""
+        self._seen[kind, cases] = True
+        self.happened.time[kind, cases], self.happened.field[kind, cases] = time, nominal_field
+        self.happened.stretch_1[kind, cases], self.happened.stretch_2[kind, cases] = np.exp(0.5 * log_squared_stretch)
+
+    @property
+    def done(self) -> NDArray[np.bool_]:
+        """Cases (cases,) that need not go on."""
+        return np.asarray(np.all(self._seen[list(self.until)], axis=0)) if self.until else np.zeros(self._seen.shape[1], dtype=bool)
+
+    def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
+        """Note what falls within the step; columns whose case ends with it."""
+        system = stride.system
+        assert isinstance(system, LoadedPoints | SymmetricPoints)
+        for kind in self._kinds:
+            wanted = stride.accepted & ~self._seen[kind, stride.cases]
+            if not wanted.any():
+                continue
+            value = self._signal(kind, system, stride.cases, stride.until, stride.after)
+            last = self._last[kind, stride.cases]
+            close = np.flatnonzero(wanted & ~((value > NEAR) & (last > NEAR)))
+            if close.size:
+                self._look_inside(kind, stride, close, last[close], value[close])
+            self._last[kind, stride.cases[wanted]] = value[wanted]
+        done = self.done[stride.cases]
+        return done if done.any() else None
+
+    def finish(self, system: Films) -> None:
+        """A piece of load is through: find the times of what happened in it."""
+        for kind in self._kinds:
+            found = [item for item in self._found if item[0] is kind]
+            if not found:
+                continue
+            segment = Segment.joined([item[1] for item in found])
+            low, high = (np.concatenate([item[index] for item in found]) for index in (2, 3))
+            # numbers in lone columns round differently
+            segment = Segment.joined([segment, segment]) if segment.cases.size == 1 else segment
+            low, high = (np.resize(x, segment.cases.size) for x in (low, high))
+            some = system.take(segment.cases)
+
+            def signal(fraction: Floats, kind: Kind = kind, segment: Segment = segment, some: Films = some) -> Floats:
+                return self._signal(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))
+
+            fraction = fall(signal, low, high)
+            self._note(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))
+        self._found = []
+
+    def stability(self, system: Films, cases: Cases, time: Floats, state: Floats) -> Stability:
+        """Stability of these cases (k,) at times (k,) since the piece began; `system` and `state` are theirs."""
+        driven = system.load.value(time)
+        modulus = self._held_modulus(system.points, self._begin[cases] + time)
+        return stability(system.points, modulus, self.controls, system.internal(state), *system.membrane(state, driven), driven[2])
+
+    def _held_modulus(self, points: Points, time: Floats) -> Floats:
+        """Modulus (n, k) that the springs hold on to at times (k,) since the programme began; the damper is none of the film's springs."""
+        modulus = points.modulus * self.timescale.weight(points, time)
+        modulus[-1] = 0.0
+        return np.asarray(modulus)
+
+    def _signal(self, kind: Kind, system: Films, cases: Cases, time: Floats, state: Floats) -> Floats:
+        """The signal (k,) of columns of these cases at times (k,) since the piece began."""
+        driven = system.load.value(time)
+        log_squared, nominal = system.membrane(state, driven)
+        if kind is Kind.BREAKDOWN:
+            return np.asarray(1 - np.abs(driven[2]) * np.exp(0.5 * (log_squared[0] + log_squared[1])) / self.breakdown_field[cases])
+        if kind is Kind.PULL_IN:
+            return self.stability(system, cases, time, state).margin
+        axis = int(kind) - Kind.LOSS_OF_TENSION_1
+        return np.asarray(nominal[axis] / self._tension[axis, cases])
+
+    def _look_inside(self, kind: Kind, stride: Stride, columns: Cases, last: Floats, value: Floats) -> None:
+        """Bracket the first fall within a step, if there is one, even if the signal has risen again by the end."""
+        count = columns.size
+        if count == 1:
+            columns, last, value = (np.repeat(x, 2) for x in (columns, last, value))
+        segment = Segment.of(stride, columns)
+        some = stride.system.take(columns)
+        assert isinstance(some, LoadedPoints | SymmetricPoints)
+
+        def signal(fraction: Floats) -> Floats:
+            return self._signal(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))
+
+        inside = [signal(np.full(columns.size, at)) for at in INSIDE]
+        fractions = np.concatenate(([0.0], INSIDE, [1.0]))
+        values = np.stack((last, *inside, value))
+        values, fractions_at = _dips(signal, fractions, values)
+        fallen = ~(values > 0)
+        first = np.argmax(fallen, axis=0)
+        happens = np.flatnonzero(fallen.any(axis=0) & (first > 0))[:count]
+        if happens.size:
+            low, high = fractions_at[first[happens] - 1, happens], fractions_at[first[happens], happens]
+            part = Segment(segment.cases[happens], segment.time[happens], segment.step[happens], segment.coefficients[:, :, happens])
+            self._found.append((kind, part, low, high))
+            self._seen[kind, segment.cases[happens]] = True
+
+    def _note(self, kind: Kind, system: Films, cases: Cases, time: Floats, state: Floats) -> None:
+        """Book events of cases (k,) at times (k,) since the piece began."""
+        if not cases.size:
+            return
+        driven = system.load.value(time)
+        self.note(kind, cases, self._begin[cases] + time, driven[2], system.membrane(state, driven)[0])
+
+
+def _dips(signal: Signal, fractions: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Samples (5, k) of positive signals and their fractions, with the lowest of each replaced by the bottom of its dip if that comes near zero."""
+    fractions = np.repeat(fractions[:, None], values.shape[1], axis=1)
+    every = np.arange(values.shape[1])
+    lowest = np.argmin(values, axis=0)
+    inner = np.clip(lowest, 1, len(values) - 2)
+    before, middle, after = (values[inner + shift, every] for shift in (-1, 0, 1))
+    curvature = before - 2 * middle + after
+    bottom = middle - np.square(after - before) / (8 * np.where(curvature > 0, curvature, 1.0))
+    dipping = (lowest == inner) & (middle > 0) & (curvature > 0) & (bottom < CLOSE)
+    if not dipping.any():
+        return values, fractions
+    left, right = fractions[inner - 1, every], fractions[inner + 1, every]
+    for _ in range(DIP):
+        first, second = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
+        lower = signal(first) < signal(second)
+        left, right = np.where(lower, left, first), np.where(lower, second, right)
+    at = 0.5 * (left + right)
+    found = signal(at)
+    better = dipping & (found < middle)
+    values[inner[better], every[better]], fractions[inner[better], every[better]] = found[better], at[better]
+    return values, fractions
+
+
+def fall(signal: Signal, low: Floats, high: Floats) -> Floats:
+    """Where signals (k,) fall to zero between `low`, where they are positive, and `high`, where they are not (Chandrupatla's method).
+
+    T. R. Chandrupatla, Adv. Eng. Software 28 (1997) 145, DOI 10.1016/S0965-9978(96)00051-8. Every column goes its own way.
+    """
+    a, b = high.copy(), low.copy()
+    fa, fb = signal(a), signal(b)
+    c, fc = a.copy(), fa.copy()
+    t = np.full_like(a, 0.5)
+    done = np.zeros(a.shape, dtype=bool)
+    with np.errstate(all="ignore"):
+        for _ in range(FALLS):
+            x = np.where(done, a, a + t * (b - a))
+            fx = signal(x)
+            same = (fx > 0) == (fa > 0)
+            c, fc = np.where(same, a, b), np.where(same, fa, fb)
+            b, fb = np.where(same, b, a), np.where(same, fb, fa)
+            a, fa = x, fx
+            best = np.where(np.abs(fa) < np.abs(fb), a, b)
+            width = np.abs(b - a)
+            room = 0.5 * ROOT / np.where(width > 0, width, 1.0)
+            done = done | (width <= ROOT) | (fa == 0)
+            if done.all():
+                break
+            share, rise = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            inverse = (fa / (fb - fa)) * (fc / (fb - fc)) + ((c - a) / (b - a)) * (fa / (fc - fa)) * (fb / (fc - fb))
+            quadratic = (rise**2 < share) & ((1 - rise) ** 2 < 1 - share) & np.isfinite(inverse)
+            t = np.clip(np.where(quadratic, inverse, 0.5), room, 1 - room)
+    return np.where(fa == 0, a, best)

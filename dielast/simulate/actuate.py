@@ -1,0 +1,168 @@
+"""Actuation: a prestretched and relaxed film moves under a voltage programme until it fails or the programme ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.events import Happened, Kind, Watch
+from dielast.gent import Floats
+from dielast.integrate import Status
+from dielast.material import Breakdown, Material
+from dielast.simulate.film import programme
+from dielast.simulate.history import REASONS, Outcome
+from dielast.simulate.output import given_times
+from dielast.simulate.setup import Setup, set_up
+from dielast.simulate.trace import ROWS, Grid, Trace
+from dielast.simulate.voltage import VoltageStep, some_of, voltage_pieces
+from dielast.stability import ONE_PERCENT, TimeScale
+
+NAMES = {
+    Kind.BREAKDOWN: "breakdown",
+    Kind.PULL_IN: "pull-in",
+    Kind.LOSS_OF_TENSION_1: "loss-of-tension",
+    Kind.LOSS_OF_TENSION_2: "loss-of-tension",
+}
+STOPS: dict[str, tuple[Kind, ...]] = {"breakdown": (Kind.BREAKDOWN,), "pull-in": (Kind.PULL_IN,), "end": ()}
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened to a film: `name` is breakdown, pull-in or loss-of-tension; `time` in s since the voltage programme began, V, V/m."""
+
+    name: str
+    time: float
+    voltage: float
+    stretch_1: float
+    stretch_2: float
+    true_field: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ActuationHistory:
+    """What films did under voltage: arrays (cases, times) in s, V, Pa and V/m, `temperature` (cases,) in degC.
+
+    Time starts with the voltage programme; the relative stretch is that over the prestretch; the nominal stress is mechanical; `stability` is the pull-in
+    determinant over its value when the programme starts. `events` lists those of each case in order of time. An outcome is completed where the
+    programme came to its end, or to the event named as its reason; after its time everything is NaN.
+    """
+
+    temperature: Floats
+    time: Floats
+    voltage: Floats
+    stretch_1: Floats
+    stretch_2: Floats
+    relative_stretch_1: Floats
+    relative_stretch_2: Floats
+    nominal_stress_1: Floats
+    nominal_stress_2: Floats
+    true_field: Floats
+    stability: Floats
+    events: tuple[tuple[Event, ...], ...]
+    outcome: tuple[Outcome, ...]
+
+    @property
+    def completed(self) -> bool:
+        """Whether every case came to its end or to the event it was to stop at."""
+        return all(outcome.completed for outcome in self.outcome)
+
+
+def actuate(
+    material: Material | Sequence[Material],
+    steps: Sequence[VoltageStep],
+    *,
+    thickness: float,
+    prestretch: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] = 1.0,
+    prestretch_rate: ArrayLike | None = None,
+    relax: float = 0.0,
+    boundary: str | tuple[str, str] = "dead-load",
+    temperature: ArrayLike | None = None,
+    breakdown_field: ArrayLike | Breakdown | None = None,
+    pull_in_timescale: TimeScale = ONE_PERCENT,
+    stop_at: str = "breakdown",
+    times: ArrayLike | None = None,
+    points_per_decade: int = 30,
+    rtol: float = 1e-6,
+) -> ActuationHistory:
+    """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the voltage `steps` from 0 V.
+
+    `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate` (1/s, of the larger axis;
+    both ramp together) or at once. `boundary` says for each axis whether it is then a "dead-load", the nominal stress reached, or "clamped".
+    `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the material's by default. A run ends with the first event `stop_at`, "breakdown" or
+    "pull-in", or goes through them all to the "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol`
+    as in `creep`. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome.
+    """
+    if stop_at not in STOPS:
+        raise InputError(f"stop at {stop_at!r}: it must be one of {', '.join(STOPS)}")
+    if points_per_decade < 1:
+        raise InputError(f"{points_per_decade} points per decade: at least one is needed")
+    setup = set_up(
+        material,
+        prestretch,
+        spanning=[value for step in steps for value in (step.voltage, step.rate, step.duration) if value is not None],
+        thickness=thickness,
+        prestretch_rate=prestretch_rate,
+        relax=relax,
+        boundary=boundary,
+        temperature=temperature,
+        breakdown_field=breakdown_field,
+        breakdown_needed=stop_at == "breakdown",
+        rtol=rtol,
+    )
+    cases = setup.temperature.size
+    pieces = voltage_pieces(steps, setup.controls, setup.thickness, cases)
+    grid = Grid.over(pieces, setup.points, None if times is None else given_times(times, cases), points_per_decade)
+    values, begin = np.empty((ROWS, *grid.time.shape)), np.empty((3, cases))
+    happened, reached, status = Happened.nothing(cases), np.empty(cases), np.empty(cases, dtype=np.intp)
+    for part in setup.groups():
+        film = setup.film(part, rtol)
+        watch = Watch(setup.controls, setup.breakdown_field[part], pull_in_timescale, STOPS[stop_at])
+        trace = Trace.on(grid.take(part), watch)
+        relaxed = film.condition
+        begin[:2, part] = np.exp(0.5 * relaxed.log_squared_stretch)
+        begin[2, part] = watch.reference(film.points, relaxed.internal, relaxed.log_squared_stretch, relaxed.nominal_stress)
+        reached[part], status[part] = programme(film, some_of(pieces, part), watch, rtol=rtol, trace=trace)
+        values[:, part] = trace.values
+        happened.put(part, watch.happened)
+    return _history(setup, grid.time, values, begin, happened, reached, status, stop_at)
+
+
+def _history(
+    setup: Setup, time: Floats, values: Floats, begin: Floats, happened: Happened, reached: Floats, status: NDArray[np.intp], stop_at: str
+) -> ActuationHistory:
+    """Results in the user's terms, nothing of which is after the end of its case."""
+    stopped = status == Status.STOPPED
+    if stopped.any():
+        reached = np.where(stopped, happened.time[STOPS[stop_at][0]], reached)
+    values = np.where(time > reached[:, None], np.nan, values)
+    stretch = np.exp(0.5 * values[:2])
+    outcome = tuple(
+        Outcome(True, float(at), stop_at) if state == Status.STOPPED else Outcome(state == Status.COMPLETED, float(at), REASONS.get(Status(state), ""))
+        for at, state in zip(reached, status.tolist(), strict=True)
+    )
+    return ActuationHistory(
+        setup.temperature,
+        time,
+        values[4] * setup.thickness,
+        *stretch,
+        *(stretch / begin[:2, :, None]),
+        *values[2:4],
+        values[4] * stretch[0] * stretch[1],
+        values[5] / begin[2, :, None],
+        tuple(_events(happened, case, setup.thickness, float(end)) for case, end in enumerate(reached)),
+        outcome,
+    )
+
+
+def _events(happened: Happened, case: int, thickness: float, end: float) -> tuple[Event, ...]:
+    """The events of one case up to its end, in order of time."""
+    events = []
+    for kind, name in NAMES.items():
+        time, field, first, second = (float(x[kind, case]) for x in (happened.time, happened.field, happened.stretch_1, happened.stretch_2))
+        if time <= end:
+            events.append(Event(name, time, field * thickness, first, second, field * first * second))
+    return tuple(sorted(events, key=lambda event: event.time))

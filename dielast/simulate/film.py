@@ -1,0 +1,204 @@
+"""A prestretched film under voltage: what `actuate` and `failure_map` have in common.
+
+The stretch is prescribed during prestretch and relaxation. When the voltage comes on, an axis is clamped, or the nominal stress reached then is held as a
+dead load. Fields are nominal, V/L_3, throughout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import NumericsError
+from dielast.events import Films, Kind, Watch
+from dielast.gent import Cases, Floats
+from dielast.integrate import Status, Stride, integrate
+from dielast.jump import jump
+from dielast.load import Control, Piece, Ramp
+from dielast.point import LoadedPoints, Points
+from dielast.simulate.history import REASONS, _apply, _prescribed, _rest, check_reach
+from dielast.simulate.output import Condition
+from dielast.simulate.trace import PieceTrace, Trace
+from dielast.stability import damped
+from dielast.symmetric import EQUIBIAXIAL, SymmetricPoints
+
+NUDGE = 0.05  # in Lambda: a load applied at once that moves the film further is followed in smaller shares
+SMALLEST_SHARE = 1e-9  # of a load; where no smaller one has an equilibrium nearby, none has
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Film:
+    """Films ready for the voltage: damped `points` and their `condition`, time 0; `alike` if both axes are alike in all cases."""
+
+    points: Points
+    condition: Condition
+    alike: bool
+
+    def take(self, cases: Cases) -> Film:
+        """The same for some of the cases."""
+        c = self.condition
+        some = Condition(
+            c.internal[:, :, cases], c.log_squared_stretch[:, cases], c.nominal_stress[:, cases], c.field[cases], c.time[cases]
+        )
+        return Film(self.points.take(cases), some, self.alike)
+
+
+def prestretch(
+    points: Points,
+    stretch: tuple[Floats | None, Floats | None],
+    duration: Floats,
+    relax: float,
+    *,
+    alike: bool,
+    rtol: float,
+) -> Film:
+    """Films stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free, and held for `relax` s.
+
+    `InputError` for a stretch beyond the Gent limit, `NumericsError` if a case does not get through.
+    """
+    controls = tuple(Control.STRESS if target is None else Control.STRETCH for target in stretch)
+    zero = np.zeros_like(duration)
+    targets = tuple(zero if target is None else target for target in stretch)
+    pieces = [Piece((controls[0], controls[1]), (targets[0], targets[1], None), duration)]
+    check_reach(points, pieces)
+    if relax > 0:
+        pieces.append(Piece((controls[0], controls[1]), (None, None, None), np.full_like(duration, relax)))
+    condition = _rest(points)
+    for piece in pieces:
+        present = _prescribed(condition, piece.controls)
+        end, lasting = piece.resolve(present)
+        at_once = (lasting == 0) & np.any(end != present, axis=0)
+        condition, lost = _apply(points, piece.controls, end, condition, at_once)
+        ramp = Ramp.between(piece.controls, np.where(at_once, end, present), end, lasting)
+        condition, status = _traverse(_system(points, ramp, alike), condition, lasting, rtol, None, None)
+        status = np.where(lost, Status.STEP_VANISHED, status)
+        if status.any():
+            raise NumericsError(
+                f"the prestretch of case {int(np.argmax(status > 0))} cannot be computed: {REASONS[Status(int(status.max()))]}"
+            )
+    damper = condition.log_squared_stretch[:, None]
+    condition = replace(condition, internal=np.concatenate((condition.internal, damper), axis=1), time=np.zeros_like(duration))
+    return Film(damped(points), condition, alike)
+
+
+def programme(
+    film: Film, pieces: Sequence[Piece], watch: Watch, *, rtol: float, trace: Trace | None = None
+) -> tuple[Floats, NDArray[np.intp]]:
+    """Run films through a voltage programme: how far each came, in s, and its `Status`: completed, stopped by `watch`, or given up."""
+    points, condition = film.points, film.condition
+    status = np.zeros(condition.time.size, dtype=np.intp)
+    for index, piece in enumerate(pieces):
+        present = _prescribed(condition, piece.controls)
+        end, duration = piece.resolve(present)
+        alive = status == Status.COMPLETED
+        at_once = alive & (duration == 0) & np.any(end != present, axis=0)
+        condition = _at_once(points, piece, present, end, condition, at_once, watch, status)
+        ramp = Ramp.between(piece.controls, np.where(duration == 0, end, present), end, duration)
+        system = _system(points, ramp, film.alike)
+        state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
+        alive = status == Status.COMPLETED
+        watch.begin(system, state, condition.time, alive)
+        piece_trace = None if trace is None else trace.pieces[index]
+        if piece_trace is not None:
+            piece_trace.start(system, state, alive)
+        status[alive & watch.done] = Status.STOPPED
+        alive = status == Status.COMPLETED
+        condition, ended = _traverse(system, condition, np.where(alive, duration, 0.0), rtol, watch, piece_trace)
+        status = np.where(alive, ended, status)
+        watch.finish(system)
+    return condition.time, status
+
+
+def _at_once(
+    points: Points,
+    piece: Piece,
+    present: Floats,
+    end: Floats,
+    condition: Condition,
+    at_once: NDArray[np.bool_],
+    watch: Watch,
+    status: NDArray[np.intp],
+) -> Condition:
+    """The condition after a voltage applied at once to some cases. Where the film cannot hold it, that is a pull-in, and the damper holds it first."""
+    some = np.flatnonzero(at_once)
+    if not some.size:
+        return condition
+    log_squared, nominal, held = connected_jump(
+        points.take(some),
+        piece.controls,
+        present[:, some],
+        end[:, some],
+        condition.internal[:, :, some],
+        condition.log_squared_stretch[:, some],
+    )
+    internal, stretch, stress, field = (
+        x.copy() for x in (condition.internal, condition.log_squared_stretch, condition.nominal_stress, condition.field)
+    )
+    field[some] = end[2, some]
+    stretch[:, some[held]], stress[:, some[held]] = log_squared[:, held], nominal[:, held]
+    internal[:, -1, some[held]] = log_squared[:, held]
+    lost = some[~held]
+    if lost.size:
+        watch.note(Kind.PULL_IN, lost, condition.time[lost], field[lost], stretch[:, lost])
+        log_squared, nominal, found = jump(points.take(lost), piece.controls, end[:, lost], internal[:, :, lost], stretch[:, lost])
+        status[lost[~found]] = Status.STEP_VANISHED
+        stretch[:, lost[found]], stress[:, lost[found]] = log_squared[:, found], nominal[:, found]
+    return Condition(internal, stretch, stress, field, condition.time)
+
+
+def connected_jump(
+    points: Points, controls: tuple[Control, Control], present: Floats, end: Floats, internal: Floats, log_squared_stretch: Floats
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """As `jump`, but with the damper left out, and only to the equilibrium that the present one leads to as the load grows from `present` to `end`.
+
+    The load (3, cases) is applied in shares so small that the film never moves far.
+    """
+    modulus = points.modulus.copy()
+    modulus[-1] = 0.0
+    bare = replace(points, modulus=modulus)
+    count = end.shape[1]
+    log_squared, nominal = log_squared_stretch.copy(), np.zeros_like(log_squared_stretch)
+    reached, share = np.zeros(count), np.ones(count)
+    going = np.arange(count)
+    while going.size:
+        wanted = np.minimum(reached[going] + share[going], 1.0)
+        load = present[:, going] + wanted * (end - present)[:, going]
+        load[2] = np.sqrt((1 - wanted) * present[2, going] ** 2 + wanted * end[2, going] ** 2)
+        pair = np.resize(going, max(2, going.size))  # numbers in a lone column round differently
+        load = load[:, np.resize(np.arange(going.size), pair.size)]
+        moved, stress, found = jump(bare.take(pair), controls, load, internal[:, :, pair], log_squared[:, pair])
+        moved, stress, found = moved[:, : going.size], stress[:, : going.size], found[: going.size]
+        near = found & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= NUDGE)
+        there = going[near]
+        log_squared[:, there], nominal[:, there], reached[there] = moved[:, near], stress[:, near], wanted[near]
+        share[going] = np.where(near, 2 * share[going], 0.5 * share[going])
+        going = going[(reached[going] < 1) & (share[going] >= SMALLEST_SHARE)]
+    return log_squared, nominal, reached >= 1
+
+
+def _system(points: Points, ramp: Ramp, alike: bool) -> Films:
+    """The equations under one smooth piece of load."""
+    return SymmetricPoints(points, ramp, EQUIBIAXIAL) if alike else LoadedPoints(points, ramp)
+
+
+def _traverse(
+    system: Films, condition: Condition, duration: Floats, rtol: float, watch: Watch | None, trace: PieceTrace | None
+) -> tuple[Condition, NDArray[np.intp]]:
+    """The condition after a smooth piece of load, and each case's status."""
+    if not duration.any():
+        return condition, np.zeros(duration.size, dtype=np.intp)
+
+    def observe(stride: Stride) -> NDArray[np.bool_] | None:
+        if trace is not None:
+            trace(stride)
+        return watch(stride) if watch is not None else None
+
+    state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
+    result = integrate(system, state, duration, rtol=rtol, observe=observe)
+    driven = system.load.value(result.time)
+    log_squared, nominal = system.membrane(result.state, driven)
+    reached = Condition(system.internal(result.state), log_squared, nominal, driven[2], condition.time + result.time)
+    return reached, result.status

@@ -1,0 +1,172 @@
+"""What a user says of films under voltage, checked and laid out case by case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.gent import Floats
+from dielast.load import Control
+from dielast.material import Breakdown, Material
+from dielast.point import Points
+from dielast.simulate.film import Film, prestretch
+
+Prestretch = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]
+
+BOUNDARIES = {"dead-load": Control.STRESS, "clamped": Control.STRETCH}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Setup:
+    """Films before they are stretched: `prestretch` of both axes (cases,), None for an axis left free; `ramp` (cases,) the time in s that takes."""
+
+    points: Points
+    temperature: Floats
+    thickness: float
+    prestretch: tuple[Floats | None, Floats | None]
+    ramp: Floats
+    relax: float
+    controls: tuple[Control, Control]
+    breakdown_field: Floats
+
+    def groups(self) -> list[NDArray[np.intp]]:
+        """Cases whose axes are alike, which run with one unknown a spring, and the others; so that no case depends on what it runs with."""
+        first, second = self.prestretch
+        one_boundary = self.controls[0] is self.controls[1]
+        if first is None or second is None or not one_boundary:
+            return [np.arange(self.temperature.size)]
+        alike = first == second
+        return [group for group in (np.flatnonzero(alike), np.flatnonzero(~alike)) if group.size]
+
+    def film(self, cases: NDArray[np.intp], rtol: float) -> Film:
+        """Some of the films, one of `groups`, stretched and relaxed."""
+        first, second = (None if axis is None else axis[cases] for axis in self.prestretch)
+        alike = first is not None and second is not None and bool(np.all(first == second)) and self.controls[0] is self.controls[1]
+        return prestretch(self.points.take(cases), (first, second), self.ramp[cases], self.relax, alike=alike, rtol=rtol)
+
+
+def set_up(
+    material: Material | Sequence[Material],
+    prestretch: Prestretch,
+    *,
+    spanning: Sequence[ArrayLike],
+    thickness: float,
+    prestretch_rate: ArrayLike | None,
+    relax: float,
+    boundary: str | tuple[str, str],
+    temperature: ArrayLike | None,
+    breakdown_field: ArrayLike | Breakdown | None,
+    breakdown_needed: bool,
+    rtol: float,
+) -> Setup:
+    """Arguments as in `actuate`; the cases are as many as the longest of them and of the arrays in `spanning`. Raises `InputError`."""
+    materials = [material] if isinstance(material, Material) else list(material)
+    axes = list(prestretch) if isinstance(prestretch, tuple) else [prestretch, prestretch]
+    if len(axes) != 2:
+        raise InputError(f"a prestretch of {len(axes)} values: a pair, one for each axis, is needed")
+    if temperature is None:
+        temperature = [each.reference_temperature for each in materials]
+    _check(materials, thickness, relax, rtol)
+    field = breakdown_field if isinstance(breakdown_field, Breakdown) or breakdown_field is None else np.asarray(breakdown_field, dtype=float)
+    given = [*axes, temperature, prestretch_rate, None if isinstance(field, Breakdown) else field, *spanning]
+    sizes = {np.size(value) for value in given if value is not None} | {len(materials)}
+    sizes.discard(1)
+    if len(sizes) > 1:
+        raise InputError(f"arrays of {' and '.join(map(str, sorted(sizes)))} values do not make one set of cases")
+    cases = sizes.pop() if sizes else 1
+    first, second = (None if axis is None else _spread(axis, cases, "prestretch") for axis in axes)
+    for axis in (first, second):
+        if axis is not None and np.any(axis < 1):
+            raise InputError(f"prestretch {float(axis.min()):g}: it must not be below 1 (1 is undeformed)")
+    temperatures = _spread(temperature, cases, "temperature")
+    return Setup(
+        Points.of(materials, temperatures, rtol),
+        temperatures,
+        thickness,
+        (first, second),
+        _ramp(first, second, prestretch_rate, cases),
+        relax,
+        _controls(boundary),
+        _breakdown_field(materials, field, first, second, cases, breakdown_needed),
+    )
+
+
+def _check(materials: Sequence[Material], thickness: float, relax: float, rtol: float) -> None:
+    """`InputError` for a number that makes no sense."""
+    if not materials:
+        raise InputError("a material is needed")
+    for each in materials:
+        if not each.permittivity:
+            raise InputError(f"material {each.name!r} has no permittivity, which a film under voltage needs")
+    if not (np.isfinite(thickness) and thickness > 0):
+        raise InputError(f"thickness {thickness:g} m: it must be positive")
+    if not (np.isfinite(relax) and relax >= 0):
+        raise InputError(f"relaxation for {relax:g} s: it must not be negative")
+    if not 1e-12 <= rtol <= 0.1:
+        raise InputError(f"rtol {rtol:g} is not between 1e-12 and 0.1")
+
+
+def _ramp(first: Floats | None, second: Floats | None, rate: ArrayLike | None, cases: int) -> Floats:
+    """Time in s (cases,) that the prestretch takes at a `rate` of the larger axis."""
+    if rate is None:
+        return np.zeros(cases)
+    rates = _spread(rate, cases, "prestretch rate")
+    if np.any(rates <= 0):
+        raise InputError(f"prestretch rate {float(rates.min()):g} /s: it must be positive")
+    return np.asarray(np.max([axis - 1 for axis in (first, second) if axis is not None], axis=0, initial=0.0) / rates)
+
+
+def _controls(boundary: str | tuple[str, str]) -> tuple[Control, Control]:
+    """What is prescribed along each axis under voltage."""
+    names = (boundary, boundary) if isinstance(boundary, str) else tuple(boundary)
+    if len(names) != 2 or any(name not in BOUNDARIES for name in names):
+        raise InputError(f"boundary {boundary!r}: dead-load or clamped is needed, or one of them for each axis")
+    return BOUNDARIES[names[0]], BOUNDARIES[names[1]]
+
+
+def _breakdown_field(
+    materials: Sequence[Material], field: Floats | Breakdown | None, first: Floats | None, second: Floats | None, cases: int, needed: bool
+) -> Floats:
+    """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
+    if isinstance(field, np.ndarray):
+        fields = _spread(field, cases, "breakdown field")
+        if np.any(fields <= 0):
+            raise InputError(f"breakdown field {float(fields.min()):g} V/m: it must be positive")
+        return fields
+    # an axis left free keeps the area of uniaxial stress
+    wide = first if first is not None else second
+    area = np.ones(cases) if wide is None else (first * second if first is not None and second is not None else np.sqrt(wide))
+    equibiaxial = np.sqrt(area)
+    fields = np.full(cases, np.inf)
+    for index, each in enumerate(materials):
+        own = slice(None) if len(materials) == 1 else slice(index, index + 1)
+        known = field or each.breakdown
+        if known is not None:
+            fields[own] = breakdown_at(known, equibiaxial[own])
+        elif needed:
+            raise InputError(f"a breakdown field is needed: material {each.name!r} has none, and none is given")
+    return fields
+
+
+def breakdown_at(breakdown: Breakdown, prestretch: Floats) -> Floats:
+    """Breakdown field in V/m at equibiaxial prestretches of any shape; `InputError` where it is not known."""
+    known = np.asarray(breakdown.prestretch)
+    if known.size > 1:
+        outside = (prestretch < known[0] * (1 - 1e-9)) | (prestretch > known[-1] * (1 + 1e-9))
+        if np.any(outside):
+            raise InputError(
+                f"the breakdown field is known for prestretches of {known[0]:g} to {known[-1]:g}, not of {float(prestretch[outside][0]):g}"
+            )
+    return np.asarray(np.interp(prestretch, known, breakdown.field))
+
+
+def _spread(value: ArrayLike, cases: int, name: str) -> Floats:
+    """One finite number for each case."""
+    array = np.asarray(value, dtype=float)
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"every {name} must be finite")
+    return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))

@@ -1,0 +1,131 @@
+"""Pull-in: when a film under voltage ceases to be in stable equilibrium (Eqs. 9 and 10 of DOI 10.1115/1.4030850).
+
+The 3x3 Hessian of the free energy in (lambda_1, lambda_2, D~), D~ the nominal charge density, is singular where the 2x2 tangent ds_i/dlambda_j
+at fixed nominal field V/L_3 is: its determinant is that of the tangent times d2W/dD~2 = 1/(eps lambda_1^2 lambda_2^2). An axis that is clamped
+cannot move and drops out. In logarithmic stretches the tangent is
+
+    T_ij = sum mu K_ij - 2 eps E^2 - s_i lambda_i delta_ij,    ds_i/dlambda_j = T_ij / (lambda_i lambda_j).
+
+Taken literally every branch is frozen. Watched for a time theta, a branch holds on to exp(-theta/tau) of its stiffness only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dielast import kinematics
+from dielast.errors import InputError
+from dielast.gent import Floats, Gent
+from dielast.load import Control
+from dielast.point import Points
+
+HOLD = 1e4  # modulus of the damper, over the equilibrium spring's
+HASTE = 1e-10  # its relaxation time, over the fastest of the film's own
+
+
+@dataclass(frozen=True, slots=True)
+class TimeScale:
+    """The time theta for which a disturbance is watched: a `share` of the time since the voltage programme began, and `seconds` on top."""
+
+    share: float = 0.01
+    seconds: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.share) and self.share >= 0):
+            raise InputError(f"pull-in time scale {self.share:g}: a share of the time must be finite and not negative")
+        if not (np.isfinite(self.seconds) and self.seconds >= 0):
+            raise InputError(f"pull-in time scale {self.seconds:g} s: it must be finite and not negative")
+
+    @classmethod
+    def fraction(cls, share: float) -> TimeScale:
+        """A fraction of the time since the voltage programme began."""
+        return cls(share, 0.0)
+
+    @classmethod
+    def fixed(cls, seconds: float) -> TimeScale:
+        """The same time in s throughout; 0 is the criterion of Eq. 9 to the letter."""
+        return cls(0.0, seconds)
+
+    @property
+    def literal(self) -> bool:
+        """Whether every branch counts as frozen."""
+        return self.share == 0 and self.seconds == 0
+
+    def weight(self, points: Points, time: Floats) -> Floats:
+        """What each spring holds on to, exp(-theta/tau) (n, cases), at `time` (cases,) in s since the voltage programme began."""
+        if self.literal:
+            return np.ones_like(points.rate)
+        return np.exp(points.rate * (-3 * (self.share * time + self.seconds)))
+
+
+ONE_PERCENT = TimeScale.fraction(0.01)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stability:
+    """The `determinant` of ds_i/dlambda_j (cases,) in Pa^2 (Pa with one axis clamped, 1 with both), and the `margin`: the same determinant over that of
+    the springs alone, which is 1 in a film without load, 0 at pull-in, and negative where no equilibrium is stable.
+    """
+
+    determinant: Floats
+    margin: Floats
+
+
+def stability(
+    points: Points,
+    weighted_modulus: Floats,
+    controls: tuple[Control, Control],
+    internal: Floats,
+    log_squared_stretch: Floats,
+    nominal_stress: Floats,
+    field: Floats,
+) -> Stability:
+    """Stability at x (2, n, cases), Lambda and nominal stress (2, cases), and nominal field (cases,) in V/m.
+
+    `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to.
+    """
+    half = kinematics.tangent(points.law, points.springs(internal, log_squared_stretch))[1]
+    springs = 2 * np.einsum("nm,cnm->cm", weighted_modulus, half)
+    maxwell = 2 * points.maxwell_stress(log_squared_stretch, field)
+    stretch = np.exp(0.5 * log_squared_stretch)
+    k11, k12, k22 = springs
+    t11, t22 = k11 - maxwell - nominal_stress[0] * stretch[0], k22 - maxwell - nominal_stress[1] * stretch[1]
+    free = [control is Control.STRESS for control in controls]
+    if all(free):
+        determinant, whole = t11 * t22 - (k12 - maxwell) ** 2, k11 * k22 - k12 * k12
+        scale = np.square(stretch[0] * stretch[1])
+        determinant = np.where((t11 < 0) & (determinant > 0), -determinant, determinant)  # unstable in both directions
+    elif free[0] or free[1]:
+        axis = 0 if free[0] else 1
+        determinant, whole, scale = (t11, t22)[axis], (k11, k22)[axis], np.square(stretch[axis])
+    else:
+        determinant = whole = scale = np.ones_like(maxwell)
+    return Stability(determinant / scale, determinant / whole)
+
+
+def damped(points: Points) -> Points:
+    """The same points with one spring more, the last: a branch so fast and so stiff that it acts only where the film has no equilibrium.
+
+    There the film's other springs, frozen, cannot hold the load, and the equations would lose their index; with the damper the film runs away within
+    some 1e-10 of its fastest relaxation time, on the path that a real film's fastest processes would let it take.
+    """
+    slowest_first = points.rate.max(axis=0)
+    rate = np.where(slowest_first > 0, slowest_first, 1.0) / HASTE
+    modulus = np.maximum(HOLD * points.modulus[0], points.modulus.sum(axis=0))
+    law = points.law
+    if isinstance(law, Gent):
+        limits = np.asarray(law.J_lim)
+        law = (
+            Gent(np.concatenate((limits, np.full((1, *limits.shape[1:]), np.inf))))
+            if limits.ndim == 2 and limits.shape[0] > 1
+            else law
+        )
+    return Points(
+        np.concatenate((points.modulus, modulus[None])),
+        np.concatenate((points.rate, rate[None])),
+        law,
+        points.permittivity,
+        points.stress_floor,
+    )

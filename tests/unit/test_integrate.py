@@ -1,0 +1,162 @@
+"""The stepper and its method, on problems small enough to know the answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from dielast.integrate import Status, Stride, integrate
+from dielast.rosenbrock import RODAS5P
+
+
+def butcher() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """b, alpha and beta = alpha + Gamma of the method in its textbook form."""
+    method = RODAS5P
+    gamma = np.linalg.inv(np.eye(method.stages) / method.gamma - method.c)
+    weights = method.a[-1] + np.eye(method.stages)[-1]
+    return weights @ gamma, method.a @ gamma, method.a @ gamma + gamma
+
+
+def test_coefficients_meet_the_order_conditions() -> None:
+    b, alpha, beta = butcher()
+    a, t = alpha.sum(axis=1), beta.sum(axis=1)
+    one = np.ones_like(b)
+    # Hairer and Wanner, Solving ODEs II, table IV.7.1, trees up to order 4, and the quadrature and tall tree of order 5
+    for value, wanted in (
+        (b @ one, 1.0),
+        (b @ t, 1 / 2),
+        (b @ a**2, 1 / 3),
+        (b @ beta @ t, 1 / 6),
+        (b @ a**3, 1 / 4),
+        (b @ (a * (alpha @ t)), 1 / 8),
+        (b @ beta @ a**2, 1 / 12),
+        (b @ beta @ beta @ t, 1 / 24),
+        (b @ a**4, 1 / 5),
+        (b @ beta @ beta @ beta @ t, 1 / 120),
+    ):
+        assert value == pytest.approx(wanted, abs=1e-12)
+    assert a == pytest.approx(RODAS5P.alpha, abs=1e-12)
+    assert (beta - alpha).sum(axis=1) == pytest.approx(RODAS5P.gamma_i, abs=1e-12)
+
+
+def test_the_method_is_stiffly_accurate_and_damps_completely() -> None:
+    b, _, beta = butcher()
+    assert b == pytest.approx(beta[-1], abs=1e-12)
+    assert np.array_equal(RODAS5P.adds_last, [False] * 6 + [True] * 2)
+    z = -1e8
+    amplification = 1 + z * b @ np.linalg.solve(np.eye(b.size) - z * beta, np.ones(b.size))
+    assert abs(amplification) < 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Oscillating:
+    """y' = -k (y - z) + cos t and 0 = z^3 + z - sin(t)^3 - sin(t): y = z = sin t, of index 1, stiff for large k."""
+
+    stiffness: np.ndarray
+
+    def take(self, cases: np.ndarray) -> Oscillating:
+        return Oscillating(self.stiffness[cases])
+
+    def error(self, state: np.ndarray, increment: np.ndarray) -> np.ndarray:
+        return np.max(np.abs(increment), axis=0)
+
+    def linearise(self, time: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> Linear:
+        return Linear(self, time, state, step, gamma)
+
+
+class Linear:
+    def __init__(self, system: Oscillating, time: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> None:
+        self.k, self.step, self.gamma = system.stiffness, step, gamma
+        self.slope = 3 * state[1] ** 2 + 1
+        self.rates = -np.sin(time), -(3 * np.sin(time) ** 2 + 1) * np.cos(time)
+
+    def increment(self, time: np.ndarray, state: np.ndarray, history: np.ndarray | None, gamma_i: float) -> np.ndarray:
+        y, z = state
+        algebraic = z**3 + z - np.sin(time) ** 3 - np.sin(time) + self.step * gamma_i * self.rates[1]
+        u_z = -algebraic / self.slope
+        right = self.step * (-self.k * (y - z) + np.cos(time)) + self.step**2 * gamma_i * self.rates[0]
+        right = right if history is None else right + history[0]
+        return np.stack(((right + self.step * self.k * u_z) / (1 / self.gamma + self.step * self.k), u_z))
+
+
+def solve_with_fixed_steps(count: int, stiffness: float) -> tuple[float, float]:
+    """Largest errors at the ends of equal steps over 2 s, and within them."""
+    system = Oscillating(np.full(1, stiffness))
+    step, state = np.full(1, 2.0 / count), np.zeros((2, 1))
+    ends, within = 0.0, 0.0
+    for number in range(count):
+        time = number * step
+        linear, increments = system.linearise(time, state, step, RODAS5P.gamma), []
+        for i in range(RODAS5P.stages):
+            stage = state + sum((a * u for a, u in zip(RODAS5P.a[i], increments, strict=False)), np.zeros((2, 1)))
+            history = sum((c * u for c, u in zip(RODAS5P.c[i], increments, strict=False)), np.zeros((2, 1))) if i else None
+            increments.append(linear.increment(time + RODAS5P.alpha[i] * step, stage, history, RODAS5P.gamma_i[i]))
+        after = stage + increments[-1]
+        stride = Stride(
+            system, RODAS5P, np.zeros(1, int), np.ones(1, bool), time, step, time + step, state, after, np.array(increments)
+        )
+        fractions = np.linspace(0.1, 0.9, 9)
+        dense = stride.dense(slice(None), np.zeros(9, int), fractions)
+        within = max(within, float(np.max(np.abs(dense - np.sin(time + fractions * step)))))
+        state = after
+        ends = max(ends, float(np.max(np.abs(state - np.sin(time + step)))))
+    return ends, within
+
+
+def test_measured_order_of_steps_and_of_dense_output() -> None:
+    errors = np.array([solve_with_fixed_steps(count, 1.0) for count in (8, 16, 32)])
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert np.all(orders[:, 0] > 4.7)  # order 5
+    assert np.all(orders[:, 1] > 3.8)  # order 4
+
+
+def test_order_on_a_stiff_problem() -> None:
+    errors = np.array([solve_with_fixed_steps(count, 1e5) for count in (8, 16, 32)])
+    assert np.all(np.log2(errors[:-1] / errors[1:]) > 3.5)
+
+
+def test_tolerance_and_status_of_many_cases() -> None:
+    stiffness = np.geomspace(1e-2, 1e6, 50)
+    duration = np.linspace(0.0, 5.0, 50)
+    result = integrate(Oscillating(stiffness), np.zeros((2, 50)), duration, rtol=1e-8, pool=7)
+    assert np.all(result.status == Status.COMPLETED)
+    assert np.array_equal(result.time, duration)
+    assert result.state == pytest.approx(np.stack((np.sin(duration),) * 2), abs=3e-8)
+
+
+def test_an_observer_may_stop_a_case() -> None:
+    def stop(stride: Stride) -> np.ndarray:
+        return stride.after[0] > 0.5
+
+    result = integrate(Oscillating(np.ones(3)), np.zeros((2, 3)), np.array([0.1, 2.0, 3.0]), rtol=1e-6, observe=stop)
+    assert result.status.tolist() == [Status.COMPLETED, Status.STOPPED, Status.STOPPED]
+    assert np.all(result.state[0, 1:] > 0.5)
+    assert np.all(result.time[1:] < 2.0)
+
+
+def test_a_solution_that_ceases_to_exist_is_reported_where_it_does() -> None:
+    class Explosion(Oscillating):
+        def linearise(self, time: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> Blow:
+            return Blow(state, step, gamma)
+
+        def take(self, cases: np.ndarray) -> Explosion:
+            return Explosion(self.stiffness[cases])
+
+        def error(self, state: np.ndarray, increment: np.ndarray) -> np.ndarray:
+            return np.max(np.abs(increment / state), axis=0)
+
+    class Blow:
+        """y' = y^2, which is infinite at 1/y(0)."""
+
+        def __init__(self, state: np.ndarray, step: np.ndarray, gamma: float) -> None:
+            self.matrix, self.step = 1 / gamma - step * 2 * state, step
+
+        def increment(self, time: np.ndarray, state: np.ndarray, history: np.ndarray | None, gamma_i: float) -> np.ndarray:
+            return (self.step * state**2 + (0.0 if history is None else history)) / self.matrix
+
+    result = integrate(Explosion(np.ones(2)), np.array([[1.0, 0.1]]), np.array([5.0, 5.0]), rtol=1e-8)
+    assert result.status.tolist() == [Status.STEP_VANISHED, Status.COMPLETED]
+    assert result.time[0] == pytest.approx(1.0, rel=1e-6)
+    assert result.state[0, 1] == pytest.approx(0.2, rel=1e-6)

@@ -1,0 +1,119 @@
+"""Load histories: what a step means, and what is wrong with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dielast.errors import InputError
+from dielast.gent import Gent
+from dielast.load import Control, Ramp, Step, case_count, pieces, table
+from dielast.material import Material
+from dielast.prony import Spectrum
+from dielast.shift import NoShift
+from dielast.simulate.creep import creep
+from dielast.simulate.relax import relax
+
+SOLID = Material("one", 26e3, Spectrum([10.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0))
+
+
+@pytest.mark.parametrize(
+    ("mode", "controls", "second"),
+    [
+        ("uniaxial", (Control.STRETCH, Control.STRESS), 0.0),
+        ("equibiaxial", (Control.STRETCH, Control.STRETCH), 2.0),
+        ("pure-shear", (Control.STRETCH, Control.STRETCH), 1.0),
+    ],
+)
+def test_a_mode_says_what_a_value_means(mode: str, controls: tuple[Control, Control], second: float) -> None:
+    (piece,) = pieces([Step(stretch=2.0, rate=0.5)], mode, 1)
+    assert piece.controls == controls
+    assert piece.target[1] == second
+    end, duration = piece.resolve(np.array([[1.0], [second if mode == "uniaxial" else 1.0], [0.0]]))
+    assert (end[0], duration) == (2.0, 2.0)
+
+
+def test_a_hold_keeps_what_the_step_before_prescribed() -> None:
+    first, hold = pieces([Step(stress=(None, 1e4), stretch=(1.5, None), duration=1.0), Step.hold(5.0)], "equibiaxial", 1)
+    assert hold.controls == first.controls
+    assert hold.target == (None, None, None)
+
+
+def test_values_may_differ_from_case_to_case() -> None:
+    steps = [Step(stretch=[1.5, 2.0, 3.0], rate=[0.1, 1.0, 10.0]), Step.hold(1.0)]
+    assert case_count(steps, 20.0) == 3
+    history = relax(SOLID, steps)
+    assert history.stretch_1[:, -1] == pytest.approx([1.5, 2.0, 3.0])
+    assert history.time[:, -1] == pytest.approx([6.0, 2.0, 1.2])
+    with pytest.raises(InputError, match="do not make one set of cases"):
+        relax(SOLID, steps, temperature=[10.0, 20.0])
+
+
+def test_a_table_is_followed_in_straight_lines() -> None:
+    time, stretch = np.array([0.0, 1.0, 3.0, 4.0]), np.array([1.0, 1.5, 1.5, 1.2])
+    history = relax(SOLID, table(time, stretch=stretch), times=np.linspace(0, 4, 17))
+    assert history.stretch_1[0] == pytest.approx(np.interp(np.linspace(0, 4, 17), time, stretch), rel=1e-12)
+
+
+def test_cycles_unload_with_a_negative_rate() -> None:
+    history = relax(SOLID, 3 * [Step(stretch=2.0, rate=1.0), Step(stretch=1.0, rate=-1.0)])
+    assert history.completed
+    assert history.time[0, -1] == pytest.approx(6.0)
+    assert history.nominal_stress_1[0, -1] < 0
+
+
+def test_a_ramp_between_two_states() -> None:
+    ramp = Ramp.between((Control.STRESS, Control.STRESS), np.zeros((3, 2)), np.ones((3, 2)), np.array([0.0, 2.0]))
+    assert ramp.value(np.array([0.0, 1.0])).tolist() == [[0.0, 0.5]] * 3
+    assert not ramp.constant
+    assert ramp.electric
+
+
+@pytest.mark.parametrize(
+    ("steps", "message"),
+    [
+        ([], "at least one step"),
+        ([Step(stretch=0.0)], "step 0: stretch 0: it must be positive"),
+        ([Step(stretch=2.0, rate=0.0)], "step 0: rate 0 never reaches"),
+        ([Step(stretch=2.0, rate=1.0), Step(stretch=1.0, rate=1.0)], "step 1: rate 1 leads away from the target"),
+        ([Step(stretch=2.0, rate=1.0, duration=1.0)], "step 0: a rate or a duration"),
+        ([Step(stretch=2.0, stress=1e4)], "step 0: a stretch or a stress"),
+        ([Step(stretch=(2.0, None))], "step 0: axis 2 needs either a stretch or a stress"),
+        ([Step()], "step 0: a stretch, a stress, or the duration"),
+        ([Step.hold(-1.0)], "step 0: duration -1 s"),
+        ([Step(stretch=np.nan)], "step 0: stretch must be finite"),
+        ([Step(stretch=11.0, rate=1.0)], "step 0: stretch 11 is beyond the Gent limit, J_lim = 110"),
+        ([Step(stretch=9.0)], "step 0: stretch 9 is beyond the Gent limit, J_lim = 55"),
+    ],
+)
+def test_wrong_steps_are_said_to_be_wrong(steps: list[Step], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        relax(SOLID, steps)
+
+
+@pytest.mark.parametrize(
+    ("time", "message"),
+    [
+        ([0.0, 2.0, 1.0], "goes back in time: 1 s follows 2 s"),
+        ([-1.0, 0.0, 1.0], "not negative"),
+        ([0.0, 1.0], "one value for each"),
+    ],
+)
+def test_wrong_tables_are_said_to_be_wrong(time: list[float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        table(time, stress=[0.0, 1.0, 2.0])
+
+
+def test_other_wrong_arguments() -> None:
+    steps = [Step(stress=1e4), Step.hold(1.0)]
+    for arguments, message in (
+        ({"mode": "biaxial"}, "mode 'biaxial' is not one of"),
+        ({"times": [0.5, 2.0]}, "after the end of the history"),
+        ({"times": [0.5, 0.1]}, "must ascend"),
+        ({"times": [-1.0]}, "not negative"),
+        ({"rtol": 0.0}, "rtol 0 is not between"),
+        ({"temperature": np.nan}, "temperature must be finite"),
+        ({"points_per_decade": 0}, "points per decade"),
+    ):
+        with pytest.raises(InputError, match=message):
+            creep(SOLID, steps, **arguments)
