@@ -17,7 +17,8 @@ Index = NDArray[np.intp]
 BINS_PER_DECADE = 20
 POOL = 3  # bins on either side that share one estimate of the scatter
 MIN_FREEDOM = 6  # degrees of freedom below which a scatter is not believed
-SIGNAL_TO_NOISE = 3.0  # a mean modulus below this many standard deviations of one reading is noise floor
+SIGNAL_TO_NOISE = 3.0  # a mean modulus below this many standard deviations of one reading is lost in the noise
+LOW = 0.1  # of a curve's largest modulus: a noise floor lies below
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,14 +55,48 @@ def bin_curves(curve: Index, time: Array, modulus: Array) -> Binned:
     slope = _slope(group, centre, np.log10(np.where(positive, mean, 1.0)), positive)
     detrended = modulus * 10 ** (-slope[owner] * (x - centre[owner]))
     mean = np.add.reduceat(detrended, starts) / count
-    square = np.add.reduceat((detrended - mean[owner]) ** 2, starts)
-    scatter, freedom = _pooled(group, square, count - 1)
-    scatter = _borrowed(group, mean, scatter, freedom >= MIN_FREEDOM)
-    keep = (mean > 0) & (mean >= SIGNAL_TO_NOISE * np.sqrt(scatter))
+    scatter, freedom = _pooled(group, *_scatter(owner, starts, x, detrended))
+    known = freedom >= MIN_FREEDOM
+    scatter = _borrowed(group, mean, scatter, known)
+    keep = (mean > 0) & ~_noise_floor(group, mean, mean < SIGNAL_TO_NOISE * np.sqrt(scatter), known)
     safe = np.where(keep, mean, 1.0)
     variance = scatter / count / (safe * np.log(10)) ** 2
     new_index = np.where(keep, np.cumsum(keep) - 1, -1)
     return Binned(group[keep], centre[keep], np.log10(safe[keep]), variance[keep], new_index[owner])
+
+
+def _scatter(owner: Index, starts: Index, x: Array, y: Array) -> tuple[Array, Index]:
+    """Sum of squared scatter of one reading in each bin, and its degrees of freedom.
+
+    A reading scatters about the line between its two neighbours in the bin, or about its only neighbour: what the modulus truly
+    does within the bin is no noise. Readings at one time are neighbours too.
+    """
+    size = starts.size
+    inner = np.flatnonzero((owner[2:] == owner[:-2])) + 1
+    run = x[inner + 1] - x[inner - 1]
+    share = np.divide(x[inner] - x[inner - 1], run, out=np.full(inner.size, 0.5), where=run > 0)
+    miss = y[inner] - (1 - share) * y[inner - 1] - share * y[inner + 1]
+    square = np.bincount(owner[inner], miss**2 / (1 + (1 - share) ** 2 + share**2), minlength=size)
+    freedom = np.bincount(owner[inner], minlength=size)
+    pairs = starts[np.diff(np.append(starts, x.size)) == 2]
+    square[owner[pairs]] = (y[pairs + 1] - y[pairs]) ** 2 / 2
+    freedom[owner[pairs]] = 1
+    return square, freedom
+
+
+def _noise_floor(group: Index, mean: Array, lost: NDArray[np.bool_], known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Bins that are noise floor: `lost` in measured noise, in a tail of their curve that is low and mostly lost.
+
+    A modulus that decays fast scatters as well, but not about a low level at the end of the curve.
+    """
+    lost = lost & known
+    bounds = np.searchsorted(group, np.arange(group[-1] + 2))
+    low = mean < LOW * np.maximum.reduceat(mean, bounds[:-1])[group]
+    later = bounds[1:][group] - np.arange(group.size)  # bins from this one to the end of its curve
+    total = np.concatenate(([0], np.cumsum(lost)))
+    mostly = 2 * (total[bounds[1:]][group] - total[:-1]) > later
+    begins = np.where(lost & low & mostly, np.arange(group.size), group.size)
+    return lost & low & (np.arange(group.size) >= np.minimum.reduceat(begins, bounds[:-1])[group])
 
 
 def _slope(group: Index, x: Array, y: Array, valid: NDArray[np.bool_]) -> Array:
@@ -89,7 +124,8 @@ def _pooled(group: Index, square: Array, freedom: Index) -> tuple[Array, Index]:
 def _borrowed(group: Index, mean: Array, scatter: Array, known: NDArray[np.bool_]) -> Array:
     """Variance of one reading; where it is not known, borrowed from the nearest later bin of the curve, or else an earlier one.
 
-    The noise may be additive or in proportion to the modulus: the larger of the two is taken. Zero where the whole curve is sparse.
+    Noise may be additive or in proportion to the modulus: going back in time the larger of the two is taken, but going on, to lower
+    moduli, the proportion, as additive noise that nobody has seen would drown the end of the curve. Zero where all is sparse.
     """
     sources = np.flatnonzero(known)
     if sources.size in (0, known.size):
@@ -97,6 +133,8 @@ def _borrowed(group: Index, mean: Array, scatter: Array, known: NDArray[np.bool_
     here = np.arange(group.size)
     later = sources[np.minimum(np.searchsorted(sources, here), sources.size - 1)]
     earlier = sources[np.maximum(np.searchsorted(sources, here, side="right") - 1, 0)]
-    source = np.where(group[later] == group, later, earlier)
-    gain = np.maximum(1.0, mean / np.where(mean[source] > 0, mean[source], np.inf))
+    onwards = group[later] != group
+    source = np.where(onwards, earlier, later)
+    gain = np.abs(mean) / np.where(mean[source] > 0, mean[source], np.inf)
+    gain = np.where(onwards, gain, np.maximum(gain, 1.0))
     return np.where(known, scatter, np.where(group[source] == group, scatter[source] * gain**2, 0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 import re
 import tomllib
 import types
@@ -101,8 +102,8 @@ def _lines(model: type[BaseModel], error: ValidationError) -> list[str]:
             lines.append(prefix + str(context["error"]))
         else:
             needed = _PLAIN.get(problem["type"], problem["msg"]).format(**context)
-            shown = "" if problem["type"] == "missing" else f"{shown(problem['input'])}: "
-            lines.append(prefix + shown + needed)
+            found = "" if problem["type"] == "missing" else f"{shown(problem['input'])}: "
+            lines.append(prefix + found + needed)
     return lines
 
 
@@ -132,6 +133,11 @@ def _path(keys: Sequence[int | str]) -> str:
 
 def _apply(values: dict[str, Any], override: str) -> None:
     """Set one key of the recipe from `PATH=VALUE`; VALUE is TOML, or else text."""
+    try:
+        # bytes that the locale could not read are UTF-8 all the same
+        override = os.fsencode(override).decode()
+    except UnicodeDecodeError:
+        raise InputError(f"--set {override!a}: not UTF-8 text") from None
     path, sign, text = override.partition("=")
     if not sign or not all(path.strip().split(".")):
         raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
