@@ -55,7 +55,7 @@ def bin_curves(curve: Index, time: Array, modulus: Array) -> Binned:
     slope = _slope(group, centre, np.log10(np.where(positive, mean, 1.0)), positive)
     detrended = modulus * 10 ** (-slope[owner] * (x - centre[owner]))
     mean = np.add.reduceat(detrended, starts) / count
-    scatter, freedom = _pooled(group, *_scatter(owner, starts, x, detrended))
+    scatter, freedom = _pooled(group, *_scatter(owner, count, x - centre[owner], detrended - mean[owner]))
     known = freedom >= MIN_FREEDOM
     scatter = _borrowed(group, mean, scatter, known)
     keep = (mean > 0) & ~_noise_floor(group, mean, mean < SIGNAL_TO_NOISE * np.sqrt(scatter), known)
@@ -65,23 +65,18 @@ def bin_curves(curve: Index, time: Array, modulus: Array) -> Binned:
     return Binned(group[keep], centre[keep], np.log10(safe[keep]), variance[keep], new_index[owner])
 
 
-def _scatter(owner: Index, starts: Index, x: Array, y: Array) -> tuple[Array, Index]:
-    """Sum of squared scatter of one reading in each bin, and its degrees of freedom.
+def _scatter(owner: Index, count: Index, away: Array, detrended: Array) -> tuple[Array, Index]:
+    """Sum of squares of the readings' scatter in each bin, and its degrees of freedom; `away` is log time from the bin's centre.
 
-    A reading scatters about the line between its two neighbours in the bin, or about its only neighbour: what the modulus truly
-    does within the bin is no noise. Readings at one time are neighbours too.
+    Where three readings or more allow it, they scatter about a straight line of the bin's own: real decay is no noise.
     """
-    size = starts.size
-    inner = np.flatnonzero((owner[2:] == owner[:-2])) + 1
-    run = x[inner + 1] - x[inner - 1]
-    share = np.divide(x[inner] - x[inner - 1], run, out=np.full(inner.size, 0.5), where=run > 0)
-    miss = y[inner] - (1 - share) * y[inner - 1] - share * y[inner + 1]
-    square = np.bincount(owner[inner], miss**2 / (1 + (1 - share) ** 2 + share**2), minlength=size)
-    freedom = np.bincount(owner[inner], minlength=size)
-    pairs = starts[np.diff(np.append(starts, x.size)) == 2]
-    square[owner[pairs]] = (y[pairs + 1] - y[pairs]) ** 2 / 2
-    freedom[owner[pairs]] = 1
-    return square, freedom
+    size = count.size
+    square = np.bincount(owner, detrended**2, minlength=size)
+    moment = np.bincount(owner, away**2, minlength=size)
+    lined = (count > 2) & (moment > 0)
+    fall = np.bincount(owner, away * detrended, minlength=size) ** 2
+    explained = np.divide(fall, moment, out=np.zeros(size), where=lined)
+    return np.maximum(square - explained, 0.0), count - 1 - lined
 
 
 def _noise_floor(group: Index, mean: Array, lost: NDArray[np.bool_], known: NDArray[np.bool_]) -> NDArray[np.bool_]:
