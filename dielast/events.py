@@ -103,6 +103,7 @@ class Watch:
     breakdown_field: Floats
     timescale: TimeScale
     until: tuple[Kind, ...]
+    tension: bool = True
     happened: Happened = field(init=False)
     _seen: NDArray[np.bool_] = field(init=False)
     _last: Floats = field(init=False)
@@ -120,7 +121,8 @@ class Watch:
         held = [control is Control.STRETCH for control in self.controls]
         self._kinds = [Kind.BREAKDOWN] if np.any(np.isfinite(self.breakdown_field)) else []
         self._kinds += [] if all(held) else [Kind.PULL_IN]
-        self._kinds += [kind for kind, yes in zip((Kind.LOSS_OF_TENSION_1, Kind.LOSS_OF_TENSION_2), held, strict=True) if yes]
+        if self.tension:
+            self._kinds += [kind for kind, yes in zip((Kind.LOSS_OF_TENSION_1, Kind.LOSS_OF_TENSION_2), held, strict=True) if yes]
 
     def reference(self, points: Points, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """The determinant (cases,) of damped points when the programme begins, without voltage."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
-from dielast.gent import Gent
+from dielast.gent import Gent, SpringLaw
 from dielast.prony import Spectrum
 from dielast.shift import ShiftLaw
 
@@ -45,8 +45,8 @@ class Material:
     equilibrium_modulus: float
     spectrum: Spectrum
     shift: ShiftLaw
-    equilibrium_law: Gent = NEO_HOOKEAN
-    nonequilibrium_law: Gent = NEO_HOOKEAN
+    equilibrium_law: SpringLaw = NEO_HOOKEAN
+    nonequilibrium_law: SpringLaw = NEO_HOOKEAN
     permittivity: float | None = None
     breakdown: Breakdown | None = None
 

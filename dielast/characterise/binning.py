@@ -80,7 +80,7 @@ def _scatter(owner: Index, count: Index, away: Array, detrended: Array) -> tuple
 
 
 def _noise_floor(group: Index, mean: Array, lost: NDArray[np.bool_], known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Bins that are noise floor: `lost` in measured noise, in a tail of their curve that is low and mostly lost.
+    """Bins that are noise floor: `lost` in measured noise, in a tail of their curve that is low and half lost or more.
 
     A modulus that decays fast scatters as well, but not about a low level at the end of the curve.
     """
@@ -89,7 +89,7 @@ def _noise_floor(group: Index, mean: Array, lost: NDArray[np.bool_], known: NDAr
     low = mean < LOW * np.maximum.reduceat(mean, bounds[:-1])[group]
     later = bounds[1:][group] - np.arange(group.size)  # bins from this one to the end of its curve
     total = np.concatenate(([0], np.cumsum(lost)))
-    mostly = 2 * (total[bounds[1:]][group] - total[:-1]) > later
+    mostly = 2 * (total[bounds[1:]][group] - total[:-1]) >= later
     begins = np.where(lost & low & mostly, np.arange(group.size), group.size)
     return lost & low & (np.arange(group.size) >= np.minimum.reduceat(begins, bounds[:-1])[group])
 

@@ -20,6 +20,8 @@ PLATEAU_RISE = 0.005  # decades of modulus over a whole curve
 PLATEAU_SLOPE = 0.05  # decades of modulus per decade of time,
 LAST_STRETCH = 0.5  # over this stretch of log time at the long end
 OFFSET = 0.01  # decades
+ROBUST_ROUNDS = 8
+TRUSTED = 2.5  # standard deviations beyond which a point loses weight
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,13 +57,20 @@ def find_undetermined(temperature: Array, points: Points, fit: MasterFit, vertic
 
 
 def _significance(x: Array, y: Array, degree: int) -> float:
-    """The highest coefficient of a polynomial through the points, in standard errors."""
+    """The highest coefficient of a polynomial through the points, in standard errors; outliers count for little (Huber's weights)."""
     if x.size < degree + 2:
         return 0.0
     z = (x - np.mean(x)) / max(float(np.ptp(x)), 1e-300)
-    basis = np.linalg.qr(np.vander(z, degree + 1, increasing=True))[0]
-    part = basis.T @ y
-    variance = float(np.sum((y - basis @ part) ** 2)) / (x.size - degree - 1)
+    vander = np.vander(z, degree + 1, increasing=True)
+    weight = np.ones(x.size)
+    for k in range(ROBUST_ROUNDS + 1):
+        basis, triangle = np.linalg.qr(vander * np.sqrt(weight)[:, None])
+        part = basis.T @ (y * np.sqrt(weight))
+        rest = y - vander @ np.linalg.solve(triangle, part)
+        if k < ROBUST_ROUNDS:
+            typical = max(float(np.median(np.abs(rest))) / 0.6745, 1e-14)
+            weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-300)) ** 2)
+    variance = float(np.sum(weight * rest**2)) / max(float(np.sum(weight)) - degree - 1, 1.0)
     return float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
 
 
@@ -80,9 +89,12 @@ def warn_if_no_plateau(curve: Spline) -> None:
     stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
     slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
     if abs(slope) > PLATEAU_SLOPE:
+        said = "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound"
+        if slope > 0:
+            said = "a relaxing modulus does not rise, and the equilibrium modulus, its last value, is not to be trusted"
         warn(
             f"the master curve has no plateau at its long end, where it changes by {slope:.2g} decades of modulus per decade of "
-            "time: its equilibrium modulus is only the last value"
+            f"time: {said}"
         )
 
 

@@ -20,6 +20,7 @@ from dielast.characterise.binning import Binned, bin_curves
 from dielast.characterise.doubt import Undetermined, find_undetermined, warn_if_no_plateau, warn_if_offset, warn_if_rising
 from dielast.characterise.gather import Gathered, RelaxationCurve, gather
 from dielast.characterise.masterfit import MasterFit, Points, fit_master
+from dielast.characterise.misfit import warn_if_misfit
 from dielast.characterise.overlap import starting_shifts
 from dielast.characterise.shiftfit import LawName, ShiftFit, fit_shift_law
 from dielast.errors import InputError, warn
@@ -126,6 +127,7 @@ def build_master_curve(
     start = starting_shifts(temperature, binned.curve, binned.log_time, log_modulus, anchor)
     points = Points(binned.curve, binned.log_time, log_modulus, binned.variance, temperature.size)
     fit = fit_master(points, start, anchor, vertical == "free")
+    warn_if_misfit(temperature, fit.misfit, vertical == "free")
     warn_if_offset(fit.offset_spread)
     undetermined = find_undetermined(temperature, points, fit, vertical == "free")
     return _finish(data, binned, imposed, fit, undetermined, anchor, law, reference)
@@ -148,8 +150,9 @@ def _check_usable(data: Gathered, binned: Binned) -> None:
         raise InputError(
             f"{data.temperature[k]:g} degC: only {used[k]} distinct points in log time{floor}; at least {MIN_BINS} are needed"
         )
-    for k in np.flatnonzero(dropped):
-        warn(f"{data.temperature[k]:g} degC: {dropped[k]} points in the noise floor are left out")
+    if np.any(dropped):
+        where = ", ".join(f"{data.temperature[k]:g} degC ({dropped[k]})" for k in np.flatnonzero(dropped))
+        warn(f"points at the long end of curves that are lost in noise are left out: {where}")
 
 
 def _steepest(curves: int, curve: NDArray[np.intp], log_modulus: Array) -> int:

@@ -10,11 +10,12 @@ unknown spread.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.characterise.misfit import PARTS, Misfit, find_misfit
 from dielast.characterise.robust import Weights, even_weights, noise_shares, robust_weights
 from dielast.characterise.spline import Spline, gram, roughness, spline_basis
 
@@ -26,6 +27,7 @@ MAX_STEP = 0.5  # decades a shift may move in one iteration
 CONVERGED = 0.01  # standard errors
 ITERATIONS = 40
 EXPECTATIONS = 4
+JACKKNIFE_STEPS = 3
 NEGLIGIBLE = 1e-3  # decades of modulus: offsets of 0.2 % are below what a spline on few points can tell
 
 
@@ -44,7 +46,8 @@ class Points:
 class MasterFit:
     """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curve and the residuals (n,).
 
-    `offset_spread` is the standard deviation, in decades of modulus, of the vertical offsets that were allowed for but not applied.
+    `offset` (m,), in decades of modulus, are vertical offsets that were allowed for but not applied, `offset_spread` their standard
+    deviation. `misfit` is what the curves miss beyond noise.
     """
 
     shift: Array
@@ -52,7 +55,9 @@ class MasterFit:
     covariance: Array
     spline: Spline
     residual: Array
+    offset: Array
     offset_spread: float
+    misfit: Misfit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,13 +102,33 @@ def fit_master(points: Points, start: Array, anchor: int, vertical: bool) -> Mas
         spread = _offset_spread(points, state, everything, anchor)
         if spread > NEGLIGIBLE:
             state, prior, spread = _fit_offsets(points, state, theta, spread, anchor)
+    misfit = find_misfit(points.curve, points.log_time, state.residual)
     covariance = np.zeros((2 * m, 2 * m))
     covariance[np.ix_(prior.free, prior.free)] = np.linalg.inv(state.normal) * _correlation(points, state)
+    if misfit.matters:
+        covariance += _jackknife(points, prior, state, misfit.part)
     offset = state.theta[m:]
     if vertical:
-        return MasterFit(state.theta[:m], offset, covariance, state.spline, state.residual, 0.0)
+        return MasterFit(state.theta[:m], offset, covariance, state.spline, state.residual, np.zeros(m), 0.0, misfit)
     covariance[m:, :] = covariance[:, m:] = 0.0
-    return MasterFit(state.theta[:m], np.zeros(m), covariance, state.spline, state.residual - offset[points.curve], spread)
+    residual = state.residual - offset[points.curve]
+    return MasterFit(state.theta[:m], np.zeros(m), covariance, state.spline, residual, offset, spread, misfit)
+
+
+def _jackknife(points: Points, prior: _Prior, state: _State, part: Index) -> Array:
+    """Covariance (2m, 2m) of the shifts that comes of leaving out one part of all curves after the other.
+
+    Where curves do not superpose, the shift depends on what part of them it is read from, and no scatter tells that.
+    """
+    moved = []
+    for k in range(PARTS):
+        weights = replace(state.weights, weight=np.where(part == k, 1e-9, 1.0) * state.weights.weight)
+        left = _assemble(points, state.theta, prior, weights, state.spline.spacing)
+        for _ in range(JACKKNIFE_STEPS):
+            left, _ = _step(points, prior, left)
+        moved.append(left.theta)
+    away = np.array(moved) - np.mean(moved, axis=0)
+    return np.asarray((PARTS - 1) / PARTS * away.T @ away)
 
 
 def _fit(points: Points, theta: Array, prior: _Prior) -> _State:

@@ -141,6 +141,8 @@ def write_material(material: Material) -> bytes:
     equilibrium: dict[str, Any] = {"shear_modulus": f"{material.equilibrium_modulus:.9g} Pa"}
     nonequilibrium: dict[str, Any] = {}
     for section, law in ((equilibrium, material.equilibrium_law), (nonequilibrium, material.nonequilibrium_law)):
+        if not isinstance(law, Gent):
+            raise InputError(f"a material file holds Gent springs only, not {type(law).__name__}")
         if math.isfinite(limit := float(law.J_lim)):
             section["J_lim"] = limit
     nonequilibrium["relaxation_time_s"] = _digits(material.spectrum.relaxation_time.tolist())

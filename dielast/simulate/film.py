@@ -26,7 +26,7 @@ from dielast.stability import damped, stability
 from dielast.symmetric import EQUIBIAXIAL, SymmetricPoints
 
 NUDGE = 0.05  # in Lambda: a load applied at once that moves the film further is followed in smaller shares
-SMALLEST_SHARE = 1e-9  # of a load; where no smaller one has an equilibrium nearby, none has
+SMALLEST_SHARE = 1e-7  # of a load; where no smaller one has an equilibrium nearby, none has
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,7 +126,7 @@ def _at_once(
     some = np.flatnonzero(at_once)
     if not some.size:
         return condition
-    log_squared, nominal, held = connected_jump(
+    log_squared, nominal, reached, held = connected_jump(
         points.take(some),
         piece.controls,
         present[:, some],
@@ -142,7 +142,7 @@ def _at_once(
     internal[:, -1, some[held]] = log_squared[:, held]
     lost = some[~held]
     if lost.size:
-        watch.note(Kind.PULL_IN, lost, condition.time[lost], field[lost], stretch[:, lost])
+        watch.note(Kind.PULL_IN, lost, condition.time[lost], reached[~held], log_squared[:, ~held])
         log_squared, nominal, found = jump(points.take(lost), piece.controls, end[:, lost], internal[:, :, lost], stretch[:, lost])
         status[lost[~found]] = Status.STEP_VANISHED
         stretch[:, lost[found]], stress[:, lost[found]] = log_squared[:, found], nominal[:, found]
@@ -151,33 +151,38 @@ def _at_once(
 
 def connected_jump(
     points: Points, controls: tuple[Control, Control], present: Floats, end: Floats, internal: Floats, log_squared_stretch: Floats
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """As `jump`, but with the damper left out, and only to the equilibrium that the present one leads to as the load grows from `present` to `end`.
 
-    The load (3, cases) is applied in shares so small that the film never moves far.
+    The load (3, cases) is applied in shares so small that the film never moves far. Lambda, nominal stress, the nominal field (cases,) up to which there
+    is an equilibrium, and whether that is the whole load.
     """
     modulus = points.modulus.copy()
     modulus[-1] = 0.0
     bare = replace(points, modulus=modulus)
     count = end.shape[1]
+
+    def load_at(share: Floats, cases: Cases) -> Floats:
+        load = np.array((1 - share) * present[:, cases] + share * end[:, cases])
+        load[2] = np.sqrt((1 - share) * present[2, cases] ** 2 + share * end[2, cases] ** 2)
+        return load
+
     log_squared, nominal = log_squared_stretch.copy(), np.zeros_like(log_squared_stretch)
     reached, share = np.zeros(count), np.ones(count)
     going = np.arange(count)
     while going.size:
         wanted = np.minimum(reached[going] + share[going], 1.0)
-        load = present[:, going] + wanted * (end - present)[:, going]
-        load[2] = np.sqrt((1 - wanted) * present[2, going] ** 2 + wanted * end[2, going] ** 2)
         pair = np.resize(going, max(2, going.size))  # numbers in a lone column round differently
-        load = load[:, np.resize(np.arange(going.size), pair.size)]
+        load = load_at(np.resize(wanted, pair.size), pair)
         moved, stress, found = jump(bare.take(pair), controls, load, internal[:, :, pair], log_squared[:, pair])
         margin = stability(bare.take(pair), bare.modulus[:, pair], controls, internal[:, :, pair], moved, stress, load[2]).margin
         moved, stress, found = (x[..., : going.size] for x in (moved, stress, found & (margin > 0)))
         near = found & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= NUDGE)
         there = going[near]
         log_squared[:, there], nominal[:, there], reached[there] = moved[:, near], stress[:, near], wanted[near]
-        share[going] = np.where(near, 2 * share[going], 0.5 * share[going])
+        share[going] = np.where(near, share[going], 0.5 * share[going])
         going = going[(reached[going] < 1) & (share[going] >= SMALLEST_SHARE)]
-    return log_squared, nominal, reached >= 1
+    return log_squared, nominal, load_at(reached, np.arange(count))[2], reached >= 1
 
 
 def _system(points: Points, ramp: Ramp, alike: bool) -> Films:

@@ -13,7 +13,7 @@ from dielast.point import LoadedPoints, Points
 from dielast.symmetric import SymmetricPoints
 
 RAMP_DECADES = 3  # of output before the end of a ramp
-LEAST_DECADES, MOST_DECADES = 3, 15  # of output before the end of a hold
+HOLD_DECADES = 6  # of output before the end of a hold
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +74,6 @@ class Output:
     with_internal: bool
     _recorders: list[Recorder] = field(default_factory=list)
     _starts: list[Floats] = field(default_factory=list)
-    _ramp: Floats | float = 0.0
 
     def recorder(self, start: Floats, duration: Floats, moving: bool, last: bool) -> Recorder:
         """A recorder for the piece that lasts from `start` for `duration` (cases,); `moving` if it is not a hold."""
@@ -90,7 +89,6 @@ class Output:
         else:
             recorder = Recorder(relative, self._recorders[0].border, self._recorders[0].internal)
         self._recorders.append(recorder)
-        self._ramp = duration if moving else 0.0
         return recorder
 
     def collect(self) -> tuple[Floats, Floats, Floats | None]:
@@ -105,19 +103,10 @@ class Output:
         return time, border, np.concatenate([r.internal for r in self._recorders if r.internal is not None], axis=3)
 
     def _fractions(self, duration: Floats, moving: bool) -> Floats:
-        """Output times as fractions of the duration, the same for all cases, so that the table has no holes.
-
-        A ramp is shown over its last decades; a hold from a hundredth of the ramp before it, or from a tenth of the fastest
-        relaxation time where the load came at once.
-        """
+        """Output times as fractions of the duration: the same for all cases, and for a case alone as among others."""
         if not np.any(duration > 0):
             return np.zeros(1)
-        decades = RAMP_DECADES
-        if not moving:
-            ramp = np.asarray(self._ramp)
-            after_ramp = 100 * duration / np.where(ramp > 0, ramp, 1.0)
-            reach = np.where(ramp > 0, after_ramp, 30 * duration * np.max(self.points.rate, axis=0))
-            decades = int(np.clip(np.ceil(np.log10(np.max(reach, initial=1.0))), LEAST_DECADES, MOST_DECADES))
+        decades = RAMP_DECADES if moving else HOLD_DECADES
         return np.logspace(-decades, 0, decades * self.points_per_decade + 1)
 
     @staticmethod

@@ -1,0 +1,265 @@
+"""Failure maps: how long prestretched films live under constant voltage, over voltage, prestretch and temperature.
+
+Each prestretch is stretched and relaxed once at each temperature; its films then live through all voltages. A map is planned, solved in chunks of cells that
+know nothing of each other, and assembled; no result depends on how the cells are cut into chunks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.events import Kind, Watch
+from dielast.gent import Floats
+from dielast.integrate import Status
+from dielast.load import Control, Piece
+from dielast.material import Breakdown, Material
+from dielast.simulate.film import Film, programme
+from dielast.simulate.history import REASONS
+from dielast.simulate.setup import set_up
+from dielast.stability import ONE_PERCENT, TimeScale
+
+CHUNK = 2048  # cells
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FailureMap:
+    """Times in s, arrays (temperatures, prestretches, voltages), NaN where it does not happen within the `horizon` or is not known.
+
+    `failure_mode` is breakdown, pull-in, none, or unfinished where the numerics gave up before the film failed; `outcome` is completed, or says why the numerics
+    gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field` (prestretches,) in V/m.
+    """
+
+    temperature: Floats
+    prestretch: Floats
+    voltage: Floats
+    horizon: float
+    breakdown_field: Floats
+    time_to_breakdown: Floats
+    time_to_pull_in: Floats
+    time_to_failure: Floats
+    failure_mode: NDArray[np.str_]
+    outcome: NDArray[np.str_]
+
+    @property
+    def completed(self) -> bool:
+        """Whether the numerics got through in every cell."""
+        return bool(np.all(self.outcome == "completed"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Relaxed films (one for each column) that run together: `films` says which of the map's each is, temperatures times prestretches."""
+
+    film: Film
+    films: NDArray[np.intp]
+    breakdown_field: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapPlan:
+    """All that is needed to solve any cell of a map; cells are numbered through groups, films and voltages, the last running fastest."""
+
+    temperature: Floats
+    prestretch: Floats
+    voltage: Floats
+    thickness: float
+    ramp: float
+    horizon: float
+    breakdown_field: Floats
+    controls: tuple[Control, Control]
+    timescale: TimeScale
+    rtol: float
+    groups: tuple[Group, ...]
+
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+        return self.temperature.size * len(self.prestretch) * self.voltage.size
+
+    def chunks(self, size: int = CHUNK) -> list[tuple[int, int]]:
+        """First cell and end of each chunk; no chunk spans two groups."""
+        result, first = [], 0
+        for group in self.groups:
+            end = first + group.films.size * self.voltage.size
+            result += [(start, min(start + size, end)) for start in range(first, end, size)]
+            first = end
+        return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """What became of some cells: times in s (cells,), NaN where an event did not happen, and their `Status`."""
+
+    first: int
+    time_to_breakdown: Floats
+    time_to_pull_in: Floats
+    status: NDArray[np.intp]
+
+
+def failure_map(
+    material: Material,
+    *,
+    voltage: ArrayLike,
+    prestretch: ArrayLike,
+    thickness: float,
+    horizon: float,
+    temperature: ArrayLike | None = None,
+    prestretch_rate: float | None = None,
+    relax: float = 0.0,
+    ramp: float = 0.0,
+    boundary: str | tuple[str, str] = "dead-load",
+    breakdown_field: ArrayLike | Breakdown | None = None,
+    pull_in_timescale: TimeScale = ONE_PERCENT,
+    rtol: float = 1e-6,
+    progress: Callable[[int, int], None] | None = None,
+) -> FailureMap:
+    """Times to breakdown and to pull-in within `horizon` s of films under each `voltage` (nv,) in V, reached within `ramp` s or at once.
+
+    `prestretch` (np,) is equibiaxial, or (np, 2); `temperature` (nt,) in degC, the reference temperature by default; `breakdown_field` in V/m, one or one for each
+    prestretch, or over prestretch, the material's by default; the rest as in `actuate`. Both times are found where both happen. `progress` is called with the
+    numbers of cells solved and of all cells. Raises `InputError` for anything wrong with the arguments.
+    """
+    plan = plan_failure_map(
+        material,
+        voltage=voltage,
+        prestretch=prestretch,
+        thickness=thickness,
+        horizon=horizon,
+        temperature=temperature,
+        prestretch_rate=prestretch_rate,
+        relax=relax,
+        ramp=ramp,
+        boundary=boundary,
+        breakdown_field=breakdown_field,
+        pull_in_timescale=pull_in_timescale,
+        rtol=rtol,
+    )
+    solved = []
+    for first, end in plan.chunks():
+        solved.append(solve_cells(plan, first, end))
+        if progress is not None:
+            progress(end, plan.cells)
+    return assemble(plan, solved)
+
+
+def plan_failure_map(
+    material: Material,
+    *,
+    voltage: ArrayLike,
+    prestretch: ArrayLike,
+    thickness: float,
+    horizon: float,
+    temperature: ArrayLike | None = None,
+    prestretch_rate: float | None = None,
+    relax: float = 0.0,
+    ramp: float = 0.0,
+    boundary: str | tuple[str, str] = "dead-load",
+    breakdown_field: ArrayLike | Breakdown | None = None,
+    pull_in_timescale: TimeScale = ONE_PERCENT,
+    rtol: float = 1e-6,
+) -> MapPlan:
+    """Check the arguments of `failure_map`, and stretch and relax its films."""
+    volts = _axis(voltage, "voltage")
+    if not np.all(volts >= 0):
+        raise InputError(f"voltage {volts.min():g} V: it must not be negative")
+    pairs = np.asarray(prestretch, dtype=float)
+    pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
+    pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:
+        raise InputError("the prestretches of a map must be a list of numbers or of pairs, and not empty")
+    temperatures = _axis(material.reference_temperature if temperature is None else temperature, "temperature")
+    if not (np.isfinite(horizon) and horizon > 0):
+        raise InputError(f"horizon {horizon:g} s: it must be positive")
+    if not 0 <= ramp <= horizon:
+        raise InputError(f"voltage ramp of {ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s")
+    count = len(pairs)
+    if breakdown_field is not None and not isinstance(breakdown_field, Breakdown):
+        given = np.asarray(breakdown_field, dtype=float).reshape(-1)
+        if given.size not in (1, count):
+            raise InputError(f"{given.size} breakdown fields for {count} prestretches: one, or one for each is needed")
+        breakdown_field = np.tile(np.broadcast_to(given, (count,)), temperatures.size)
+    setup = set_up(
+        material,
+        (np.tile(pairs[:, 0], temperatures.size), np.tile(pairs[:, 1], temperatures.size)),
+        spanning=(),
+        thickness=thickness,
+        prestretch_rate=prestretch_rate,
+        relax=relax,
+        boundary=boundary,
+        temperature=np.repeat(temperatures, count),
+        breakdown_field=breakdown_field,
+        breakdown_needed=True,
+        rtol=rtol,
+    )
+    groups = tuple(Group(setup.film(films, rtol), films, setup.breakdown_field[films]) for films in setup.groups())
+    return MapPlan(
+        temperatures, pairs, volts, thickness, ramp, horizon, setup.breakdown_field[:count], setup.controls, pull_in_timescale, rtol, groups
+    )
+
+
+def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
+    """Solve the cells from `first` up to `end`, one of the plan's chunks or a part of one."""
+    begin = 0
+    for group in plan.groups:
+        if first < begin + group.films.size * plan.voltage.size:
+            break
+        begin += group.films.size * plan.voltage.size
+    column, volt = np.divmod(np.arange(first - begin, end - begin), plan.voltage.size)
+    field = plan.voltage[volt] / plan.thickness
+    watch = Watch(plan.controls, group.breakdown_field[column], plan.timescale, (Kind.BREAKDOWN, Kind.PULL_IN), tension=False)
+    pieces = [Piece(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
+    if plan.horizon > plan.ramp:
+        pieces.append(Piece(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
+    status = programme(group.film.take(column), pieces, watch, rtol=plan.rtol)[1]
+    return Cells(first, watch.happened.time[Kind.BREAKDOWN], watch.happened.time[Kind.PULL_IN], status)
+
+
+def assemble(plan: MapPlan, solved: Sequence[Cells]) -> FailureMap:
+    """The map from all of its cells, in any order."""
+    ordered = sorted(solved, key=lambda cells: cells.first)
+    films = np.concatenate([group.films for group in plan.groups])
+    shape = (plan.temperature.size, len(plan.prestretch), plan.voltage.size)
+
+    def grid(parts: list[NDArray[np.float64]] | list[NDArray[np.intp]]) -> Floats:
+        rows = np.concatenate(parts).reshape(films.size, plan.voltage.size)
+        result = np.empty(rows.shape)
+        result[films] = rows
+        return result.reshape(shape)
+
+    breakdown, pull_in = grid([c.time_to_breakdown for c in ordered]), grid([c.time_to_pull_in for c in ordered])
+    status = grid([c.status for c in ordered]).astype(int)
+    failure = np.fmin(breakdown, pull_in)
+    gave_up = ~np.isin(status, (Status.COMPLETED, Status.STOPPED))
+    mode = np.select(
+        [breakdown == failure, pull_in == failure, gave_up], ["breakdown", "pull-in", "unfinished"], default="none"
+    )
+    outcome = np.full(shape, "completed", dtype=object)
+    for state in np.unique(status[gave_up]):
+        outcome[status == state] = REASONS[Status(int(state))]
+    return FailureMap(
+        plan.temperature,
+        plan.prestretch,
+        plan.voltage,
+        plan.horizon,
+        plan.breakdown_field,
+        breakdown,
+        pull_in,
+        failure,
+        mode,
+        outcome.astype(str),
+    )
+
+
+def _axis(values: ArrayLike, name: str) -> Floats:
+    """A grid's axis."""
+    array = np.atleast_1d(np.asarray(values, dtype=float))
+    if array.ndim != 1 or not array.size:
+        raise InputError(f"the {name} axis of a map must be a list of numbers, and not empty")
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"every {name} must be finite")
+    return array
