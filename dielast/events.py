@@ -25,7 +25,7 @@ Films = LoadedPoints | SymmetricPoints
 
 Signal = Callable[[Floats], Floats]
 
-NEAR = 0.5  # a signal below this is looked at inside the step as well; it starts at about 1
+NEAR = 0.2  # a signal below this is looked at inside the step as well; steps that move it by as much are rare
 CLOSE = 0.05  # a dip that may go below this is followed to its bottom
 INSIDE = np.array((0.25, 0.5, 0.75))
 DIP, GOLDEN = 24, 0.6180339887498949  # golden sections towards the bottom of a dip
@@ -74,10 +74,10 @@ class Segment:
     coefficients: Floats
 
     @classmethod
-    def of(cls, stride: Stride, columns: Cases) -> Segment:
-        """The columns of a stride."""
-        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, :, columns])
-        ends = np.stack((stride.before[:, columns], stride.after[:, columns]))
+    def of(cls, stride: Stride, rows: slice, columns: Cases) -> Segment:
+        """Rows of the columns of a stride."""
+        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, columns])
+        ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
         return cls(stride.cases[columns], stride.time[columns], stride.step[columns], np.concatenate((ends, inner)))
 
     @classmethod
@@ -197,7 +197,8 @@ class Watch:
         """Stability of these cases (k,) at times (k,) since the piece began; `system` and `state` are theirs."""
         driven = system.load.value(time)
         modulus = self._held_modulus(system.points, self._begin[cases] + time)
-        return stability(system.points, modulus, self.controls, system.internal(state), *system.membrane(state, driven), driven[2])
+        internal = state[None, :-1] if isinstance(system, SymmetricPoints) else system.internal(state)
+        return stability(system.points, modulus, self.controls, internal, *system.membrane(state, driven), driven[2])
 
     def _held_modulus(self, points: Points, time: Floats) -> Floats:
         """Modulus (n, k) that the springs hold on to at times (k,) since the programme began; the damper is none of the film's springs."""
@@ -221,9 +222,9 @@ class Watch:
         count = columns.size
         if count == 1:
             columns, last, value = (np.repeat(x, 2) for x in (columns, last, value))
-        segment = Segment.of(stride, columns)
         some = stride.system.take(columns)
         assert isinstance(some, LoadedPoints | SymmetricPoints)
+        segment = Segment.of(stride, slice(None if kind is Kind.PULL_IN else some.border, None), columns)
 
         def signal(fraction: Floats) -> Floats:
             return self._signal(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))

@@ -13,6 +13,8 @@ from pathlib import Path
 from dielast.errors import InputError
 
 EXAMPLE = "example:"
+STORE = ".unfinished"
+"""Where a long run keeps what it has until its result is written."""
 _TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.part")
 
 

@@ -82,15 +82,13 @@ def stability(
     nominal_stress: Floats,
     field: Floats,
 ) -> Stability:
-    """Stability at x (2, n, cases), Lambda and nominal stress (2, cases), and nominal field (cases,) in V/m.
+    """Stability at x (2, n, cases), or (1, n, cases) where both axes are alike, Lambda and nominal stress (2, cases), and nominal field (cases,) in V/m.
 
     `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to.
     """
-    half = kinematics.tangent(points.law, points.springs(internal, log_squared_stretch))[1]
-    springs = 2 * np.einsum("nm,cnm->cm", weighted_modulus, half)
+    k11, k12, k22 = _spring_tangent(points, weighted_modulus, internal, log_squared_stretch)
     maxwell = 2 * points.maxwell_stress(log_squared_stretch, field)
     stretch = np.exp(0.5 * log_squared_stretch)
-    k11, k12, k22 = springs
     t11, t22 = k11 - maxwell - nominal_stress[0] * stretch[0], k22 - maxwell - nominal_stress[1] * stretch[1]
     free = [control is Control.STRESS for control in controls]
     if all(free):
@@ -103,6 +101,27 @@ def stability(
     else:
         determinant = whole = scale = np.ones_like(maxwell)
     return Stability(determinant / scale, determinant / whole)
+
+
+def _spring_tangent(points: Points, modulus: Floats, internal: Floats, log_squared_stretch: Floats) -> tuple[Floats, Floats, Floats]:
+    """sum mu (K11, K12, K22), each (cases,)."""
+    if len(internal) == 2:
+        half = kinematics.tangent(points.law, points.springs(internal, log_squared_stretch))[1]
+        k11, k12, k22 = 2 * np.einsum("nm,cnm->cm", modulus, half)
+        return k11, k12, k22
+    front = np.exp(log_squared_stretch[0] - internal[0])
+    back = front * front
+    np.divide(1.0, back, out=back)
+    stiffness, slope = points.law.hardening(2 * front + back)
+    difference = front - back
+    slope *= difference
+    slope *= difference
+    back *= stiffness
+    back += slope
+    front *= stiffness
+    both = 2 * np.einsum("nm,nm->m", modulus, back)
+    own = both + 2 * np.einsum("nm,nm->m", modulus, front)
+    return own, both, own
 
 
 def damped(points: Points) -> Points:

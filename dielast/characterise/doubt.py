@@ -20,6 +20,9 @@ PLATEAU_RISE = 0.005  # decades of modulus over a whole curve
 PLATEAU_SLOPE = 0.05  # decades of modulus per decade of time,
 LAST_STRETCH = 0.5  # over this stretch of log time at the long end
 OFFSET = 0.01  # decades
+LAW_MISFIT = 4.0  # reduced chi-square,
+LAW_MISFIT_SIGMA = 5.0  # its excess over one in standard deviations,
+LAW_MISS = 0.03  # and decades beyond which a law is said not to fit
 ROBUST_ROUNDS = 8
 TRUSTED = 2.5  # standard deviations beyond which a point loses weight
 
@@ -38,7 +41,7 @@ def find_undetermined(temperature: Array, points: Points, fit: MasterFit, vertic
     A straight line can be slid along itself, and noise makes every line look a little bent: a fitted standard error alone would
     trust the bends. So slope, and with free `vertical` shifts of some error curvature, must be significant in the curve itself.
     """
-    stderr = np.sqrt(np.diag(fit.covariance)[: temperature.size])
+    stderr = fit.noise_stderr
     found = []
     for k in np.flatnonzero(stderr > 0):
         own = points.curve == k
@@ -57,7 +60,7 @@ def find_undetermined(temperature: Array, points: Points, fit: MasterFit, vertic
 
 
 def _significance(x: Array, y: Array, degree: int) -> float:
-    """The highest coefficient of a polynomial through the points, in standard errors; outliers count for little (Huber's weights)."""
+    """The highest coefficient of a polynomial through the points, in standard errors; outliers count for little."""
     if x.size < degree + 2:
         return 0.0
     z = (x - np.mean(x)) / max(float(np.ptp(x)), 1e-300)
@@ -81,6 +84,18 @@ def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:
         warn(
             f"relaxation is slower at {temperature[k + 1]:g} than at {temperature[k]:g} degC "
             f"(log10 shift factor {shift[k + 1]:.3g} after {shift[k]:.3g}): are temperatures mixed up?"
+        )
+
+
+def warn_if_law_misses(temperature: Array, shift: Array, stderr: Array, by_law: Array, misfit: float, parameters: int) -> None:
+    """Say where a law is farthest from the shift factors, if it is off by more than these can be; `misfit` as in `ShiftFit`."""
+    freedom = max(temperature.size - 1 - parameters, 1)
+    miss = np.abs(by_law - shift)
+    if misfit > max(LAW_MISFIT, 1 + LAW_MISFIT_SIGMA * np.sqrt(2 / freedom)) and np.nanmax(miss) > LAW_MISS:
+        k = int(np.nanargmax(miss))
+        warn(
+            f"the law does not fit the shift factors: at {temperature[k]:g} degC it gives log10 a = {by_law[k]:.2f}, measured is "
+            f"{shift[k]:.2f} +- {stderr[k]:.2g} (reduced chi-square {misfit:.3g}, should be about 1): take another law, or a table"
         )
 
 

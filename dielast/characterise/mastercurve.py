@@ -17,7 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.characterise.binning import Binned, bin_curves
-from dielast.characterise.doubt import Undetermined, find_undetermined, warn_if_no_plateau, warn_if_offset, warn_if_rising
+from dielast.characterise.doubt import (
+    Undetermined,
+    find_undetermined,
+    warn_if_law_misses,
+    warn_if_no_plateau,
+    warn_if_offset,
+    warn_if_rising,
+)
 from dielast.characterise.gather import Gathered, RelaxationCurve, gather
 from dielast.characterise.masterfit import MasterFit, Points, fit_master
 from dielast.characterise.misfit import warn_if_misfit
@@ -198,6 +205,7 @@ def _finish(
     vertical_variance = np.diag(_relative(fit.covariance[m:, m:], between))
     by_law = _law_values(shift_fit.law, temperature)
     warn_if_rising(temperature[sure], shift[sure], stderr[sure])
+    warn_if_law_misses(temperature[sure], shift[sure], stderr[sure], by_law[sure], shift_fit.misfit, len(shift_fit.names))
     warn_if_no_plateau(fit.spline)
 
     placed = np.where(sure, shift, by_law)

@@ -28,6 +28,7 @@ CONVERGED = 0.01  # standard errors
 ITERATIONS = 40
 EXPECTATIONS = 4
 JACKKNIFE_STEPS = 3
+AMBIGUOUS = 0.1  # decades by which the shifts may depend on the part of the curves they are read from
 NEGLIGIBLE = 1e-3  # decades of modulus: offsets of 0.2 % are below what a spline on few points can tell
 
 
@@ -46,16 +47,16 @@ class Points:
 class MasterFit:
     """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curve and the residuals (n,).
 
-    `offset` (m,), in decades of modulus, are vertical offsets that were allowed for but not applied, `offset_spread` their standard
-    deviation. `misfit` is what the curves miss beyond noise.
+    `noise_stderr` (m,) is the part of the shifts' standard errors that noise alone makes. `offset_spread` is the standard deviation,
+    in decades of modulus, of the vertical offsets that were allowed for but not applied; `misfit` is what is missed beyond both.
     """
 
     shift: Array
     vertical: Array
     covariance: Array
+    noise_stderr: Array
     spline: Spline
     residual: Array
-    offset: Array
     offset_spread: float
     misfit: Misfit
 
@@ -105,14 +106,17 @@ def fit_master(points: Points, start: Array, anchor: int, vertical: bool) -> Mas
     misfit = find_misfit(points.curve, points.log_time, state.residual)
     covariance = np.zeros((2 * m, 2 * m))
     covariance[np.ix_(prior.free, prior.free)] = np.linalg.inv(state.normal) * _correlation(points, state)
-    if misfit.matters:
-        covariance += _jackknife(points, prior, state, misfit.part)
+    noise_stderr = np.sqrt(np.diag(covariance)[:m])
+    if misfit.sure:
+        ambiguity = _jackknife(points, prior, state, misfit.part)
+        covariance += ambiguity
+        misfit = replace(misfit, matters=misfit.matters or bool(np.max(np.diag(ambiguity)[:m]) > AMBIGUOUS**2))
     offset = state.theta[m:]
     if vertical:
-        return MasterFit(state.theta[:m], offset, covariance, state.spline, state.residual, np.zeros(m), 0.0, misfit)
+        return MasterFit(state.theta[:m], offset, covariance, noise_stderr, state.spline, state.residual, 0.0, misfit)
     covariance[m:, :] = covariance[:, m:] = 0.0
     residual = state.residual - offset[points.curve]
-    return MasterFit(state.theta[:m], np.zeros(m), covariance, state.spline, residual, offset, spread, misfit)
+    return MasterFit(state.theta[:m], np.zeros(m), covariance, noise_stderr, state.spline, residual, spread, misfit)
 
 
 def _jackknife(points: Points, prior: _Prior, state: _State, part: Index) -> Array:
@@ -128,7 +132,9 @@ def _jackknife(points: Points, prior: _Prior, state: _State, part: Index) -> Arr
             left, _ = _step(points, prior, left)
         moved.append(left.theta)
     away = np.array(moved) - np.mean(moved, axis=0)
-    return np.asarray((PARTS - 1) / PARTS * away.T @ away)
+    covariance = (PARTS - 1) / PARTS * away.T @ away
+    # A few parts tell the variances, hardly which combinations of shifts are free of error: half of the correlation is believed.
+    return np.asarray((covariance + np.diag(np.diag(covariance))) / 2)
 
 
 def _fit(points: Points, theta: Array, prior: _Prior) -> _State:

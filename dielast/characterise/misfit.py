@@ -14,6 +14,7 @@ Index = NDArray[np.intp]
 
 PARTS = 4  # of each curve, even in log time
 VISIBLE = 0.01  # decades of modulus: a misfit below is below what specimens and instruments do
+SURE = 4.0  # standard errors of the correlation of neighbours
 WORST = 3  # temperatures named
 STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves is named
 
@@ -22,7 +23,8 @@ STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves 
 class Misfit:
     """Root mean square of misfit and of noise in decades of modulus: all, misfit by curve (m,) and by part of the curves (PARTS,).
 
-    `part` (n,) is the part of its curve that a point is in; `matters` says that the misfit is sure and larger than the noise.
+    `part` (n,) is the part of its curve that a point is in. A misfit is `sure` when chance does not explain it, and `matters` when it
+    is also larger than the noise and than what specimens and instruments do, or moves the shift factors.
     """
 
     rms: float
@@ -30,6 +32,7 @@ class Misfit:
     by_curve: Array
     by_part: Array
     part: Index
+    sure: bool
     matters: bool
 
 
@@ -49,7 +52,8 @@ def find_misfit(curve: Index, log_time: Array, residual: Array) -> Misfit:
     by_curve = _root(np.bincount(curve[joined], product) / np.bincount(curve[joined]))
     count = np.bincount(part[joined], minlength=PARTS)
     by_part = _root(np.bincount(part[joined], product, minlength=PARTS) / np.maximum(count, 1))
-    return Misfit(float(rms), noise, by_curve, by_part, part, rms > max(VISIBLE, noise))
+    sure = rms**2 > SURE / np.sqrt(residual.size) * float(np.mean(residual**2))
+    return Misfit(float(rms), noise, by_curve, by_part, part, bool(sure), bool(sure and rms > max(VISIBLE, noise)))
 
 
 def _root(square: Array | float) -> Array:
@@ -60,7 +64,7 @@ def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool) -> None:
     """Say how far the curves fail to superpose, where most, and what may mend it."""
     if not misfit.matters:
         return
-    worst = [k for k in np.argsort(-misfit.by_curve, kind="stable")[:WORST] if misfit.by_curve[k] > misfit.rms]
+    worst = sorted(k for k in np.argsort(-misfit.by_curve, kind="stable")[:WORST] if misfit.by_curve[k] > misfit.rms)
     where = "most at " + ", ".join(f"{temperature[k]:g}" for k in worst) + " degC" if worst else "at all temperatures alike"
     early, late = misfit.by_part[0] > STANDS_OUT * misfit.rms, misfit.by_part[-1] > STANDS_OUT * misfit.rms
     where += " and at short times" if early else " and at long times" if late else ""

@@ -16,6 +16,8 @@ from dielast.units import ZERO_CELSIUS
 Array = NDArray[np.float64]
 LawName = Literal["wlf", "arrhenius", "table"]
 
+SMALLEST_C2 = 50.0  # K, about the coldest temperature: that of most polymers at their glass transition, below which nobody shifts
+NEGLIGIBLE = 1e-3  # decades
 HARDLY = 0.25  # relative standard error of C2 beyond which it is warned of
 
 
@@ -23,9 +25,13 @@ HARDLY = 0.25  # relative standard error of C2 beyond which it is warned of
 class ShiftFit:
     """A shift law, its parameters by name (SI units) and their covariance (p, p); a table has none.
 
-    `misfit` is the reduced chi-square of the law against the shift factors; above one, the covariance has been scaled up by it.
+    `misfit` is the reduced chi-square of the law against the shift factors: the squared distance between the two in standard errors
+    of the shift factors, per degree of freedom. About one where the law fits, far above one where it does not, zero for a table and
+    where there are no more temperatures than parameters. Above one, the covariance has been scaled up by it.
+
     `origin` is the law's log10 a at its reference temperature relative to the temperature it was fitted about, `origin_weight`
-    (m,) the derivative of it with respect to the shift factors, `origin_excess` the variance that the misfit adds.
+    (m,) the derivative of it with respect to the shift factors, `origin_excess` the variance that the misfit and a C2 that is only
+    assumed add.
     """
 
     law: ShiftLaw
@@ -55,7 +61,8 @@ def fit_shift_law(
 
     The shift factors are relative to the temperature numbered `anchor`, where log10 a and its covariance are zero; the law is then
     moved to `reference_temperature`, which need not have been measured. Warns where the data cannot tell C1 from C2, and then takes
-    C2 = T_ref in kelvin, with which WLF is Arrhenius' law.
+    C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for any C2 from `SMALLEST_C2` about
+    the coldest temperature upwards.
     """
     m, base = temperature.size, float(temperature[anchor])
     if law == "table":
@@ -71,6 +78,11 @@ def fit_shift_law(
     scale = max(fitted.misfit, 1.0)
     spread = fitted.moments * scale
     values = moved.to_values @ spread @ moved.to_values.T
+    assumed = float(moved.to_origin @ fitted.assumed) ** 2
+    if fitted.held:
+        measured = reference_temperature in temperature
+        vague = f"; log10 a at {reference_temperature:g} degC is known to +- {np.sqrt(assumed):.2g} only, for want of C2"
+        warn(fitted.held + ("" if measured or assumed < NEGLIGIBLE**2 else vague))
     return ShiftFit(
         moved.law,
         fitted.names,
@@ -79,7 +91,7 @@ def fit_shift_law(
         fitted.misfit,
         moved.origin,
         weight,
-        float(moved.to_origin @ fitted.moments @ moved.to_origin) * (scale - 1),
+        float(moved.to_origin @ fitted.moments @ moved.to_origin) * (scale - 1) + assumed,
     )
 
 
@@ -96,14 +108,18 @@ class _Moved:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fitted:
-    """Parameters fitted about the base temperature: their moments, and their response (p, m - 1) to the shift factors."""
+    """Parameters fitted about the base temperature: their moments, and their response (p, m - 1) to the shift factors.
+
+    `held` says what is only assumed, if anything, and `assumed` (p,) how far one standard deviation of it moves the parameters.
+    """
 
     names: tuple[str, ...]
     about: Callable[[float], _Moved]
     moments: Array
     response: Array
     misfit: float
-    held: bool = False
+    assumed: Array
+    held: str = ""
 
 
 def _linear(whiten: Array, column: Array, wanted: Array) -> tuple[float, Array, Array, float]:
@@ -125,7 +141,7 @@ def _arrhenius(base: float, distance: Array, wanted: Array, whiten: Array) -> _F
         rise = float(unit.log10_shift_factor(base + move))
         return _Moved(Arrhenius(base + move, energy), np.array([energy]), np.eye(1), energy * rise, np.array([rise]))
 
-    return _Fitted(("activation_energy",), about, moments, response, misfit)
+    return _Fitted(("activation_energy",), about, moments, response, misfit, np.zeros(1))
 
 
 def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
@@ -140,15 +156,17 @@ def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
     regular = distance.size >= 2 and np.linalg.cond(normal / np.outer(scale, scale)) < 1e12
     moments: Array = np.asarray(np.linalg.inv(normal)) if regular else np.full((2, 2), np.inf)
     spread = float(np.sqrt(moments[1, 1] * max(misfit, 1.0)))
-    held = k <= max(spread, 0.0)
-    if held:
-        kelvin = base + ZERO_CELSIUS
-        k_fitted, k = k, 1 / kelvin
-        g, variance, response, misfit = _linear(whiten, -distance / (1 + k * distance), wanted)
+    assumed, held = np.zeros(2), ""
+    if k <= max(spread, 0.0):
+        k_fitted, k = k, 1 / (base + ZERO_CELSIUS)
+        column, turn = -distance / (1 + k * distance), distance**2 / (1 + k * distance) ** 2
+        g, variance, response, misfit = _linear(whiten, column, wanted)
         moments = np.array([[variance[0, 0], 0.0], [0.0, 0.0]])
+        doubt = min(_doubt(k, max(-float(distance.min()), 0.0)), float(np.hypot(spread, k - k_fitted)))
+        assumed = doubt * np.array([-g * float(response[0] @ turn), 1.0])
         response = np.vstack((response, np.zeros(response.shape)))
         why = "do not tell the WLF constants C1 and C2 apart" if spread >= abs(k_fitted) else "bend the other way than the WLF law"
-        warn(
+        held = (
             f"the shift factors of {distance.size + 1} temperatures {why}: C2 = T_ref in kelvin is assumed, "
             "which makes it Arrhenius' law, and only the ratio C1/C2 is fitted"
         )
@@ -168,7 +186,13 @@ def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
         to_origin = np.array([-move / pole, g * move**2 / pole**2])
         return _Moved(WLF(base + move, *values.tolist()), values, to_values, -g * move / pole, to_origin)
 
-    return _Fitted(("C1", "C2"), about, moments, response, misfit, held)
+    return _Fitted(("C1", "C2"), about, moments, response, misfit, assumed, held)
+
+
+def _doubt(k: float, above_coldest: float) -> float:
+    """Root mean square distance of an assumed `k` from all that are plausible, so many kelvin above the coldest temperature."""
+    largest = 1 / (SMALLEST_C2 + above_coldest)
+    return float(np.hypot(largest / np.sqrt(12), largest / 2 - k))
 
 
 def _linear_guess(distance: Array, wanted: Array, whiten: Array, lowest: float, highest: float) -> tuple[float, float]:

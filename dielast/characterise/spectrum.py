@@ -21,6 +21,9 @@ Ends = tuple[float | None, float | None]
 
 _TOLERATED = 0.02  # of G(t): what clipping negative moduli may change; and the equilibrium modulus above the curve without a word
 _ABOVE = 0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused
+_BELOW = 0.1  # of the end of a curve that has levelled off, continued by _MORE_DECADES: an equilibrium modulus farther below is doubted
+_MORE_DECADES = 3.0
+_THIRD = (2.5, 3.5)  # ratio of the two that looks like Young's against shear
 _ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
 _LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
 _POOR_POLYNOMIAL = 0.05  # relative rms
@@ -79,7 +82,8 @@ def fit_spectrum(
     H at the shortest relaxation time if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4).
 
     Raises `InputError` for points or arguments that allow no fit, and where a modulus is negative by more than 2 % of G(t);
-    warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau and of a poor fit.
+    warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau, of a plateau far above the given
+    equilibrium modulus and of a poor fit.
     """
     time, measured = _sorted_curve(reduced_time, modulus)
     _check_arguments(method, branches, polynomial_degree, relaxation_time, keep)
@@ -99,10 +103,12 @@ def fit_spectrum(
         equilibrium = plateau.modulus if known is None else known
         polynomial = ss.fit_polynomial(np.log10(time), np.log10(curve.modulus), polynomial_degree, curve.weight)
         polynomial_error = _judge_polynomial(polynomial, curve)
-        cumulative = ss.CumulativeSpectrum(polynomial, equilibrium)(tau)
+        cumulative = _cumulative(polynomial, equilibrium, tau, time)
         moduli = ss.discrete_moduli(cumulative, _glassy_total(curve, equilibrium, cumulative) if total is None else total)
     if known is None:
         _warn_unless_level(plateau.slope, equilibrium)
+    elif -plateau.slope <= _LEVEL_SLOPE:
+        _warn_if_below(3 * known, 3 * plateau.modulus, plateau.slope)
 
     truncated = keep is not None and keep < branches
     tau, moduli = tau[:keep], moduli[:keep]
@@ -206,6 +212,17 @@ def _glassy_total(curve: Curve, equilibrium: float, cumulative: Array) -> float:
     return max(largest - equilibrium, float(cumulative[-1]))
 
 
+def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Array, time: Array) -> Array:
+    with np.errstate(over="ignore", invalid="ignore"):
+        cumulative = ss.CumulativeSpectrum(polynomial, equilibrium)(tau)
+    if not np.all(np.isfinite(cumulative)):
+        raise InputError(
+            f"relaxation times from {tau[-1]:.3g} to {tau[0]:.3g} s are so far off the curve that its polynomial exceeds all numbers "
+            f"there: keep them between {time[0] / 2:.3g} and {time[-1] / 2:.3g} s"
+        )
+    return cumulative
+
+
 def _judge_polynomial(polynomial: Chebyshev, curve: Curve) -> float:
     error = _rms(10 ** polynomial(np.log10(curve.time)) / curve.modulus - 1)
     if error > _POOR_POLYNOMIAL:
@@ -231,6 +248,16 @@ def _warn_unless_level(slope: float, equilibrium: float) -> None:
             f"the curve has not levelled off: it falls by {1 - 10**slope:.0%} in its last decade, so that the equilibrium modulus "
             f"of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
         )
+
+
+def _warn_if_below(equilibrium: float, level: float, slope: float) -> None:
+    """A curve that has levelled off shows its equilibrium modulus (both Young's, in Pa), save for some decades of its last slope."""
+    if equilibrium >= (1 - _BELOW) * level * 10 ** (_MORE_DECADES * slope):
+        return
+    third = ""
+    if equilibrium > 0 and _THIRD[0] < level / equilibrium < _THIRD[1]:
+        third = ", a third of that: it is Young's modulus that is meant, three times the shear modulus"
+    warn(f"the curve has levelled off at {level:.4g} Pa, far above equilibrium_modulus = {equilibrium:g} Pa{third}")
 
 
 def _judge_clipping(tau: Array, moduli: Array, branches: int, time: Array, model: Array) -> int:

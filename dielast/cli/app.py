@@ -102,6 +102,8 @@ _command("mastercurve", "Relaxation tests at several temperatures -> master curv
 _command("spectrum", "Master curve -> discrete relaxation spectrum and material file.")
 _command("relax", "Prescribed stretch -> stress.")
 _command("creep", "Prescribed force or nominal stress -> stretch.")
+_command("actuate", "Voltage history -> stretch of a prestretched film, and its failure.")
+_command("failure-map", "Time to failure over voltage, prestretch and temperature.")
 
 
 @app.command()

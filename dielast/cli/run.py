@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import sys
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from dielast.errors import DielastWarning, InputError, NumericsError
-from dielast.files import Inputs, check_targets, depfile, write_files
+from dielast.files import STORE, Inputs, check_targets, depfile, write_files
 from dielast.recipe.cases import Case, read_cases
+from dielast.workflow.report import Execution, contents, summarise
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
@@ -42,12 +43,13 @@ def run(kind: str, path: Path, options: Options) -> int:
         raise InputError(f"{out}: is a file, a folder for the results is needed (see --out)")
     if options.golden is not None:
         _check_golden(options.golden, out)
-    files, summary, inputs, caught = compute(kind, cases, path, options.plots)
+    files, summary, inputs, caught = compute(kind, cases, path, options.plots, Execution(options.jobs, out, _progress(options)))
     for message in caught:
         print(f"warning: {message}", file=sys.stderr)
     written = [out / name for name in files] + ([options.depfile] if options.depfile is not None else [])
     check_targets(written, [path, *inputs.paths])
     write_files(out, files)
+    (out / STORE).unlink(missing_ok=True)
     if options.depfile is not None:
         rule = depfile([out / name for name in files], [path, *inputs.paths])
         write_files(options.depfile.parent, {options.depfile.name: rule.encode()})
@@ -62,17 +64,15 @@ def run(kind: str, path: Path, options: Options) -> int:
 
 
 def compute(
-    kind: str, cases: Sequence[Case[Any]], path: Path, plots: Sequence[str]
+    kind: str, cases: Sequence[Case[Any]], path: Path, plots: Sequence[str], execution: Execution
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
     """Every file of the result (name -> bytes), its summary, what was read, and the warnings on the way."""
-    from dielast.workflow.report import contents, summarise
-
     inputs = Inputs(path.parent)
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", DielastWarning)
         try:
-            report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(cases, inputs)
+            report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(cases, inputs, execution)
         except (InputError, NumericsError) as error:
             raise type(error)(*(_located(line, path, inputs) for line in error.messages)) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
@@ -92,6 +92,25 @@ def _check_golden(golden: Path, out: Path) -> None:
     golden_files(golden)
     if golden.resolve() == out.resolve():
         raise InputError(f"{golden}: the result would overwrite the golden files; write it to another folder (see --out)")
+
+
+def _progress(options: Options) -> Callable[[int, int], None] | None:
+    """A progress bar on standard error, on a terminal only."""
+    if options.quiet or sys.stderr is None or not sys.stderr.isatty():
+        return None
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    bar = Progress(BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+    task = bar.add_task("cells", total=None)
+
+    def advance(done: int, of: int) -> None:
+        bar.start()
+        bar.update(task, completed=done, total=of)
+        if done == of:
+            bar.stop()
+
+    return advance
 
 
 def _compare(files: Mapping[str, bytes], options: Options) -> int:

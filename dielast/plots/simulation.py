@@ -23,8 +23,17 @@ LABELS = {
     "true_stress_1 [Pa]": ("true stress [kPa]", 1e-3),
     "true_stress_2 [Pa]": ("true stress in axis 2 [kPa]", 1e-3),
     "relaxation_modulus [Pa]": ("relaxation modulus [kPa]", 1e-3),
+    "voltage [V]": ("voltage [kV]", 1e-3),
+    "relative_stretch_1 [1]": ("relative stretch", 1.0),
+    "relative_stretch_2 [1]": ("relative stretch in axis 2", 1.0),
+    "true_field [V/m]": ("true field [MV/m]", 1e-6),
+    "stability [1]": ("stability det H / det H$_0$", 1.0),
+    "major_axis [m]": ("major axis [mm]", 1e3),
+    "minor_axis [m]": ("minor axis [mm]", 1e3),
 }
 MOST_IN_LEGEND = 7
+# crosses and circles as in the paper's Fig. 13
+EVENTS = {"breakdown": "x", "pull-in": "o", "loss-of-tension": "v"}
 
 
 class Measured(Protocol):
@@ -48,8 +57,12 @@ def plot_cases(
     y: str,
     scales: tuple[str, str] = ("log", "linear"),
     title: str | None = None,
+    marks: Sequence[tuple[int, str, float, float]] = (),
 ) -> Figure:
-    """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers."""
+    """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers.
+
+    `marks` are events: the case, the name, and where, in the units of x and y.
+    """
     with style():
         figure, (axes,) = panels(1, title)
         (x_label, x_factor), (y_label, y_factor) = (LABELS.get(header, (header, 1.0)) for header in (x, y))
@@ -76,10 +89,25 @@ def plot_cases(
                 markeredgewidth=0.8,
                 label=points.label,
             )
+        for name, symbol in EVENTS.items():
+            here = [(case, across * x_factor, up * y_factor) for case, own, across, up in marks if own == name]
+            for index, (case, across, up) in enumerate(here):
+                own = TEMPERATURES(case / (len(cases) - 1)) if many else COLOURS[case % len(COLOURS)]
+                axes.plot(
+                    across,
+                    up,
+                    symbol,
+                    color=own,
+                    markersize=6,
+                    markerfacecolor="none",
+                    markeredgewidth=1.2,
+                    zorder=4,
+                    label=name if index == 0 else None,
+                )
         _scale(axes, *scales)
         axes.set_xlabel(x_label)
         axes.set_ylabel(y_label)
-        if len(cases) > 1 or measured:
+        if len(cases) > 1 or measured or marks:
             for text in axes.legend(loc="best").get_texts():
                 text.set_parse_math(False)
     return figure

@@ -20,7 +20,7 @@ from dielast.recipe.fields import Section
 from dielast.recipe.models import recipe_model
 from dielast.recipe.validate import check, parse_toml, read_values, set_key
 
-Recipe = TypeVar("Recipe", bound=RecipeBase)
+Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
 MOST_CASES = 100_000
 
 

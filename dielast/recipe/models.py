@@ -13,6 +13,8 @@ _MODELS = {
     "spectrum": ("spectrum", "SpectrumRecipe"),
     "relax": ("simulation", "RelaxRecipe"),
     "creep": ("simulation", "CreepRecipe"),
+    "actuate": ("voltage", "ActuateRecipe"),
+    "failure-map": ("voltage", "FailureMapRecipe"),
 }
 KINDS = tuple(_MODELS)
 """Every kind of recipe, in the order of a workflow."""

@@ -37,14 +37,15 @@ class Entry:
         return (self.control, self.rate is None, self.duration is None)
 
 
+def values_of(entries: Sequence[Entry], name: str) -> Array | None:
+    """One value of the same step of several cases, as an array (cases,)."""
+    return None if getattr(entries[0], name) is None else np.array([getattr(entry, name) for entry in entries])
+
+
 def joined(entries: Sequence[Entry]) -> Step:
     """The same step of several cases as one, with arrays (cases,)."""
-
-    def values(name: str) -> Array | None:
-        return None if getattr(entries[0], name) is None else np.array([getattr(entry, name) for entry in entries])
-
-    targets = {} if entries[0].control is None else {entries[0].control: values("target")}
-    return Step(**targets, rate=values("rate"), duration=values("duration"))
+    targets = {} if entries[0].control is None else {entries[0].control: values_of(entries, "target")}
+    return Step(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
 
 def solver_steps(recipe: Recipe, inputs: Inputs) -> list[Entry]:

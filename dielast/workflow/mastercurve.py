@@ -19,12 +19,12 @@ from dielast.recipe.mastercurve import MasterCurveRecipe, RelaxationData
 from dielast.shift import WLF, Arrhenius
 from dielast.table import Column
 from dielast.units import STRAIN, STRESS, TEMPERATURE, TIME, ZERO_CELSIUS
-from dielast.workflow.report import Report
+from dielast.workflow.report import Execution, Report
 
 Array = NDArray[np.float64]
 
 
-def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs) -> Report:
+def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the tests, shift them, report."""
     recipe = cases[0].recipe
     curves = read_curves(recipe.data, inputs)

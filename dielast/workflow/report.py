@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dielast._version import __version__
@@ -15,6 +16,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Summary = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """How a run is carried out, which no result depends on: processes, a folder for unfinished work, who hears of progress."""
+
+    jobs: int = 1
+    folder: Path | None = None
+    progress: Callable[[int, int], None] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,73 +10,53 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.files import Inputs
-from dielast.material import Material
 from dielast.recipe.cases import Case
-from dielast.recipe.material import parse_material
 from dielast.simulate.membrane import simulate
-from dielast.table import Column
-from dielast.units import recognise
-from dielast.workflow.compare import Match, match
+from dielast.workflow.cases import (
+    CaseResult,
+    axes_of,
+    case_columns,
+    compare_headline,
+    each,
+    failures,
+    labels,
+    matches,
+    read_materials,
+    result_columns,
+    temperature_of,
+)
+from dielast.workflow.compare import Match
 from dielast.workflow.history import Recipe, in_recipe_terms, joined, solver_steps
-from dielast.workflow.report import Report
+from dielast.workflow.report import Execution, Report
 
 Array = NDArray[np.float64]
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CaseResult:
-    """One case: its table's `columns` (times,) by header, up to where it was finished, and why it was not."""
-
-    temperature: float
-    columns: Mapping[str, Array]
-    failure: str | None
-
-
-def run(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Report:
+def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
     recipe = cases[0].recipe
     kind = recipe.kind
     clean = simulate_cases(cases, inputs)
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
-    matches = []
-    for comparison in recipe.compare:
-        if comparison.case >= len(cases):
-            raise InputError(f"compare: case {comparison.case} is wanted; cases are numbered 0 to {len(cases) - 1}")
-        matches.append(match(comparison, results[comparison.case].columns, inputs))
-    counts = [result.columns["time [s]"].size for result in results]
-    columns = [
-        Column("case", None, np.repeat(np.arange(len(cases)), counts)),
-        Column("temperature", "degC", np.repeat([result.temperature for result in results], counts)),
-    ]
-    for header in results[0].columns:
-        name, unit = header.rstrip("]").split(" [")
-        columns.append(Column(name, unit, np.concatenate([result.columns[header] for result in results])))
-    failures = [f"case {index}: {result.failure}" for index, result in enumerate(results) if result.failure]
+    columns = [result.columns for result in results]
+    found = matches(recipe, columns, inputs)
+    x, y, scales = axes_of(recipe, columns[0], MEASURED[kind])
 
     def figure() -> Any:
         from dielast.plots.simulation import plot_cases
 
-        axes = recipe.plot
-        x, y = axes.x or "time [s]", axes.y or MEASURED[kind]
-        for header in (x, y):
-            if header not in results[0].columns:
-                raise InputError(f'plot: "{header}" is no column of the result; there are {", ".join(results[0].columns)}')
-        scales = (axes.x_scale or ("log" if x == "time [s]" else "linear"), axes.y_scale)
-        return plot_cases([r.columns for r in results], labels(cases), matches, x, y, scales, recipe.title)
+        return plot_cases(columns, labels(cases), found, x, y, scales, recipe.title)
 
-    tables = {f"{kind}.csv": columns, "cases.csv": case_columns(cases)}
-    return Report(tables, headline(kind, results, matches), figure, failures=failures)
+    tables = {f"{kind}.csv": result_columns(results), "cases.csv": case_columns(cases)}
+    return Report(tables, headline(kind, results, found), figure, failures=failures(results))
 
 
-def headline(kind: str, results: Sequence[CaseResult], matches: Sequence[Match]) -> dict[str, dict[str, Any]]:
+def headline(kind: str, results: Sequence[CaseResult], found: Sequence[Match]) -> dict[str, dict[str, Any]]:
     """Peak and last value of the measured quantity in each case, and the misfit of each comparison."""
     name, unit = MEASURED[kind].rstrip("]").split(" [")
     suffix = "" if unit == "1" else f"_{unit}"
     series = [result.columns[MEASURED[kind]] for result in results]
-
-    def each(values: Sequence[float]) -> Any:
-        return float(values[0]) if len(values) == 1 else [float(value) for value in values]
 
     sections: dict[str, dict[str, Any]] = {
         kind: {
@@ -86,38 +65,14 @@ def headline(kind: str, results: Sequence[CaseResult], matches: Sequence[Match])
             f"final_{name}{suffix}": each([float(values[-1]) for values in series]),
         }
     }
-    if matches:
-        sections["compare"] = {
-            "points": each([m.x.size for m in matches]),
-            "rms_error": each([m.rms_error for m in matches]),
-            "rms_relative_error": each([m.rms_relative_error for m in matches]),
-        }
+    if found:
+        sections["compare"] = compare_headline(found)
     return sections
-
-
-def case_columns(cases: Sequence[Case[Recipe]]) -> list[Column]:
-    """The table of cases: their number and each swept value, in SI where it is a quantity."""
-    columns = [Column("case", None, np.arange(len(cases)))]
-    for key in cases[0].settings:
-        values = [case.settings[key] for case in cases]
-        try:
-            numbers = [recognise(value) if isinstance(value, str) else (float(value), "1") for value in values]
-        except (InputError, TypeError, ValueError):
-            columns.append(Column(key, None, [str(value) for value in values]))
-            continue
-        columns.append(Column(key, numbers[0][1], np.array([number for number, _ in numbers])))
-    return columns
-
-
-def labels(cases: Sequence[Case[Recipe]]) -> list[str]:
-    """What tells each case from the others, for a legend."""
-    return [", ".join(f"{key.split('.')[-1]} = {value}" for key, value in case.settings.items()) for case in cases]
 
 
 def simulate_cases(cases: Sequence[Case[Recipe]], inputs: Inputs) -> list[CaseResult]:
     """The result of every case; those with histories of one shape run together."""
-    named = {name: parse_material(inputs.read(name), name) for name in dict.fromkeys(case.recipe.material for case in cases)}
-    materials = [named[case.recipe.material] for case in cases]
+    materials = read_materials(cases, inputs)
     histories = [solver_steps(case.recipe, inputs) for case in cases]
     groups: dict[Any, list[int]] = {}
     for index, (case, history) in enumerate(zip(cases, histories, strict=True)):
@@ -128,7 +83,7 @@ def simulate_cases(cases: Sequence[Case[Recipe]], inputs: Inputs) -> list[CaseRe
     results: dict[int, CaseResult] = {}
     for (mode, rtol, points_per_decade, times, _), members in groups.items():
         own = [materials[index] for index in members]
-        temperature = np.array([_temperature(cases[index].recipe, materials[index]) for index in members])
+        temperature = np.array([temperature_of(cases[index].recipe, materials[index]) for index in members])
         try:
             result = simulate(
                 own[0] if all(material is own[0] for material in own) else own,
@@ -161,10 +116,6 @@ def simulate_cases(cases: Sequence[Case[Recipe]], inputs: Inputs) -> list[CaseRe
             kept = {header: np.asarray(values[finished]) for header, values in columns.items()}
             results[index] = CaseResult(float(temperature[row]), kept, failure)
     return [results[index] for index in range(len(cases))]
-
-
-def _temperature(recipe: Recipe, material: Material) -> float:
-    return material.reference_temperature if recipe.temperature is None else recipe.temperature
 
 
 def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:

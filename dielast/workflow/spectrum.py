@@ -23,7 +23,7 @@ from dielast.recipe.validate import parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 from dielast.table import Column, number_columns
 from dielast.units import STRESS, TIME
-from dielast.workflow.report import Report
+from dielast.workflow.report import Execution, Report
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ class Curve:
     glassy_modulus: float | None = None
 
 
-def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Report:
+def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the master curve, fit the spectrum, report."""
     recipe = cases[0].recipe
     curve = read_master_curve(recipe.mastercurve, inputs) if recipe.mastercurve is not None else read_curve(recipe.data, inputs)

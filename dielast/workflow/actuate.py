@@ -1,0 +1,193 @@
+"""`actuate`: voltage history -> stretch of a prestretched film, and its failure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.files import Inputs
+from dielast.recipe.cases import Case
+from dielast.recipe.material import breakdown
+from dielast.recipe.voltage import ActuateRecipe
+from dielast.simulate.actuate import ActuationHistory, Event, actuate
+from dielast.simulate.voltage import VoltageStep
+from dielast.stability import TimeScale
+from dielast.table import Column
+from dielast.workflow.cases import (
+    CaseResult,
+    axes_of,
+    case_columns,
+    compare_headline,
+    each,
+    failures,
+    labels,
+    matches,
+    read_materials,
+    result_columns,
+    temperature_of,
+)
+from dielast.workflow.compare import Match
+from dielast.workflow.history import Entry, in_recipe_terms, values_of
+from dielast.workflow.report import Execution, Report
+from dielast.workflow.waveform import voltage_entries
+
+Array = NDArray[np.float64]
+MEASURED = "relative_stretch_1 [1]"
+# columns that only a comparison needs: the electrode, as a camera sees it
+MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
+
+
+def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
+    """Simulate every case, report."""
+    recipe = cases[0].recipe
+    results, events = simulate_cases(cases, inputs)
+    columns = [result.columns for result in results]
+    seen = [dict(own) | electrode_axes(case.recipe, own) for case, own in zip(cases, columns, strict=True)]
+    found = matches(recipe, seen, inputs)
+    x, y, scales = axes_of(recipe, seen[0], MEASURED, time_scale="linear")
+
+    def figure() -> Any:
+        from dielast.plots.simulation import plot_cases
+
+        def at(own: Mapping[str, Array], header: str, time: float) -> float:
+            return float(np.interp(time, own["time [s]"], own[header]))
+
+        marks = [
+            (index, event.name, at(own, x, event.time), at(own, y, event.time))
+            for index, own in enumerate(seen)
+            for event in events[index]
+        ]
+        return plot_cases(seen, labels(cases), found, x, y, scales, recipe.title, marks)
+
+    tables = {"actuate.csv": result_columns(results), "events.csv": event_columns(events), "cases.csv": case_columns(cases)}
+    return Report(tables, headline(results, events, found), figure, failures=failures(results))
+
+
+def headline(results: Sequence[CaseResult], events: Sequence[Sequence[Event]], found: Sequence[Match]) -> dict[str, dict[str, Any]]:
+    """The last relative stretch of each case, and the first event of each kind in the cases that it happens in."""
+    sections: dict[str, dict[str, Any]] = {
+        "actuate": {
+            "cases": len(results),
+            "final_relative_stretch_1": each([result.columns["relative_stretch_1 [1]"][-1] for result in results]),
+            "final_relative_stretch_2": each([result.columns["relative_stretch_2 [1]"][-1] for result in results]),
+        }
+    }
+    for name in ("breakdown", "pull-in", "loss-of-tension"):
+        first = {case: event for case, own in enumerate(events) for event in reversed(own) if event.name == name}
+        if first:
+            sections[name] = {
+                "cases": list(first),
+                "time_s": [event.time for event in first.values()],
+                "stretch_1": [event.stretch_1 for event in first.values()],
+                "true_field_V_per_m": [event.true_field for event in first.values()],
+            }
+    if found:
+        sections["compare"] = compare_headline(found)
+    return sections
+
+
+def event_columns(events: Sequence[Sequence[Event]]) -> list[Column]:
+    """The table of events, by case and time."""
+    flat = [(case, event) for case, own in enumerate(events) for event in own]
+    numbers = {
+        ("time", "s"): [event.time for _, event in flat],
+        ("voltage", "V"): [event.voltage for _, event in flat],
+        ("stretch_1", "1"): [event.stretch_1 for _, event in flat],
+        ("stretch_2", "1"): [event.stretch_2 for _, event in flat],
+        ("true_field", "V/m"): [event.true_field for _, event in flat],
+    }
+    return [
+        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
+        Column("event", None, [event.name for _, event in flat]),
+        *(Column(name, unit, np.array(values, dtype=float)) for (name, unit), values in numbers.items()),
+    ]
+
+
+def electrode_axes(recipe: ActuateRecipe, columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Axes in m of an electrode that was a circle on the prestretched film, if its diameter is stated."""
+    diameter = recipe.film.electrode_diameter
+    if diameter is None:
+        return {}
+    first, second = columns["relative_stretch_1 [1]"] * diameter, columns["relative_stretch_2 [1]"] * diameter
+    return {MAJOR_AXIS: np.maximum(first, second), MINOR_AXIS: np.minimum(first, second)}
+
+
+def simulate_cases(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> tuple[list[CaseResult], list[tuple[Event, ...]]]:
+    """The result and the events of every case; those with programmes of one shape run together."""
+    materials = read_materials(cases, inputs)
+    programmes = [voltage_entries(case.recipe, inputs) for case in cases]
+    groups: dict[Any, list[int]] = {}
+    for index, (case, programme) in enumerate(zip(cases, programmes, strict=True)):
+        recipe = case.recipe
+        film, output = recipe.film, recipe.output
+        times = None if output.times is None else tuple(output.times)
+        limits = breakdown(recipe.breakdown)
+        key = (
+            film.thickness,
+            film.prestretch_rate is None,
+            film.relax,
+            film.boundary,
+            limits,
+            recipe.pull_in.timescale,
+            recipe.stop.at,
+        )
+        shape = tuple(entry.shape for entry in programme)
+        groups.setdefault((key, times, output.points_per_decade, recipe.solver.rtol, shape), []).append(index)
+    results: dict[int, CaseResult] = {}
+    events: dict[int, tuple[Event, ...]] = {}
+    for members in groups.values():
+        recipe = cases[members[0]].recipe
+        films = [cases[index].recipe.film for index in members]
+        own = [materials[index] for index in members]
+        share, by_share = recipe.pull_in.timescale
+        try:
+            history = actuate(
+                own[0] if all(material is own[0] for material in own) else own,
+                [_joined([programmes[index][position] for index in members]) for position in range(len(programmes[members[0]]))],
+                thickness=recipe.film.thickness,
+                prestretch=(np.array([film.prestretch[0] for film in films]), np.array([film.prestretch[1] for film in films])),
+                prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
+                relax=recipe.film.relax,
+                boundary=recipe.film.boundary,
+                temperature=[temperature_of(cases[index].recipe, materials[index]) for index in members],
+                breakdown_field=breakdown(recipe.breakdown),
+                pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+                stop_at=recipe.stop.at,
+                times=recipe.output.times,
+                points_per_decade=recipe.output.points_per_decade,
+                rtol=recipe.solver.rtol,
+            )
+        except InputError as error:
+            origin = [entry.origin for entry in programmes[members[0]]]
+            raise InputError(*(in_recipe_terms(line, origin) for line in error.messages)) from None
+        for row, index in enumerate(members):
+            results[index], events[index] = _case(history, row), history.events[row]
+    return [results[index] for index in range(len(cases))], [events[index] for index in range(len(cases))]
+
+
+def _joined(entries: Sequence[Entry]) -> VoltageStep:
+    """The same step of several cases as one, with arrays (cases,)."""
+    return VoltageStep(values_of(entries, "target"), rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
+
+
+def _case(history: ActuationHistory, row: int) -> CaseResult:
+    reached = np.isfinite(history.stretch_1[row])
+    columns = {
+        "time [s]": history.time,
+        "voltage [V]": history.voltage,
+        "stretch_1 [1]": history.stretch_1,
+        "stretch_2 [1]": history.stretch_2,
+        "relative_stretch_1 [1]": history.relative_stretch_1,
+        "relative_stretch_2 [1]": history.relative_stretch_2,
+        "nominal_stress_1 [Pa]": history.nominal_stress_1,
+        "nominal_stress_2 [Pa]": history.nominal_stress_2,
+        "true_field [V/m]": history.true_field,
+        "stability [1]": history.stability,
+    }
+    outcome = history.outcome[row]
+    failure = None if outcome.completed else f"given up at {outcome.time:.6g} s: {outcome.reason}"
+    return CaseResult(float(history.temperature[row]), {name: values[row][reached] for name, values in columns.items()}, failure)

@@ -1,0 +1,114 @@
+"""What simulations of several cases share: their tables, their labels, comparison with measured points, their figure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.files import Inputs
+from dielast.material import Material
+from dielast.recipe.cases import Case
+from dielast.recipe.material import parse_material
+from dielast.recipe.simulation import SimulationRecipe
+from dielast.table import Column
+from dielast.units import recognise
+from dielast.workflow.compare import Match, match
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CaseResult:
+    """One case: its table's `columns` (times,) by header, up to where it was finished, and why it was not."""
+
+    temperature: float
+    columns: Mapping[str, Array]
+    failure: str | None
+
+
+def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> list[Material]:
+    """The material of every case; each file is read once."""
+    named = {name: parse_material(inputs.read(name), name) for name in dict.fromkeys(case.recipe.material for case in cases)}
+    return [named[case.recipe.material] for case in cases]
+
+
+def temperature_of(recipe: SimulationRecipe, material: Material) -> float:
+    """The temperature in degC: the recipe's, or the one at which the material's spectrum holds."""
+    return material.reference_temperature if recipe.temperature is None else float(recipe.temperature)
+
+
+def result_columns(results: Sequence[CaseResult]) -> list[Column]:
+    """The table of all cases, one below the other."""
+    counts = [result.columns["time [s]"].size for result in results]
+    columns = [
+        Column("case", None, np.repeat(np.arange(len(results)), counts)),
+        Column("temperature", "degC", np.repeat([result.temperature for result in results], counts)),
+    ]
+    for header in results[0].columns:
+        name, unit = header.rstrip("]").split(" [")
+        columns.append(Column(name, unit, np.concatenate([result.columns[header] for result in results])))
+    return columns
+
+
+def failures(results: Sequence[CaseResult]) -> list[str]:
+    """A line for each case that was not finished."""
+    return [f"case {index}: {result.failure}" for index, result in enumerate(results) if result.failure]
+
+
+def matches(recipe: SimulationRecipe, columns: Sequence[Mapping[str, Array]], inputs: Inputs) -> list[Match]:
+    """The measured points of every comparison beside the `columns` of the case they belong to."""
+    found = []
+    for comparison in recipe.compare:
+        if comparison.case >= len(columns):
+            raise InputError(f"compare: case {comparison.case} is wanted; cases are numbered 0 to {len(columns) - 1}")
+        found.append(match(comparison, columns[comparison.case], inputs))
+    return found
+
+
+def each(values: Sequence[float]) -> float | list[float]:
+    """Headline values of the cases: one number for one case, else a list."""
+    return float(values[0]) if len(values) == 1 else [float(value) for value in values]
+
+
+def compare_headline(found: Sequence[Match]) -> dict[str, Any]:
+    """The misfit of each comparison."""
+    return {
+        "points": each([entry.x.size for entry in found]),
+        "rms_error": each([entry.rms_error for entry in found]),
+        "rms_relative_error": each([entry.rms_relative_error for entry in found]),
+    }
+
+
+def axes_of(
+    recipe: SimulationRecipe, columns: Mapping[str, Array], measured: str, time_scale: str = "log"
+) -> tuple[str, str, tuple[str, str]]:
+    """Columns for x and y of the figure, and their scales; y is by default what is `measured`."""
+    x, y = recipe.plot.x or "time [s]", recipe.plot.y or measured
+    for header in (x, y):
+        if header not in columns:
+            raise InputError(f'plot: "{header}" is no column of the result; there are {", ".join(columns)}')
+    return x, y, (recipe.plot.x_scale or (time_scale if x == "time [s]" else "linear"), recipe.plot.y_scale)
+
+
+def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
+    """The table of cases: their number and each swept value, in SI where it is a quantity."""
+    columns = [Column("case", None, np.arange(len(cases)))]
+    for key in cases[0].settings:
+        values = [case.settings[key] for case in cases]
+        try:
+            numbers = [recognise(value) if isinstance(value, str) else (float(value), "1") for value in values]
+        except (InputError, TypeError, ValueError):
+            columns.append(Column(key, None, [str(value) for value in values]))
+            continue
+        columns.append(Column(key, numbers[0][1], np.array([number for number, _ in numbers])))
+    return columns
+
+
+def labels(cases: Sequence[Case[SimulationRecipe]]) -> list[str]:
+    """What tells each case from the others, for a legend."""
+    return [", ".join(f"{key.split('.')[-1]} = {value}" for key, value in case.settings.items()) for case in cases]

@@ -1,0 +1,114 @@
+"""`failure-map`: time to failure over voltage, prestretch and temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from dielast.files import Inputs
+from dielast.recipe.cases import Case
+from dielast.recipe.material import breakdown, parse_material
+from dielast.recipe.voltage import FailureMapRecipe, VoltageAxis
+from dielast.simulate.failure_map import FailureMap, assemble, plan_failure_map
+from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
+from dielast.stability import TimeScale
+from dielast.table import Column
+from dielast.workflow.partial import fingerprint, solve
+from dielast.workflow.report import Execution, Report
+
+MODES = ("breakdown", "pull-in", "none", "unfinished")
+
+
+def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
+    """Plan the map, solve its cells, report."""
+    recipe = cases[0].recipe
+    share, by_share = recipe.pull_in.timescale
+    plan = plan_failure_map(
+        parse_material(inputs.read(recipe.material), recipe.material),
+        voltage=voltages(recipe.voltage),
+        prestretch=np.array(recipe.film.prestretch),
+        thickness=recipe.film.thickness,
+        horizon=recipe.horizon,
+        temperature=None if recipe.temperature is None else np.array(recipe.temperature),
+        prestretch_rate=recipe.film.prestretch_rate,
+        relax=recipe.film.relax,
+        ramp=recipe.voltage.ramp,
+        boundary=recipe.film.boundary,
+        breakdown_field=breakdown(recipe.breakdown),
+        pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+        rtol=recipe.solver.rtol,
+    )
+    result = assemble(plan, solve(plan, fingerprint(recipe, inputs), execution))
+    lines = fit_lifetime(result)
+
+    def figure() -> Any:
+        from dielast.plots.failure_map import plot_failure_map
+
+        return plot_failure_map(result, lines, recipe.title)
+
+    unfinished = np.argwhere(result.outcome != "completed")
+    failures = [
+        f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {result.voltage[k]:g} V: "
+        f"given up: {result.outcome[i, j, k]}"
+        for i, j, k in unfinished
+    ]
+    tables = {"failure-map.csv": map_columns(result), "fit.csv": fit_columns(lines)}
+    return Report(tables, headline(result, lines), figure, failures=failures)
+
+
+def voltages(axis: VoltageAxis) -> np.ndarray:
+    """The voltages of the map's axis, in V."""
+    if axis.values is not None:
+        return np.array(axis.values)
+    return np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
+
+
+def map_columns(result: FailureMap) -> list[Column]:
+    """One row for each cell: temperatures, then prestretches, then voltages."""
+    t, p, v = (index.ravel() for index in np.indices(result.failure_mode.shape))
+    return [
+        Column("temperature", "degC", result.temperature[t]),
+        Column("prestretch_1", "1", result.prestretch[p, 0]),
+        Column("prestretch_2", "1", result.prestretch[p, 1]),
+        Column("voltage", "V", result.voltage[v]),
+        Column("time_to_breakdown", "s", result.time_to_breakdown.ravel()),
+        Column("time_to_pull_in", "s", result.time_to_pull_in.ravel()),
+        Column("time_to_failure", "s", result.time_to_failure.ravel()),
+        Column("failure_mode", None, result.failure_mode.ravel().tolist()),
+    ]
+
+
+def fit_columns(lines: Sequence[LifetimeLine]) -> list[Column]:
+    """The straight line of log10(time_to_failure) over voltage for each temperature and prestretch."""
+    numbers = {
+        ("temperature", "degC"): [line.temperature for line in lines],
+        ("prestretch_1", "1"): [line.prestretch[0] for line in lines],
+        ("prestretch_2", "1"): [line.prestretch[1] for line in lines],
+        ("slope", "1/V"): [line.slope for line in lines],
+        ("intercept", "1"): [line.intercept for line in lines],
+        ("rms_residual", "1"): [line.rms_residual for line in lines],
+        ("r_squared", "1"): [line.r_squared for line in lines],
+    }
+    columns = [Column(name, unit, np.array(values, dtype=float)) for (name, unit), values in numbers.items()]
+    return [*columns, Column("points", None, np.array([line.points for line in lines], dtype=np.int64))]
+
+
+def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dict[str, Any]]:
+    """How many cells fail in which way, and how straight the lines are."""
+    modes = result.failure_mode
+    failed = result.time_to_failure[np.isfinite(result.time_to_failure)]
+    fitted = [line.r_squared for line in lines if np.isfinite(line.r_squared)]
+    return {
+        "map": {
+            "cells": int(modes.size),
+            **{
+                name.replace("-", "_"): int(np.count_nonzero(modes == name))
+                for name in ("breakdown", "pull-in", "none", "unfinished")
+            },
+            "shortest_time_to_failure_s": float(failed.min()) if failed.size else None,
+            "longest_time_to_failure_s": float(failed.max()) if failed.size else None,
+        },
+        "fit": {"lines": len(lines), "least_r_squared": min(fitted) if fitted else None},
+    }

@@ -1,0 +1,100 @@
+"""Solve the cells of a map chunk by chunk, in several processes if asked to, and go on where an interrupted run stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import signal
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from dielast._version import __version__
+from dielast.files import STORE, Inputs, write_files
+from dielast.recipe.base import RecipeBase
+from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
+from dielast.workflow.report import Execution
+
+CHUNK = 1024  # cells: small enough to lose little and to share evenly, large enough to be fast
+
+_plan: MapPlan | None = None  # of a worker process
+
+
+def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
+    """What an unfinished map must share with this one to be of use: version, recipe and inputs."""
+    stated = f"{__version__}\n{recipe!r}\n{sorted(inputs.digests.items())}"
+    return hashlib.sha256(stated.encode()).hexdigest()
+
+
+def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
+    """All cells of the plan. What is solved is kept in the execution's folder until all is done."""
+    store = None if execution.folder is None else execution.folder / STORE
+    known = _load(store, key)
+    waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
+    done = sum(cells.status.size for cells in known.values())
+    for cells in _solved(plan, waiting, execution.jobs):
+        known[cells.first] = cells
+        done += cells.status.size
+        if store is not None and done < plan.cells:
+            _save(store, key, list(known.values()))
+        if execution.progress is not None:
+            execution.progress(done, plan.cells)
+    return list(known.values())
+
+
+def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], jobs: int) -> Iterator[Cells]:
+    if jobs == 1 or len(chunks) < 2:
+        for first, end in chunks:
+            yield solve_cells(plan, first, end)
+        return
+    with ProcessPoolExecutor(min(jobs, len(chunks)), initializer=_receive, initargs=(plan,)) as pool:
+        try:
+            for future in as_completed([pool.submit(_solve_own, *chunk) for chunk in chunks]):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _receive(plan: MapPlan) -> None:
+    global _plan
+    # an interrupt is the parent's to answer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _plan = plan
+
+
+def _solve_own(first: int, end: int) -> Cells:
+    assert _plan is not None
+    return solve_cells(_plan, first, end)
+
+
+def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
+    buffer = io.BytesIO()
+    np.savez(
+        buffer,
+        key=np.array(key),
+        first=np.array([cells.first for cells in solved]),
+        size=np.array([cells.status.size for cells in solved]),
+        time_to_breakdown=np.concatenate([cells.time_to_breakdown for cells in solved]),
+        time_to_pull_in=np.concatenate([cells.time_to_pull_in for cells in solved]),
+        status=np.concatenate([cells.status for cells in solved]),
+    )
+    write_files(store.parent, {store.name: buffer.getvalue()})
+
+
+def _load(store: Path | None, key: str) -> dict[int, Cells]:
+    """The chunks of an earlier run of the same map, by first cell; none if there are none, or they are of another map."""
+    if store is None or not store.is_file():
+        return {}
+    try:
+        with np.load(store) as saved:
+            if str(saved["key"]) != key:
+                return {}
+            bounds = np.cumsum(saved["size"])[:-1]
+            parts = (np.split(saved[name], bounds) for name in ("time_to_breakdown", "time_to_pull_in", "status"))
+            return {int(first): Cells(int(first), *own) for first, *own in zip(saved["first"], *parts, strict=True)}
+    except (OSError, ValueError, KeyError, BadZipFile):
+        return {}
