@@ -81,8 +81,6 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
         scale = LogNorm(shortest, longest if longest > shortest else 10 * shortest)
         cells = np.ma.masked_invalid(shown)
         axes.pcolormesh(voltage, prestretch, cells, norm=scale, cmap=TEMPERATURES, shading="nearest", rasterized=True)
-            voltage, prestretch, np.ma.masked_invalid(shown), norm=scale, cmap=TEMPERATURES, shading="nearest", rasterized=True
-        )
         figure.colorbar(ScalarMappable(scale, TEMPERATURES), ax=axes, label="time to failure [s]", pad=0.02, aspect=30)
         levels = [level for level in CONTOURS if shortest < level < longest]
         if levels and min(shown.shape) > 1:
