@@ -25,7 +25,8 @@ Films = LoadedPoints | SymmetricPoints
 
 Signal = Callable[[Floats], Floats]
 
-NEAR = 0.2  # a signal below this is looked at inside the step as well; steps that move it by as much are rare
+# A signal below this is looked at inside the step as well; none moves by as much within a step and back again.
+NEAR = (0.05, 0.2, 0.2, 0.2)
 CLOSE = 0.05  # a dip that may go below this is followed to its bottom
 INSIDE = np.array((0.25, 0.5, 0.75))
 DIP, GOLDEN = 24, 0.6180339887498949  # golden sections towards the bottom of a dip
@@ -85,6 +86,10 @@ class Segment:
         """All of them as one."""
         fields = ((s.cases, s.time, s.step, s.coefficients) for s in segments)
         return cls(*(np.concatenate(parts, axis=-1) for parts in zip(*fields, strict=True)))
+
+    def take(self, columns: Cases) -> Segment:
+        """Some of the columns."""
+        return Segment(self.cases[columns], self.time[columns], self.step[columns], self.coefficients[:, :, columns])
 
     def state(self, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,)."""
@@ -159,16 +164,17 @@ class Watch:
     def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
         """Note what falls within the step; columns whose case ends with it."""
         system = stride.system
-        assert isinstance(system, LoadedPoints | SymmetricPoints)
+        assert isinstance(system, Films)
         for kind in self._kinds:
             wanted = stride.accepted & ~self._seen[kind, stride.cases]
             if not wanted.any():
                 continue
             value = self._signal(kind, system, stride.cases, stride.until, stride.after)
             last = self._last[kind, stride.cases]
-            close = np.flatnonzero(wanted & ~((value > NEAR) & (last > NEAR)))
-            if close.size:
-                self._look_inside(kind, stride, close, last[close], value[close])
+            near = NEAR[kind]
+            close = wanted & ~((value > near) & (last > near))
+            if close.any():
+                self._look_inside(kind, stride, np.flatnonzero(close), last[close], value[close])
             self._last[kind, stride.cases[wanted]] = value[wanted]
         done = self.done[stride.cases]
         return done if done.any() else None
@@ -219,28 +225,40 @@ class Watch:
 
     def _look_inside(self, kind: Kind, stride: Stride, columns: Cases, last: Floats, value: Floats) -> None:
         """Bracket the first fall within a step, if there is one, even if the signal has risen again by the end."""
-        count = columns.size
-        if count == 1:
-            columns, last, value = (np.repeat(x, 2) for x in (columns, last, value))
-        some = stride.system.take(columns)
-        assert isinstance(some, LoadedPoints | SymmetricPoints)
-        segment = Segment.of(stride, slice(None if kind is Kind.PULL_IN else some.border, None), columns)
-
-        def signal(fraction: Floats) -> Floats:
-            return self._signal(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))
-
+        rows = slice(None if kind is Kind.PULL_IN else stride.system.border, None)
+        crossing = ~(value > 0)
+        if not crossing.all():
+            middle = self._part(kind, stride, rows, columns)[1](np.full(columns.size, 0.5))
+            curvature = last - 2 * middle + value
+            bottom = middle - np.square(value - last) / (8 * np.where(curvature > 0, curvature, np.inf))
+            crossing |= (bottom < CLOSE) & (middle < np.minimum(last, value))
+            columns, last, value = columns[crossing], last[crossing], value[crossing]
+        if not columns.size:
+            return
+        segment, signal = self._part(kind, stride, rows, columns)
         inside = [signal(np.full(columns.size, at)) for at in INSIDE]
-        fractions = np.concatenate(([0.0], INSIDE, [1.0]))
-        values = np.stack((last, *inside, value))
-        values, fractions_at = _dips(signal, fractions, values)
+        values, fractions = _dips(signal, np.concatenate(([0.0], INSIDE, [1.0])), np.stack((last, *inside, value)))
         fallen = ~(values > 0)
         first = np.argmax(fallen, axis=0)
-        happens = np.flatnonzero(fallen.any(axis=0) & (first > 0))[:count]
+        happens = np.flatnonzero(fallen.any(axis=0) & (first > 0))
         if happens.size:
-            low, high = fractions_at[first[happens] - 1, happens], fractions_at[first[happens], happens]
-            part = Segment(segment.cases[happens], segment.time[happens], segment.step[happens], segment.coefficients[:, :, happens])
-            self._found.append((kind, part, low, high))
+            low, high = fractions[first[happens] - 1, happens], fractions[first[happens], happens]
+            self._found.append((kind, segment.take(happens), low, high))
             self._seen[kind, segment.cases[happens]] = True
+
+    def _part(self, kind: Kind, stride: Stride, rows: slice, columns: Cases) -> tuple[Segment, Signal]:
+        """Some columns of a stride, and their signal over the fraction of the step."""
+        count = columns.size
+        columns = np.resize(columns, max(2, count))  # numbers in a lone column round differently
+        some = stride.system.take(columns)
+        assert isinstance(some, Films)
+        segment = Segment.of(stride, rows, columns)
+
+        def signal(fraction: Floats) -> Floats:
+            at = np.resize(fraction, columns.size)
+            return self._signal(kind, some, segment.cases, segment.time + at * segment.step, segment.state(at))[:count]
+
+        return segment, signal
 
     def _note(self, kind: Kind, system: Films, cases: Cases, time: Floats, state: Floats) -> None:
         """Book events of cases (k,) at times (k,) since the piece began."""

@@ -47,8 +47,9 @@ class Points:
 class MasterFit:
     """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curve and the residuals (n,).
 
-    `noise_stderr` (m,) is the part of the shifts' standard errors that noise alone makes. `offset_spread` is the standard deviation,
-    in decades of modulus, of the vertical offsets that were allowed for but not applied; `misfit` is what is missed beyond both.
+    `noise_stderr` (m,) is the part of the shifts' standard errors that noise alone makes. `offset_spread` is the standard
+    deviation, in decades of modulus, of the vertical offsets that were allowed for but not applied; `misfit` is what is missed
+    beyond both.
     """
 
     shift: Array

@@ -23,8 +23,8 @@ STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves 
 class Misfit:
     """Root mean square of misfit and of noise in decades of modulus: all, misfit by curve (m,) and by part of the curves (PARTS,).
 
-    `part` (n,) is the part of its curve that a point is in. A misfit is `sure` when chance does not explain it, and `matters` when it
-    is also larger than the noise and than what specimens and instruments do, or moves the shift factors.
+    `part` (n,) is the part of its curve that a point is in. A misfit is `sure` when chance does not explain it, and `matters` when
+    it is also larger than the noise and than what specimens and instruments do, or moves the shift factors.
     """
 
     rms: float
@@ -75,7 +75,8 @@ def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool) -> None:
     ]
     warn(
         f"the curves do not superpose: they miss the master curve by {_percent(misfit.rms)} rms, which their noise of "
-        f"{_percent(misfit.noise)} does not explain, {where}: {'; or '.join(filter(None, remedies))}. The standard errors allow for it"
+        f"{_percent(misfit.noise)} does not explain, {where} (the standard errors allow for it): "
+        f"{'; or '.join(filter(None, remedies))}"
     )
 
 

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 LawName = Literal["wlf", "arrhenius", "table"]
 
 SMALLEST_C2 = 50.0  # K, about the coldest temperature: that of most polymers at their glass transition, below which nobody shifts
+TRIALS = 25  # values of an assumed C2
 NEGLIGIBLE = 1e-3  # decades
 HARDLY = 0.25  # relative standard error of C2 beyond which it is warned of
 
@@ -61,8 +62,8 @@ def fit_shift_law(
 
     The shift factors are relative to the temperature numbered `anchor`, where log10 a and its covariance are zero; the law is then
     moved to `reference_temperature`, which need not have been measured. Warns where the data cannot tell C1 from C2, and then takes
-    C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for any C2 from `SMALLEST_C2` about
-    the coldest temperature upwards.
+    C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for any C2 that the data do
+    and that is at least `SMALLEST_C2` about the coldest temperature.
     """
     m, base = temperature.size, float(temperature[anchor])
     if law == "table":
@@ -78,11 +79,10 @@ def fit_shift_law(
     scale = max(fitted.misfit, 1.0)
     spread = fitted.moments * scale
     values = moved.to_values @ spread @ moved.to_values.T
-    assumed = float(moved.to_origin @ fitted.assumed) ** 2
     if fitted.held:
-        measured = reference_temperature in temperature
-        vague = f"; log10 a at {reference_temperature:g} degC is known to +- {np.sqrt(assumed):.2g} only, for want of C2"
-        warn(fitted.held + ("" if measured or assumed < NEGLIGIBLE**2 else vague))
+        far = reference_temperature not in temperature and moved.doubt > NEGLIGIBLE
+        known = f"is known to +- {moved.doubt:.2g} only" if np.isfinite(moved.doubt) else "is not known at all"
+        warn(fitted.held + (f"; log10 a at {reference_temperature:g} degC {known}, for want of C2" if far else ""))
     return ShiftFit(
         moved.law,
         fitted.names,
@@ -91,26 +91,30 @@ def fit_shift_law(
         fitted.misfit,
         moved.origin,
         weight,
-        float(moved.to_origin @ fitted.moments @ moved.to_origin) * (scale - 1) + assumed,
+        float(moved.to_origin @ fitted.moments @ moved.to_origin) * (scale - 1) + moved.doubt**2,
     )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Moved:
-    """A law about its reference temperature, and derivatives of its parameters and its origin with respect to those fitted."""
+    """A law about its reference temperature, and derivatives of its parameters and its origin with respect to those fitted.
+
+    `doubt` is the standard error of the origin that comes of what is only assumed.
+    """
 
     law: ShiftLaw
     values: Array
     to_values: Array
     origin: float
     to_origin: Array
+    doubt: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fitted:
     """Parameters fitted about the base temperature: their moments, and their response (p, m - 1) to the shift factors.
 
-    `held` says what is only assumed, if anything, and `assumed` (p,) how far one standard deviation of it moves the parameters.
+    `held` says what is only assumed, if anything.
     """
 
     names: tuple[str, ...]
@@ -118,7 +122,6 @@ class _Fitted:
     moments: Array
     response: Array
     misfit: float
-    assumed: Array
     held: str = ""
 
 
@@ -141,7 +144,7 @@ def _arrhenius(base: float, distance: Array, wanted: Array, whiten: Array) -> _F
         rise = float(unit.log10_shift_factor(base + move))
         return _Moved(Arrhenius(base + move, energy), np.array([energy]), np.eye(1), energy * rise, np.array([rise]))
 
-    return _Fitted(("activation_energy",), about, moments, response, misfit, np.zeros(1))
+    return _Fitted(("activation_energy",), about, moments, response, misfit)
 
 
 def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
@@ -156,14 +159,13 @@ def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
     regular = distance.size >= 2 and np.linalg.cond(normal / np.outer(scale, scale)) < 1e12
     moments: Array = np.asarray(np.linalg.inv(normal)) if regular else np.full((2, 2), np.inf)
     spread = float(np.sqrt(moments[1, 1] * max(misfit, 1.0)))
-    assumed, held = np.zeros(2), ""
+    plausible, held = np.zeros((0, 2)), ""
     if k <= max(spread, 0.0):
         k_fitted, k = k, 1 / (base + ZERO_CELSIUS)
-        column, turn = -distance / (1 + k * distance), distance**2 / (1 + k * distance) ** 2
-        g, variance, response, misfit = _linear(whiten, column, wanted)
+        g, variance, response, misfit = _linear(whiten, -distance / (1 + k * distance), wanted)
         moments = np.array([[variance[0, 0], 0.0], [0.0, 0.0]])
-        doubt = min(_doubt(k, max(-float(distance.min()), 0.0)), float(np.hypot(spread, k - k_fitted)))
-        assumed = doubt * np.array([-g * float(response[0] @ turn), 1.0])
+        largest = min(1 / (SMALLEST_C2 + max(-float(distance.min()), 0.0)), k_fitted + 2 * spread)
+        plausible = _with_k(np.linspace(0.0, max(largest, k), TRIALS), distance, wanted, whiten)
         response = np.vstack((response, np.zeros(response.shape)))
         why = "do not tell the WLF constants C1 and C2 apart" if spread >= abs(k_fitted) else "bend the other way than the WLF law"
         held = (
@@ -184,15 +186,20 @@ def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
         values = np.array([g / (k * pole), 1 / k + move])
         to_values = np.array([[1 / (k * pole), -g * (1 + 2 * k * move) / (k * pole) ** 2], [0.0, -1 / k**2]])
         to_origin = np.array([-move / pole, g * move**2 / pole**2])
-        return _Moved(WLF(base + move, *values.tolist()), values, to_values, -g * move / pole, to_origin)
+        origin, doubt = -g * move / pole, 0.0
+        if len(plausible):
+            poles = 1 + plausible[:, 1] * move
+            others = -plausible[:, 0] * move / np.where(poles > 0, poles, np.nan)
+            doubt = float(np.sqrt(np.mean((others - origin) ** 2))) if np.all(poles > 0) else np.inf
+        return _Moved(WLF(base + move, *values.tolist()), values, to_values, origin, to_origin, doubt)
 
-    return _Fitted(("C1", "C2"), about, moments, response, misfit, assumed, held)
+    return _Fitted(("C1", "C2"), about, moments, response, misfit, held)
 
 
-def _doubt(k: float, above_coldest: float) -> float:
-    """Root mean square distance of an assumed `k` from all that are plausible, so many kelvin above the coldest temperature."""
-    largest = 1 / (SMALLEST_C2 + above_coldest)
-    return float(np.hypot(largest / np.sqrt(12), largest / 2 - k))
+def _with_k(k: Array, distance: Array, wanted: Array, whiten: Array) -> Array:
+    """g and k (n, 2) for the given k (n,)."""
+    columns = -distance / (1 + k[:, None] * distance) @ whiten.T
+    return np.stack((columns @ whiten @ wanted / np.sum(columns**2, axis=1), k), axis=1)
 
 
 def _linear_guess(distance: Array, wanted: Array, whiten: Array, lowest: float, highest: float) -> tuple[float, float]:

@@ -21,8 +21,10 @@ Ends = tuple[float | None, float | None]
 
 _TOLERATED = 0.02  # of G(t): what clipping negative moduli may change; and the equilibrium modulus above the curve without a word
 _ABOVE = 0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused
-_BELOW = 0.1  # of the end of a curve that has levelled off, continued by _MORE_DECADES: an equilibrium modulus farther below is doubted
-_MORE_DECADES = 3.0
+_BELOW = (
+    0.1  # of the end of a curve that has levelled off, continued by _MORE_DECADES: an equilibrium modulus farther below is doubted
+)
+_MORE_DECADES = 2.0
 _THIRD = (2.5, 3.5)  # ratio of the two that looks like Young's against shear
 _ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
 _LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
@@ -217,8 +219,8 @@ def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Array, time: Arr
         cumulative = ss.CumulativeSpectrum(polynomial, equilibrium)(tau)
     if not np.all(np.isfinite(cumulative)):
         raise InputError(
-            f"relaxation times from {tau[-1]:.3g} to {tau[0]:.3g} s are so far off the curve that its polynomial exceeds all numbers "
-            f"there: keep them between {time[0] / 2:.3g} and {time[-1] / 2:.3g} s"
+            f"relaxation times from {tau[-1]:.3g} to {tau[0]:.3g} s are so far off the curve that its polynomial exceeds all "
+            f"numbers there: keep them between {time[0] / 2:.3g} and {time[-1] / 2:.3g} s"
         )
     return cumulative
 
@@ -251,7 +253,7 @@ def _warn_unless_level(slope: float, equilibrium: float) -> None:
 
 
 def _warn_if_below(equilibrium: float, level: float, slope: float) -> None:
-    """A curve that has levelled off shows its equilibrium modulus (both Young's, in Pa), save for some decades of its last slope."""
+    """A curve that has levelled off shows its equilibrium modulus (both Young's, Pa), but for some decades of its last slope."""
     if equilibrium >= (1 - _BELOW) * level * 10 ** (_MORE_DECADES * slope):
         return
     third = ""

@@ -15,7 +15,7 @@ from dielast.plots.style import COLOURS, LINES, MARKERS, TEMPERATURES, log_axis,
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
-MOST_LINES = 7
+MOST_LINES = 5
 FEWEST_FOR_A_MAP = 5  # prestretches
 # what contour lines show: round times
 CONTOURS = {1.0: "1 s", 60.0: "1 min", 600.0: "10 min", 3600.0: "1 h", 21600.0: "6 h", 86400.0: "24 h"}
@@ -64,7 +64,7 @@ def _lifetimes(axes: Axes, result: FailureMap, lines: Sequence[LifetimeLine]) ->
     axes.set_ylabel("time to failure [s]")
     log_axis(axes, "y")
     if axes.lines:
-        axes.legend(loc="best", title="lines: exponential law", title_fontsize=7)
+        axes.legend(loc="upper right", title="lines: exponential law", title_fontsize=7, fontsize=6.5)
 
 
 def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:

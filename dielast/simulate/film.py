@@ -67,13 +67,15 @@ def prestretch(
     if relax > 0:
         pieces.append(Piece((controls[0], controls[1]), (None, None, None), np.full_like(duration, relax)))
     condition = _rest(points)
+    # only the viscous stretches at the end matter, not the stress on the way
+    relaxing = replace(points, stress_floor=np.full_like(points.stress_floor, np.inf))
     for piece in pieces:
         present = _prescribed(condition, piece.controls)
         end, lasting = piece.resolve(present)
         at_once = (lasting == 0) & np.any(end != present, axis=0)
         condition, lost = _apply(points, piece.controls, end, condition, at_once)
         ramp = Ramp.between(piece.controls, np.where(at_once, end, present), end, lasting)
-        condition, status = _traverse(_system(points, ramp, alike), condition, lasting, rtol, None, None)
+        condition, status = _traverse(_system(relaxing, ramp, alike), condition, lasting, rtol, None, None)
         status = np.where(lost, Status.STEP_VANISHED, status)
         if status.any():
             raise NumericsError(

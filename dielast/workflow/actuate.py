@@ -53,18 +53,29 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     def figure() -> Any:
         from dielast.plots.simulation import plot_cases
 
-        def at(own: Mapping[str, Array], header: str, time: float) -> float:
-            return float(np.interp(time, own["time [s]"], own[header]))
-
         marks = [
-            (index, event.name, at(own, x, event.time), at(own, y, event.time))
-            for index, own in enumerate(seen)
+            (index, event.name, _at(event, own, x, case.recipe), _at(event, own, y, case.recipe))
+            for index, (case, own) in enumerate(zip(cases, seen, strict=True))
             for event in events[index]
         ]
         return plot_cases(seen, labels(cases), found, x, y, scales, recipe.title, marks)
 
     tables = {"actuate.csv": result_columns(results), "events.csv": event_columns(events), "cases.csv": case_columns(cases)}
     return Report(tables, headline(results, events, found), figure, failures=failures(results))
+
+
+def _at(event: Event, columns: Mapping[str, Array], header: str, recipe: ActuateRecipe) -> float:
+    """The value of a column at an event: as located where the event holds it, else between the rows of the table."""
+    located = {
+        "time [s]": event.time,
+        "voltage [V]": event.voltage,
+        "stretch_1 [1]": event.stretch_1,
+        "stretch_2 [1]": event.stretch_2,
+        "relative_stretch_1 [1]": event.stretch_1 / recipe.film.prestretch[0],
+        "relative_stretch_2 [1]": event.stretch_2 / recipe.film.prestretch[1],
+        "true_field [V/m]": event.true_field,
+    }
+    return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
 
 
 def headline(results: Sequence[CaseResult], events: Sequence[Sequence[Event]], found: Sequence[Match]) -> dict[str, dict[str, Any]]:

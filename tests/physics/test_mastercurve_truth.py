@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import dielast
 from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 from dielast.errors import DielastWarning
 from dielast.prony import Spectrum
@@ -174,3 +175,36 @@ def test_measured_polystyrene(shared_data: Callable[[str], Path], vertical: str,
         np.testing.assert_allclose(master.vertical_shift, [1.1743, 1.0917, 1, 0.9586, 0.8858], atol=0.05)
     np.testing.assert_allclose(master.law_parameters["C1"], 6.95, rtol=0.05)
     np.testing.assert_allclose(master.law_parameters["C2"], 115.0, rtol=0.05)
+
+
+def example(origin: float, first: float) -> list[RelaxationCurve]:
+    """The ramp-and-hold test that ships with the package, times counted from `origin`, readings before `first` dropped (s)."""
+    table = np.loadtxt(Path(dielast.__file__).parent / "examples" / "relaxation-test.csv", delimiter=",", skiprows=1)
+    table = table[table[:, 1] >= first]
+    return [
+        RelaxationCurve(t, rows[:, 1] - origin, rows[:, 2]) for t in np.unique(table[:, 0]) for rows in (table[table[:, 0] == t],)
+    ]
+
+
+def test_a_ramp_that_is_left_in_is_noticed_and_allowed_for() -> None:
+    with pytest.warns(DielastWarning, match=r"the curves do not superpose.* and at short times .*ramp") as caught:
+        master = build_master_curve(example(0.0, 0.0), reference_temperature=20.0)
+    assert len(caught) == 1
+    assert master.time.size == 798
+    moved = master.temperature != 20.0
+    off = error(master)[moved] / master.log10_shift_factor_stderr[moved]
+    assert np.max(np.abs(off)) < 2
+    assert abs(master.law_parameters["C1"] - 13.7) < 2 * master.law_stderr["C1"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        right = build_master_curve(example(0.5, 2.0), reference_temperature=20.0)
+    assert np.max(np.abs(error(right))) < 0.03
+
+
+@pytest.mark.parametrize(("temperatures", "reference"), [((-20.0, 0.0), 20.0), ((0.0, 20.0), -20.0), ((0.0, 20.0), 10.0)])
+def test_an_assumed_constant_is_in_the_standard_errors(temperatures: tuple[float, float], reference: float) -> None:
+    with pytest.warns(DielastWarning) as caught:
+        master = build_master_curve(measure(np.array(temperatures)), reference_temperature=reference)
+    assert np.all(np.abs(error(master)) < 1.96 * master.log10_shift_factor_stderr)
+    assert np.all(np.isinf(list(master.law_stderr.values())))
+    assert any("for want of C2" in str(entry.message) for entry in caught)

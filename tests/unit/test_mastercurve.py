@@ -193,6 +193,7 @@ def test_mixed_up_temperatures_are_noticed() -> None:
 
 def test_missing_plateau_is_said() -> None:
     assert "no plateau at its long end" in said(ALL)
+    assert "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound" in said(ALL)
     assert said(curves(-20, 0, 20, 40, 60, 90, 130, 180, 260)) == ""
 
 
@@ -239,3 +240,71 @@ def test_readings_below_zero() -> None:
     many[5:] = 0.0
     with pytest.raises(InputError, match="40 degC: 35 of 40 moduli are zero or negative, the first at point 5"):
         build([*ALL[:4], RelaxationCurve(40.0, TIME, many)])
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+@pytest.mark.parametrize("at", [0, 20, 39])
+def test_one_wild_point_makes_no_plateau(at: int, factor: float) -> None:
+    values = ALL[1].modulus.copy()
+    values[at] *= factor
+    data = [ALL[0], RelaxationCurve(ALL[1].temperature, TIME, values), *ALL[2:]]
+    assert "plateau: " not in said(data).replace("no plateau at its long end", "")
+    np.testing.assert_allclose(build(data).log10_shift_factor, build(ALL).log10_shift_factor, atol=0.01)
+
+
+def test_decay_is_not_taken_for_noise() -> None:
+    """Crowded early readings of a fast decay, sparse late ones two decades lower: all of them are signal."""
+    time = np.concatenate((np.geomspace(1, 1.12, 30), np.geomspace(1.2, 1e3, 40)))
+    rng = np.random.default_rng(0)
+    data = []
+    for temperature in (0.0, 10, 20, 30, 40):
+        exact = 1e9 * (time / 10 ** float(LAW.log10_shift_factor(temperature))) ** -0.8
+        data.append(RelaxationCurve(temperature, time, exact * (1 + 0.02 * rng.standard_normal(70))))
+    assert "noise" not in said(data)
+    assert build(data).time.size == 5 * 70
+
+
+def test_noise_floors_are_said_at_once() -> None:
+    time = np.linspace(0.1, 1000, 4000)
+    rng = np.random.default_rng(0)
+    data = [
+        RelaxationCurve(t, time, 1e6 * np.exp(-((time * 10 ** (t / 20)) ** 0.5) / 5) + 200 * rng.standard_normal(time.size) + 50)
+        for t in (0.0, 10.0, 20.0)
+    ]
+    messages = [line for line in said(data, 0.0).splitlines() if "lost in noise" in line]
+    assert len(messages) == 1
+    assert all(f"{t} degC (" in messages[0] for t in (10, 20))
+    np.testing.assert_allclose(build(data, 0.0).log10_shift_factor, [0, -0.5, -1], atol=0.02)
+
+
+def test_time_counted_from_the_wrong_moment_is_noticed() -> None:
+    late = [RelaxationCurve(c.temperature, c.time + 0.3, c.modulus) for c in curves(-20, -10, 0, 10, 20, 30, 40)]
+    found = said(late)
+    assert "the curves do not superpose: they miss the master curve by" in found
+    assert "and at short times" in found
+    assert "discard_before" in found
+    assert "the curves do not superpose" not in said(curves(-20, -10, 0, 10, 20, 30, 40))
+
+
+def test_two_processes_with_laws_of_their_own_are_noticed() -> None:
+    rng = np.random.default_rng(0)
+    data = []
+    for temperature in (0.0, 10, 20, 30, 40):
+        one, other = TIME / 10 ** float(LAW.log10_shift_factor(temperature)), TIME * 10 ** (temperature / 80)
+        exact = 1e5 + 3e8 / (1 + (1e3 * one) ** 0.5) + 3e6 / (1 + 0.1 * other)
+        data.append(RelaxationCurve(temperature, TIME, exact * (1 + 0.01 * rng.standard_normal(TIME.size))))
+    assert "one shift factor for a temperature may be too little" in said(data)
+    assert "standard errors allow for it" in said(data)
+    assert np.max(build(data).log10_shift_factor_stderr) > 0.03
+
+
+def test_a_law_that_does_not_fit_is_said() -> None:
+    wide = curves(-20, -10, 0, 10, 20, 30, 40, 50, 60)
+    master = build(wide, law="arrhenius")
+    found = said(wide, law="arrhenius")
+    assert (
+        f"at -20 degC it gives log10 a = {master.log10_shift_factor_fit[0]:.2f}, measured is {master.log10_shift_factor[0]:.2f} +-"
+        in (found)
+    )
+    assert master.shift_fit.misfit > 100
+    assert "the law does not fit" not in said(wide) + said(wide, law="table")

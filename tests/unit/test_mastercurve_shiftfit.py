@@ -82,6 +82,25 @@ def test_two_temperatures_give_the_ratio_only() -> None:
     np.testing.assert_allclose(fit.law.log10_shift_factor([-10, 35]), arrhenius.law.log10_shift_factor([-10, 35]), rtol=1e-9)
 
 
+@pytest.mark.parametrize("C2", [60.0, 100.0, 187.1, 400.0, 1e6])
+@pytest.mark.parametrize("reference", [-30.0, 40.0, 80.0])
+def test_an_assumed_constant_is_in_the_error_of_the_origin(C2: float, reference: float) -> None:
+    """Two temperatures, and a reference far from both: whatever C2 the material has, the origin is within two standard errors."""
+    truth = WLF(0.0, 0.07 * C2, C2)
+    temperature = np.array([0.0, 20.0])
+    values = truth.log10_shift_factor(temperature)
+    with pytest.warns(DielastWarning, match=rf"log10 a at {reference:g} degC is known to .* only, for want of C2"):
+        fit = fit_shift_law("wlf", temperature, values, np.diag([0.0, 1e-6]), 0, reference)
+    miss = fit.origin - float(truth.log10_shift_factor(reference))
+    assert abs(miss) < 2 * np.sqrt(fit.origin_excess)
+
+
+def test_an_assumed_constant_does_not_matter_at_a_measured_temperature() -> None:
+    with pytest.warns(DielastWarning, match=r"only the ratio C1/C2 is fitted$"):
+        fit = fit_shift_law("wlf", np.array([0.0, 20.0]), np.array([1.6, 0.0]), np.diag([1e-4, 0.0]), 1, 20.0)
+    assert fit.origin_excess == 0
+
+
 def test_the_wrong_bend_is_said() -> None:
     values = -0.05 * (TEMPERATURE - 20) - 0.0005 * (TEMPERATURE - 20) ** 2
     with pytest.warns(DielastWarning, match="bend the other way"):

@@ -141,6 +141,16 @@ def test_an_equilibrium_modulus_a_little_above_the_curve_is_warned_of(method: Me
         fit_spectrum(time, modulus, method=method, equilibrium_modulus=1.04 * modulus[-1], relaxation_time=(1e-5, 1e3))
 
 
+@pytest.mark.filterwarnings("ignore:the spectrum misses the curve")
+@pytest.mark.parametrize("method", METHODS)
+def test_an_equilibrium_modulus_far_below_a_plateau_is_warned_of(method: Method) -> None:
+    time, modulus = smooth_curve()
+    with pytest.warns(DielastWarning, match=r"has levelled off at .* far above equilibrium_modulus = 20000 Pa$"):
+        fit_spectrum(time, modulus, method=method, equilibrium_modulus=2e4)
+    with pytest.warns(DielastWarning, match="three times the shear modulus"):
+        fit_spectrum(time, modulus, method=method, equilibrium_modulus=1e4)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_a_solid_that_does_not_relax_has_no_processes(method: Method) -> None:
     fit = fit_spectrum(np.logspace(-3, 3, 50), np.full(50, 6e4), method=method)
@@ -262,3 +272,9 @@ def test_fewer_points_than_unknowns_are_enough_for_nnls() -> None:
     modulus = np.array([3e6, 1e6, 3.1e4, 3e4])
     fit = fit_spectrum(time, modulus, method="nnls", branches=10, equilibrium_modulus=2.9e4)
     assert fit.rms_relative_error < 0.01
+
+
+@pytest.mark.filterwarnings("ignore:relaxation times from")
+def test_relaxation_times_beyond_all_bounds_are_refused_with_advice() -> None:
+    with pytest.raises(InputError, match=r"so far off the curve .* keep them between 5e-07 and 5e\+06 s"):
+        fit_spectrum(*smooth_curve(), relaxation_time=(1e-60, 1e60))
