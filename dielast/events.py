@@ -25,8 +25,8 @@ Films = LoadedPoints | SymmetricPoints
 
 Signal = Callable[[Floats], Floats]
 
-# A signal below this is looked at inside the step as well; none moves by as much within a step and back again.
-NEAR = (0.05, 0.2, 0.2, 0.2)
+# No signal varies by more than this within a step (the margin by 0.2 at the coarsest tolerance), so none that has to fall and rise again by more is looked at.
+MOVE = (0.1, 0.3, 0.3, 0.3)
 CLOSE = 0.05  # a dip that may go below this is followed to its bottom
 INSIDE = np.array((0.25, 0.5, 0.75))
 DIP, GOLDEN = 24, 0.6180339887498949  # golden sections towards the bottom of a dip
@@ -171,8 +171,7 @@ class Watch:
                 continue
             value = self._signal(kind, system, stride.cases, stride.until, stride.after)
             last = self._last[kind, stride.cases]
-            near = NEAR[kind]
-            close = wanted & ~((value > near) & (last > near))
+            close = wanted & ~((value > 0) & (value + last > MOVE[kind]))
             if close.any():
                 self._look_inside(kind, stride, np.flatnonzero(close), last[close], value[close])
             self._last[kind, stride.cases[wanted]] = value[wanted]

@@ -18,7 +18,7 @@ from dielast.rosenbrock import RODAS5P, Rosenbrock
 Floats = NDArray[np.float64]
 Cases = NDArray[np.intp]
 
-POOL = 16_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
+POOL = 32_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
 FIRST_MOVE = 5.0  # tolerances that the first step may cover
 LEAST_STEP = 1e-24  # of the duration; a step this short means that the solution has ceased to exist

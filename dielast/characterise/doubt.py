@@ -23,7 +23,7 @@ OFFSET = 0.01  # decades
 LAW_MISFIT = 4.0  # reduced chi-square,
 LAW_MISFIT_SIGMA = 5.0  # its excess over one in standard deviations,
 LAW_MISS = 0.03  # and decades beyond which a law is said not to fit
-ROBUST_ROUNDS = 8
+ROBUST_ROUNDS = 9
 TRUSTED = 2.5  # standard deviations beyond which a point loses weight
 
 
@@ -60,21 +60,24 @@ def find_undetermined(temperature: Array, points: Points, fit: MasterFit, vertic
 
 
 def _significance(x: Array, y: Array, degree: int) -> float:
-    """The highest coefficient of a polynomial through the points, in standard errors; outliers count for little."""
+    """The highest coefficient of a polynomial through the points, in standard errors; outliers do not hide it."""
     if x.size < degree + 2:
         return 0.0
     z = (x - np.mean(x)) / max(float(np.ptp(x)), 1e-300)
     vander = np.vander(z, degree + 1, increasing=True)
     weight = np.ones(x.size)
-    for k in range(ROBUST_ROUNDS + 1):
-        basis, triangle = np.linalg.qr(vander * np.sqrt(weight)[:, None])
-        part = basis.T @ (y * np.sqrt(weight))
+    for _ in range(ROBUST_ROUNDS):
+        root = np.sqrt(weight)
+        basis, triangle = np.linalg.qr(vander * root[:, None])
+        part = basis.T @ (y * root)
         rest = y - vander @ np.linalg.solve(triangle, part)
-        if k < ROBUST_ROUNDS:
-            typical = max(float(np.median(np.abs(rest))) / 0.6745, 1e-14)
-            weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-300)) ** 2)
-    variance = float(np.sum(weight * rest**2)) / max(float(np.sum(weight)) - degree - 1, 1.0)
-    return float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
+        variance = float(weight @ rest**2) / max(float(np.sum(weight)) - degree - 1, 1.0)
+        found = float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
+        if found >= SIGNIFICANT:
+            break
+        typical = max(float(np.median(np.abs(rest))) / 0.6745, 1e-14)
+        weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-300)) ** 2)
+    return found
 
 
 def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:

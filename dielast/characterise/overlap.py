@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 TOUCH = 0.02  # decades of modulus that a gap may measure and still count as touching: two plateaus a few percent apart
+JUMP = 0.3  # decades of modulus by which one point must exceed the point before to be a slip of the instrument
 LEVELS = 32  # moduli at which the distance of two curves is taken
 NEIGHBOURS = 3  # placed curves that a new one is compared with
 
@@ -25,7 +26,7 @@ def starting_shifts(temperature: Array, curve: Index, log_time: Array, log_modul
     stretch does none either. Raises `InputError` if the curves fall into groups with no modulus in common.
     """
     bounds = np.searchsorted(curve, np.arange(temperature.size + 1))
-    falling = [_monotone(log_time[a:b], log_modulus[a:b]) for a, b in pairwise(bounds)]
+    falling = [_monotone(log_time[a:b], _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)]
     bottom = np.array([level[0] for level, _ in falling])
     top = np.array([level[-1] for level, _ in falling])
     shift = np.zeros(temperature.size)
@@ -45,6 +46,17 @@ def starting_shifts(temperature: Array, curve: Index, log_time: Array, log_modul
         shift[new] = _weighted_median(np.concatenate(distances), np.concatenate(weights))
         placed[new] = True
     return shift
+
+
+def _without_jumps(y: Array) -> Array:
+    """The curve without single points that make it rise as no relaxation does: a median of three in their place."""
+    if y.size < 3:
+        return y
+    near = np.stack((y[:-2], y[1:-1], y[2:]))
+    middle = np.median(near, axis=0)
+    middle = np.concatenate((middle[:1], middle, middle[-1:]))
+    rises = np.concatenate(([False], np.diff(y) > JUMP)) | np.concatenate((np.diff(y) > JUMP, [False]))
+    return np.where(rises, middle, y)
 
 
 def _monotone(x: Array, y: Array) -> tuple[Array, Array]:

@@ -23,7 +23,7 @@ from dielast.simulate.history import REASONS
 from dielast.simulate.setup import set_up
 from dielast.stability import ONE_PERCENT, TimeScale
 
-CHUNK = 5000  # cells
+CHUNK = 2048  # cells
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -41,12 +41,41 @@ HEADERS = {
     "relax.csv": [*SIMULATED, "relaxation_modulus [Pa]"],
     "creep.csv": SIMULATED,
     "cases.csv": ["case"],
+    "actuate.csv": [
+        "case",
+        "temperature [degC]",
+        "time [s]",
+        "voltage [V]",
+        "stretch_1 [1]",
+        "stretch_2 [1]",
+        "relative_stretch_1 [1]",
+        "relative_stretch_2 [1]",
+        "nominal_stress_1 [Pa]",
+        "nominal_stress_2 [Pa]",
+        "true_field [V/m]",
+        "stability [1]",
+    ],
+    "events.csv": ["case", "event", "time [s]", "voltage [V]", "stretch_1 [1]", "stretch_2 [1]", "true_field [V/m]"],
+    "failure-map.csv": [
+        "temperature [degC]",
+        "prestretch_1 [1]",
+        "prestretch_2 [1]",
+        "voltage [V]",
+        "time_to_breakdown [s]",
+        "time_to_pull_in [s]",
+        "time_to_failure [s]",
+        "failure_mode",
+    ],
 }
+LIFETIME = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "slope [1/V]", "intercept [1]", "rms_residual [1]"]
+TEXT = {"failure_mode", "event"}
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
     "spectrum": {"spectrum.csv", "fit.csv", "material.toml", "spectrum.png", "summary.toml"},
     "relax": {"relax.csv", "cases.csv", "relax.png", "summary.toml"},
     "creep": {"creep.csv", "cases.csv", "creep.png", "summary.toml"},
+    "actuate": {"actuate.csv", "events.csv", "cases.csv", "actuate.png", "summary.toml"},
+    "failure-map": {"failure-map.csv", "fit.csv", "failure-map.png", "summary.toml"},
 }
 
 
@@ -70,9 +99,11 @@ def test_the_starter_runs_as_it_is_and_twice_the_same(kind: str, dielast: Run, s
         assert str(tmp_path).encode() not in content
         if name.endswith(".csv"):
             cells = parse_csv(content, name)
-            assert list(cells) == HEADERS[name]
+            wanted = [*LIFETIME, "r_squared [1]", "points"] if (kind, name) == ("failure-map", "fit.csv") else HEADERS[name]
+            assert list(cells) == wanted
             assert b"\r" not in content
-            assert all(NUMBER.fullmatch(cell) for column in cells.values() for cell in column)
+            numbers = [cell for header, column in cells.items() if header not in TEXT for cell in column]
+            assert all(NUMBER.fullmatch(cell) for cell in numbers)
     summary = tomllib.loads(first["summary.toml"].decode())
     assert summary["version"] == __version__
     assert all(len(entry["sha256"]) == 64 for entry in summary["inputs"])
@@ -189,7 +220,11 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (["mastercurve", "."], 2, ".: is a folder, a file is needed\n"),
         (["mastercurve"], 2, "Missing argument"),
         (["mastercurv"], 2, "No such command"),
-        (["new", "nothing"], 2, '"nothing" is no kind of recipe; there are mastercurve, spectrum, relax, creep'),
+        (
+            ["new", "nothing"],
+            2,
+            '"nothing" is no kind of recipe; there are mastercurve, spectrum, relax, creep, actuate, failure-map',
+        ),
         (["--plot"], 2, "No such option"),
         (["spectrum", "x.toml", "--plot", "bmp"], 2, "Invalid value for '--plot'"),
     ],

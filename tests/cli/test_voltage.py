@@ -1,0 +1,221 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast.table import number_columns, parse_csv
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+ACTUATE = """
+kind = "actuate"
+material = "example:vhb4905.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+relax = "1.5 h"
+[[step]]
+voltage = "4 kV"
+[[step]]
+hold = "10 min"
+[breakdown]
+field = "48 MV/m"
+[stop]
+at = "end"
+"""
+MAP = """
+kind = "failure-map"
+material = "example:vhb4905.toml"
+temperature = ["20 degC", "40 degC"]
+horizon = "1 h"
+[film]
+thickness = "0.5 mm"
+prestretch = [1.7, 1.8, 1.9]
+relax = "10 min"
+[voltage]
+from = "1 kV"
+to = "5 kV"
+points = 9
+[breakdown]
+field = "45 MV/m"
+"""
+
+
+def test_events_stand_in_their_table_and_in_the_summary(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(ACTUATE)
+    done = dielast("actuate", "a.toml")
+    assert done.returncode == 0, done.stderr
+    events = parse_csv((tmp_path / "a/events.csv").read_bytes(), "events.csv")
+    assert events["event"] == ["breakdown", "pull-in"]
+    assert float(events["true_field [V/m]"][0]) == pytest.approx(48e6, rel=1e-6)
+    # Eq. 21
+    assert float(events["stretch_1 [1]"][0]) == pytest.approx((48e6 * 0.5e-3 / 4e3) ** 0.5, rel=1e-6)
+    summary = tomllib.loads((tmp_path / "a/summary.toml").read_text())
+    assert summary["breakdown"]["time_s"] == [float(events["time [s]"][0])]
+    stability, voltage = number_columns((tmp_path / "a/actuate.csv").read_bytes(), "a", ["stability [1]", "voltage [V]"])
+    assert stability[0] < 1
+    assert set(voltage) == {4000.0}
+
+
+def test_a_run_stops_where_it_is_told_to(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(ACTUATE)
+    ends = {}
+    for stop in ("breakdown", "pull-in", "end"):
+        assert dielast("actuate", "a.toml", "--plot", "none", "-o", stop, "--set", f"stop.at={stop}").returncode == 0
+        (times,) = number_columns((tmp_path / stop / "actuate.csv").read_bytes(), "a", ["time [s]"])
+        ends[stop] = times.max()
+    assert ends["breakdown"] < ends["pull-in"] < ends["end"] == 600
+    for stop, name in (("breakdown", "breakdown"), ("pull-in", "pull-in")):
+        events = parse_csv((tmp_path / stop / "events.csv").read_bytes(), "events.csv")
+        assert events["event"][-1] == name
+
+
+def test_waveforms_tables_and_steps_are_one_mechanism(dielast: Run, tmp_path: Path) -> None:
+    head = ACTUATE.split("[[step]]")[0] + '[output]\ntimes = ["1 s", "3 s", "4 s", "7 s"]\n'
+    steps = "".join(f'[[step]]\nvoltage = "{v} kV"\nduration = "2 s"\n' for v in (2, 0, 2, 0))
+    wave = '[[step]]\nwaveform = "triangle"\nhigh = "2 kV"\nperiod = "4 s"\ncycles = 2\n'
+    (tmp_path / "v.csv").write_text("time [s],voltage [kV]\n0,0\n2,2\n4,0\n6,2\n8,0\n")
+    tail = "[breakdown]\nfield = '48 MV/m'\n"
+    found = []
+    for name, body in (("steps", steps), ("wave", wave), ("table", '[[step]]\ntable = "v.csv"\n')):
+        (tmp_path / f"{name}.toml").write_text(head + body + tail)
+        done = dielast("actuate", f"{name}.toml", "--plot", "none")
+        assert done.returncode == 0, done.stderr
+        found.append(number_columns((tmp_path / name / "actuate.csv").read_bytes(), name, ["voltage [V]", "stretch_1 [1]"]))
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=1e-6)
+    assert found[0][0].tolist() == [1000, 1000, 0, 1000]
+
+
+def test_electrode_axes_in_millimetres_are_compared(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "camera.csv").write_text("time [s],major [mm]\n1,10.5\n10,11\n60,12\n")
+    text = ACTUATE.replace("prestretch = 1.9", 'prestretch = 1.9\nelectrode_diameter = "10 mm"')
+    text += '[[compare]]\nfile = "camera.csv"\nx = "time [s]"\ny = "major_axis [m]"\ny_column = "major"\n'
+    (tmp_path / "a.toml").write_text(text)
+    done = dielast("actuate", "a.toml")
+    assert done.returncode == 0, done.stderr
+    summary = tomllib.loads((tmp_path / "a/summary.toml").read_text())
+    assert 0 < summary["compare"]["rms_error"] < 0.01
+    assert "major_axis" not in (tmp_path / "a/actuate.csv").read_text()
+
+
+def test_a_map_is_the_same_in_any_number_of_processes(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 500"))
+    for jobs in ("1", "2"):
+        done = dielast("failure-map", "m.toml", "--plot", "none", "-o", jobs, "--jobs", jobs)
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "1/failure-map.csv").read_bytes() == (tmp_path / "2/failure-map.csv").read_bytes()
+    assert {path.name for path in (tmp_path / "2").iterdir()} == {"failure-map.csv", "fit.csv", "summary.toml"}
+
+
+def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP)
+    (tmp_path / "a.toml").write_text(ACTUATE.replace("48 MV/m", "45 MV/m").replace("1.9", "1.8").replace("1.5 h", "10 min"))
+    assert dielast("failure-map", "m.toml").returncode == 0
+    assert dielast("actuate", "a.toml", "--plot", "none").returncode == 0
+    cells = parse_csv((tmp_path / "m/failure-map.csv").read_bytes(), "m")
+    events = parse_csv((tmp_path / "a/events.csv").read_bytes(), "a")
+    row = next(
+        index
+        for index in range(len(cells["failure_mode"]))
+        if (cells["temperature [degC]"][index], cells["prestretch_1 [1]"][index], cells["voltage [V]"][index])
+        == ("20", "1.8", "4000")
+    )
+    for header, index in (("time_to_breakdown [s]", 0), ("time_to_pull_in [s]", 1)):
+        assert float(cells[header][row]) == pytest.approx(float(events["time [s]"][index]), rel=1e-4)
+    assert cells["failure_mode"][row] == "breakdown"
+    survivors = [index for index, mode in enumerate(cells["failure_mode"]) if mode == "none"]
+    assert survivors
+    assert all(cells["time_to_failure [s]"][index] == "" for index in survivors)
+
+
+def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 3000"))
+    assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
+    command = [
+        sys.executable,
+        "-c",
+        "from dielast.cli import main; main()",
+        "failure-map",
+        "m.toml",
+        "--plot",
+        "none",
+        "-o",
+        "part",
+    ]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
+    store = tmp_path / "part/.unfinished"
+    deadline = time.monotonic() + 60
+    while not store.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert store.exists()
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (130, "interrupted\n")
+    kept = store.stat().st_size
+    assert kept > 1000
+    assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "part").returncode == 0
+    assert not store.exists()
+    for name in ("failure-map.csv", "fit.csv", "summary.toml"):
+        assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("base", "old", "new", "message"),
+    [
+        (ACTUATE, "prestretch = 1.9", "prestretch = 0.9", "film.prestretch: 0.9: a prestretch of at least 1 is needed"),
+        (ACTUATE, "prestretch = 1.9", "prestretch = 15.0", "beyond the Gent limit"),
+        (ACTUATE, '"0.5 mm"', '"-0.5 mm"', 'film.thickness: "-0.5 mm": a length above 0 m is needed'),
+        (ACTUATE, 'hold = "10 min"', 'hold = "0 s"', 'step[1].hold: "0 s": a time above 0 s is needed'),
+        (ACTUATE, '"4 kV"', '"4 kg"', 'step[0].voltage: "4 kg": a voltage is needed, such as "2.5 kV"'),
+        (ACTUATE, 'field = "48 MV/m"', "", "breakdown.field: is needed"),
+        (
+            ACTUATE,
+            '[breakdown]\nfield = "48 MV/m"',
+            "[breakdown]\nprestretch = [1.2, 1.5]\nfield = ['30 MV/m', '35 MV/m']",
+            "prestretch",
+        ),
+        (MAP, "points = 9", "points = 0", "voltage.points: 0: at least 1 is needed"),
+        (MAP, "prestretch = [1.7, 1.8, 1.9]", "prestretch = []", "film.prestretch: a list of prestretches is needed"),
+        (MAP, '"1 h"', '"0 h"', 'horizon: "0 h": a time above 0 s is needed'),
+        (MAP, 'from = "1 kV"', 'from = "6 kV"', "voltage: from (6000 V) must be below to (5000 V)"),
+        (MAP, 'from = "1 kV"', 'values = ["1 kV"]', "voltage: either values, or from, to and points, are needed"),
+        (MAP, 'temperature = ["20 degC", "40 degC"]', 'temperature = ["-300 degC"]', "a temperature above -273.15 degC is needed"),
+    ],
+)
+def test_bad_input_is_one_line(base: str, old: str, new: str, message: str, dielast: Run, tmp_path: Path) -> None:
+    assert old in base
+    (tmp_path / "r.toml").write_text(base.replace(old, new))
+    kind = tomllib.loads(base)["kind"]
+    done = dielast(kind, "r.toml", "--plot", "none")
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.startswith("r.toml: ")
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "r").exists()
+
+
+def test_a_breakdown_field_is_needed_from_somewhere(dielast: Run, tmp_path: Path) -> None:
+    material = (Path(__file__).parents[2] / "dielast/examples/vhb4905.toml").read_text().split("[breakdown]")[0]
+    (tmp_path / "m.toml").write_text(material)
+    text = MAP.split("[breakdown]")[0].replace("example:vhb4905.toml", "m.toml")
+    (tmp_path / "r.toml").write_text(text)
+    done = dielast("failure-map", "r.toml", "--plot", "none")
+    assert done.returncode == 2
+    assert "breakdown field" in done.stderr
+
+
+def test_a_film_broken_at_once_fails_at_0_s(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(ACTUATE.replace("4 kV", "9 kV"))
+    done = dielast("actuate", "a.toml", "--set", "stop.at=breakdown")
+    assert done.returncode == 0, done.stderr
+    events = parse_csv((tmp_path / "a/events.csv").read_bytes(), "events.csv")
+    assert (events["event"], events["time [s]"]) == (["breakdown"], ["0"])
