@@ -15,49 +15,78 @@ if TYPE_CHECKING:
     from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
     from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
     from dielast.gent import Gent
+    from dielast.load import Step
     from dielast.material import Breakdown, Material
     from dielast.plots.mastercurve import plot_master_curve
     from dielast.plots.spectrum import plot_spectrum
     from dielast.prony import Spectrum
     from dielast.recipe.material import read_material, write_material
     from dielast.shift import WLF, Arrhenius, NoShift, ShiftTable
+    from dielast.simulate.actuate import ActuationHistory, actuate
+    from dielast.simulate.creep import creep
+    from dielast.simulate.failure_map import FailureMap, failure_map
+    from dielast.simulate.lifetime import fit_lifetime
+    from dielast.simulate.membrane import MembraneHistory
+    from dielast.simulate.relax import relax
+    from dielast.simulate.voltage import VoltageStep
+    from dielast.stability import TimeScale
 
 _HOME = {
     "characterise.mastercurve": ("MasterCurve", "RelaxationCurve", "build_master_curve"),
     "characterise.spectrum": ("SpectrumFit", "fit_spectrum"),
     "errors": ("DielastError", "DielastWarning", "InputError", "NumericsError"),
     "gent": ("Gent",),
+    "load": ("Step",),
     "material": ("Breakdown", "Material"),
     "plots.mastercurve": ("plot_master_curve",),
     "plots.spectrum": ("plot_spectrum",),
     "prony": ("Spectrum",),
     "recipe.material": ("read_material", "write_material"),
     "shift": ("WLF", "Arrhenius", "NoShift", "ShiftTable"),
+    "simulate.actuate": ("ActuationHistory", "actuate"),
+    "simulate.creep": ("creep",),
+    "simulate.failure_map": ("FailureMap", "failure_map"),
+    "simulate.lifetime": ("fit_lifetime",),
+    "simulate.membrane": ("MembraneHistory",),
+    "simulate.relax": ("relax",),
+    "simulate.voltage": ("VoltageStep",),
+    "stability": ("TimeScale",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
 __all__ = [
     "WLF",
+    "ActuationHistory",
     "Arrhenius",
     "Breakdown",
     "DielastError",
     "DielastWarning",
+    "FailureMap",
     "Gent",
     "InputError",
     "MasterCurve",
     "Material",
+    "MembraneHistory",
     "NoShift",
     "NumericsError",
     "RelaxationCurve",
     "ShiftTable",
     "Spectrum",
     "SpectrumFit",
+    "Step",
+    "TimeScale",
+    "VoltageStep",
     "__version__",
+    "actuate",
     "build_master_curve",
+    "creep",
+    "failure_map",
+    "fit_lifetime",
     "fit_spectrum",
     "plot_master_curve",
     "plot_spectrum",
     "read_material",
+    "relax",
     "write_material",
 ]
 

@@ -8,7 +8,7 @@ fall; the brackets are narrowed down together, once a piece of load is through.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
@@ -18,16 +18,17 @@ from dielast.gent import Cases, Floats
 from dielast.integrate import Stride
 from dielast.load import Control
 from dielast.point import LoadedPoints, Points
-from dielast.stability import Stability, TimeScale, stability
+from dielast.stability import Fold, Stability, TimeScale, stability
 from dielast.symmetric import SymmetricPoints
 
 Films = LoadedPoints | SymmetricPoints
 
 Signal = Callable[[Floats], Floats]
 
-# No signal varies by more than this within a step (the margin by 0.2 at the coarsest tolerance), so none that has to fall and rise again by more is looked at.
-MOVE = (0.1, 0.3, 0.3, 0.3)
+# No signal varies by more than this within a step (the margin by 0.2 at a tolerance of 1e-3), so none that has to fall and rise again by more is looked at.
+MOVE = (0.1, 0.5, 0.5, 0.5)
 CLOSE = 0.05  # a dip that may go below this is followed to its bottom
+FOLD = 0.02  # margin of the film with all branches frozen, below which it is at the end of an equilibrium
 INSIDE = np.array((0.25, 0.5, 0.75))
 DIP, GOLDEN = 24, 0.6180339887498949  # golden sections towards the bottom of a dip
 FALLS, ROOT = 60, 1e-13  # iterations and accuracy of a root, in fractions of the step
@@ -185,18 +186,45 @@ class Watch:
             if not found:
                 continue
             segment = Segment.joined([item[1] for item in found])
-            low, high = (np.concatenate([item[index] for item in found]) for index in (2, 3))
-            # numbers in lone columns round differently
-            segment = Segment.joined([segment, segment]) if segment.cases.size == 1 else segment
-            low, high = (np.resize(x, segment.cases.size) for x in (low, high))
+            last, value = (np.concatenate([item[index] for item in found]) for index in (2, 3))
+            if last.size == 1:  # numbers in a lone column round differently
+                segment, last, value = Segment.joined([segment, segment]), np.repeat(last, 2), np.repeat(value, 2)
             some = system.take(segment.cases)
 
             def signal(fraction: Floats, kind: Kind = kind, segment: Segment = segment, some: Films = some) -> Floats:
                 return self._signal(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))
 
-            fraction = fall(signal, low, high)
-            self._note(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))
+            values, fractions = _samples(signal, last, value)
+            first, every = np.argmax(~(values > 0), axis=0), np.arange(last.size)
+            fraction = fall(signal, fractions[first - 1, every], fractions[first, every])
+            time, state = segment.time + fraction * segment.step, segment.state(fraction)
+            self._note(kind, some, segment.cases, time, state)
+            if kind is Kind.PULL_IN:
+                self._sharpen(some, segment.cases, time, state)
         self._found = []
+
+    def _sharpen(self, system: Films, cases: Cases, time: Floats, state: Floats) -> None:
+        """Book pull-ins anew that are at the end of an equilibrium, where the damper has taken over."""
+        points, driven = system.points, system.load.value(time)
+        bare = replace(points, modulus=np.concatenate((points.modulus[:-1], np.zeros_like(points.modulus[-1:]))))
+        internal, (log_squared, nominal) = system.internal(state), system.membrane(state, driven)
+        literal = stability(bare, bare.modulus, self.controls, internal, log_squared, nominal, driven[2]).margin
+        ends = np.flatnonzero(literal < FOLD)
+        if not ends.size:
+            return
+        ends = np.resize(ends, max(2, ends.size))
+        some, began = system.take(ends), self._begin[cases[ends]]
+        fold = Fold(
+            bare.take(ends),
+            self.controls,
+            some.load.value,
+            lambda at: self._held_modulus(some.points, began + at),
+            internal[:, :, ends],
+            log_squared[:, ends],
+            time[ends],
+        )
+        moment, log_squared = fold.find()
+        self.note(Kind.PULL_IN, cases[ends], began + moment, some.load.value(moment)[2], log_squared)
 
     def stability(self, system: Films, cases: Cases, time: Floats, state: Floats) -> Stability:
         """Stability of these cases (k,) at times (k,) since the piece began; `system` and `state` are theirs."""
@@ -223,35 +251,34 @@ class Watch:
         return np.asarray(nominal[axis] / self._tension[axis, cases])
 
     def _look_inside(self, kind: Kind, stride: Stride, columns: Cases, last: Floats, value: Floats) -> None:
-        """Bracket the first fall within a step, if there is one, even if the signal has risen again by the end."""
-        rows = slice(None if kind is Kind.PULL_IN else stride.system.border, None)
+        """Keep the columns whose signal falls to zero within the step, even if it has risen again by the end."""
         crossing = ~(value > 0)
         if not crossing.all():
-            middle = self._part(kind, stride, rows, columns)[1](np.full(columns.size, 0.5))
+            middle = self._part(kind, stride, columns)[1](np.full(columns.size, 0.5))
             curvature = last - 2 * middle + value
             bottom = middle - np.square(value - last) / (8 * np.where(curvature > 0, curvature, np.inf))
-            crossing |= (bottom < CLOSE) & (middle < np.minimum(last, value))
+            dipping = ~crossing & (bottom < CLOSE) & (middle < np.minimum(last, value))
+            if dipping.any():
+                some = np.flatnonzero(dipping)
+                signal = self._part(kind, stride, columns[some])[1]
+                crossing[some] = np.any(_samples(signal, last[some], value[some])[0] <= 0, axis=0)
+        if crossing.any():
             columns, last, value = columns[crossing], last[crossing], value[crossing]
-        if not columns.size:
-            return
-        segment, signal = self._part(kind, stride, rows, columns)
-        inside = [signal(np.full(columns.size, at)) for at in INSIDE]
-        values, fractions = _dips(signal, np.concatenate(([0.0], INSIDE, [1.0])), np.stack((last, *inside, value)))
-        fallen = ~(values > 0)
-        first = np.argmax(fallen, axis=0)
-        happens = np.flatnonzero(fallen.any(axis=0) & (first > 0))
-        if happens.size:
-            low, high = fractions[first[happens] - 1, happens], fractions[first[happens], happens]
-            self._found.append((kind, segment.take(happens), low, high))
-            self._seen[kind, segment.cases[happens]] = True
+            self._found.append((kind, Segment.of(stride, self._rows(kind, stride), columns), last, value))
+            self._seen[kind, stride.cases[columns]] = True
 
-    def _part(self, kind: Kind, stride: Stride, rows: slice, columns: Cases) -> tuple[Segment, Signal]:
+    @staticmethod
+    def _rows(kind: Kind, stride: Stride) -> slice:
+        """The part of a state that a signal asks for."""
+        return slice(None if kind is Kind.PULL_IN else stride.system.border, None)
+
+    def _part(self, kind: Kind, stride: Stride, columns: Cases) -> tuple[Segment, Signal]:
         """Some columns of a stride, and their signal over the fraction of the step."""
         count = columns.size
         columns = np.resize(columns, max(2, count))  # numbers in a lone column round differently
         some = stride.system.take(columns)
         assert isinstance(some, Films)
-        segment = Segment.of(stride, rows, columns)
+        segment = Segment.of(stride, self._rows(kind, stride), columns)
 
         def signal(fraction: Floats) -> Floats:
             at = np.resize(fraction, columns.size)
@@ -267,9 +294,12 @@ class Watch:
         self.note(kind, cases, self._begin[cases] + time, driven[2], system.membrane(state, driven)[0])
 
 
-def _dips(signal: Signal, fractions: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Samples (5, k) of positive signals and their fractions, with the lowest of each replaced by the bottom of its dip if that comes near zero."""
-    fractions = np.repeat(fractions[:, None], values.shape[1], axis=1)
+def _samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Floats]:
+    """Samples (5, k) of signals over a step at whose ends they are `last` and `value`, and their fractions (5, k) of the step. The lowest of those within is
+    replaced by the bottom of its dip if that comes near zero.
+    """
+    values = np.stack((last, *(signal(np.full(last.size, at)) for at in INSIDE), value))
+    fractions = np.repeat(np.concatenate(([0.0], INSIDE, [1.0]))[:, None], last.size, axis=1)
     every = np.arange(values.shape[1])
     lowest = np.argmin(values, axis=0)
     inner = np.clip(lowest, 1, len(values) - 2)
@@ -287,7 +317,8 @@ def _dips(signal: Signal, fractions: Floats, values: Floats) -> tuple[Floats, Fl
     at = 0.5 * (left + right)
     found = signal(at)
     better = dipping & (found < middle)
-    values[inner[better], every[better]], fractions[inner[better], every[better]] = found[better], at[better]
+    values[inner[better], every[better]] = found[better]
+    fractions[inner[better], every[better]] = at[better]
     return values, fractions
 
 

@@ -11,6 +11,7 @@ Taken literally every branch is frozen. Watched for a time theta, a branch holds
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +22,10 @@ from dielast.gent import Floats, Gent
 from dielast.load import Control
 from dielast.point import Points
 
+FOLD_STEPS, FOLD_REACH = 6, 1e-2  # Newton steps to a fold, and how far, relatively, it may be
 HOLD = 1e4  # modulus of the damper, over the equilibrium spring's
 HASTE = 1e-10  # its relaxation time, over the fastest of the film's own
+ELASTIC_RATE = 1e4  # 1/s, stands for that of a film without branches
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,8 +133,8 @@ def damped(points: Points) -> Points:
     There the film's other springs, frozen, cannot hold the load, and the equations would lose their index; with the damper the film runs away within
     some 1e-10 of its fastest relaxation time, on the path that a real film's fastest processes would let it take.
     """
-    slowest_first = points.rate.max(axis=0)
-    rate = np.where(slowest_first > 0, slowest_first, 1.0) / HASTE
+    fastest = points.rate.max(axis=0)
+    rate = np.where(fastest > 0, fastest, ELASTIC_RATE) / HASTE
     modulus = np.maximum(HOLD * points.modulus[0], points.modulus.sum(axis=0))
     law = points.law
     if isinstance(law, Gent):
@@ -148,3 +151,56 @@ def damped(points: Points) -> Points:
         points.permittivity,
         points.stress_floor,
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fold:
+    """Where an equilibrium with every viscous stretch frozen ends, exactly: there stretch over time has a vertical tangent, and the damper blurs it.
+
+    The unknowns are Lambda and time; viscous stretches x (2, n, cases) go on at the rates they have at `time` (cases,), `driven` gives the prescribed values
+    (3, cases) and `held` each spring's weighted modulus (n, cases) at a time.
+    """
+
+    points: Points
+    controls: tuple[Control, Control]
+    driven: Callable[[Floats], Floats]
+    held: Callable[[Floats], Floats]
+    internal: Floats
+    log_squared_stretch: Floats
+    time: Floats
+
+    def find(self) -> tuple[Floats, Floats]:
+        """Time (cases,) and Lambda (2, cases) of the fold, unchanged where Newton's method leads away."""
+        start = np.concatenate((self.log_squared_stretch, self.time[None]))
+        scale = np.stack((np.full_like(self.time, 1e-5), np.full_like(self.time, 1e-5), 1e-5 * self.time))
+        stress = kinematics.stress(self.points.law, self.points.springs(self.internal, self.log_squared_stretch))
+        rate = self.points.rate * (3 * stress - stress.sum(axis=0))
+        place = start.copy()
+        with np.errstate(all="ignore"):
+            for _ in range(FOLD_STEPS):
+                slopes = [
+                    (self._residual(place + scale * unit, rate) - self._residual(place - scale * unit, rate)) / 2 for unit in np.eye(3)[:, :, None]
+                ]
+                matrix = np.moveaxis(np.array(slopes), (0, 1, 2), (2, 1, 0))
+                regular = np.isfinite(matrix).all(axis=(1, 2)) & (np.abs(np.linalg.det(np.where(np.isfinite(matrix), matrix, 0.0))) > 0)
+                matrix[~regular] = np.eye(3)
+                step = scale * np.linalg.solve(matrix, -self._residual(place, rate).T[:, :, None])[:, :, 0].T
+                place = place + np.where(regular, step, np.nan)
+            near = np.all(np.abs(place - start) <= FOLD_REACH * np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time)), axis=0)
+            near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(place), 1e-3), axis=0)
+        found = np.where(near, place, start)
+        return found[2], found[:2]
+
+    def _residual(self, place: Floats, rate: Floats) -> Floats:
+        """What the free axes lack to equilibrium over the equilibrium spring's modulus, how far driven axes are off, and the margin: (3, cases)."""
+        log_squared, time = place[:2], place[2]
+        internal = self.internal + rate * (time - self.time)
+        driven = self.driven(time)
+        stress = kinematics.stress(self.points.law, self.points.springs(internal, log_squared))
+        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[2])
+        stretched = np.array([[control is Control.STRETCH] for control in self.controls])
+        nominal = np.where(stretched, carried * np.exp(-0.5 * log_squared), driven[:2])
+        lacking = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
+        off = np.where(stretched, log_squared - self.log_squared_stretch, lacking)
+        margin = stability(self.points, self.held(time), self.controls, internal, log_squared, nominal, driven[2]).margin
+        return np.concatenate((off, margin[None]))

@@ -81,6 +81,27 @@ FIELD = Dimension("an electric field", "V/m", "48 MV/m")
 PERMITTIVITY = Dimension("a permittivity", "F/m", "3.98e-11 F/m")
 MOLAR_ENERGY = Dimension("a molar energy", "J/mol", "120 kJ/mol")
 
+# The units that recipes use most, by the unit each is kept in: pint, which takes as long to load as a simulation takes to run, is
+# then not needed. A test holds every entry to pint's own answer.
+COMMON: dict[str, dict[str, float]] = {
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0},
+    "m": {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "um": 1e-6},
+    "K": {"K": 1.0},
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+    "Pa/s": {"Pa/s": 1.0, "kPa/s": 1e3, "MPa/s": 1e6},
+    "1": {"%": 0.01},
+    "1/s": {"1/s": 1.0, "/s": 1.0, "%/s": 0.01, "%/min": 0.01 / 60},
+    "N": {"N": 1.0, "mN": 1e-3},
+    "N/s": {"N/s": 1.0, "mN/s": 1e-3},
+    "V": {"V": 1.0, "kV": 1e3},
+    "V/s": {"V/s": 1.0, "kV/s": 1e3},
+    "V/m": {"V/m": 1.0, "MV/m": 1e6, "kV/mm": 1e6},
+    "F/m": {"F/m": 1.0},
+    "J/mol": {"J/mol": 1.0, "kJ/mol": 1e3},
+}
+CELSIUS = ("degC", "°C")
+RECOGNISED = (TIME, LENGTH, TEMPERATURE, STRESS, STRESS_RATE, STRAIN_RATE, FORCE, FORCE_RATE, VOLTAGE, VOLTAGE_RATE, FIELD, STRAIN)
+
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 # names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
@@ -115,6 +136,16 @@ def parse(text: Any, dimension: Dimension) -> float:
 @lru_cache(maxsize=256)
 def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
     """(scale, offset) that take a number in `unit` into `dimension.unit`: converted = number * scale + offset."""
+    if dimension is TEMPERATURE:
+        if unit in CELSIUS:
+            return 1.0, 0.0
+    elif unit in COMMON.get(dimension.unit, ()):
+        return COMMON[dimension.unit][unit], 0.0
+    return convert_by_pint(unit, dimension)
+
+
+def convert_by_pint(unit: str, dimension: Dimension) -> tuple[float, float]:
+    """The same for any unit that the registry knows."""
     wanted = f"{dimension.name} is needed, such as {shown(dimension.example)}"
     if dimension in (STRAIN, NUMBER) and unit in ("", "-", "1"):
         return 1.0, 0.0
@@ -138,20 +169,7 @@ def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
 
 def recognise(text: str) -> tuple[float, str]:
     """The quantity `text` as a number and the unit that dielast keeps such quantities in; raises `InputError` if it is none."""
-    for dimension in (
-        TIME,
-        LENGTH,
-        TEMPERATURE,
-        STRESS,
-        STRESS_RATE,
-        STRAIN_RATE,
-        FORCE,
-        FORCE_RATE,
-        VOLTAGE,
-        VOLTAGE_RATE,
-        FIELD,
-        STRAIN,
-    ):
+    for dimension in RECOGNISED:
         try:
             return parse(text, dimension), dimension.unit
         except InputError:

@@ -48,7 +48,9 @@ class MasterCurve:
     """A master curve of m temperatures, ascending; SI units and degC.
 
     `log10_shift_factor`, its standard error (both (m,)) and its `covariance` (m, m) are measured, relative to the reference
-    temperature. Where the data do not determine a shift it is NaN, its standard error infinite, and `undetermined` says why.
+    temperature. Where the data do not determine a shift it is NaN, its standard error infinite, and `undetermined` says why. The
+    errors hold noise, curves that do not superpose and, where the reference temperature was not measured, what the law leaves open
+    (infinite if it is 50 K and more below all data that do not determine C2).
     `log10_shift_factor_fit` (m,) is the fitted law; NaN for a temperature that a table lacks. `vertical_shift` (m,) is b.
 
     The points used, sorted by reduced time: `point_temperature`, `time`, `reduced_time` (s) and `relaxation_modulus` (Young's, Pa,

@@ -74,8 +74,8 @@ def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool) -> None:
         "one shift factor for a temperature may be too little for this material",
     ]
     warn(
-        f"the curves do not superpose: they miss the master curve by {_percent(misfit.rms)} rms, which their noise of "
-        f"{_percent(misfit.noise)} does not explain, {where} (the standard errors allow for it): "
+        f"the curves do not superpose: they miss the master curve by {_percent(misfit.rms)} rms over and above their "
+        f"noise of {_percent(misfit.noise)}, {where} (the standard errors allow for it): "
         f"{'; or '.join(filter(None, remedies))}"
     )
 

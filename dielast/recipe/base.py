@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import codecs
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from dielast.errors import InputError
-from dielast.measured import TextFormat
 from dielast.recipe.fields import BreakdownFields, Permittivity, Section
 from dielast.units import Dimension, conversion
+
+if TYPE_CHECKING:
+    from dielast.measured import TextFormat
 
 
 class RecipeBase(Section):
@@ -52,6 +54,7 @@ class TextTable(Section):
 
     def text_format(self) -> TextFormat:
         """The same for the reader."""
+
         return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows)
 
 

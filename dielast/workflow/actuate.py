@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +30,12 @@ from dielast.workflow.cases import (
     result_columns,
     temperature_of,
 )
-from dielast.workflow.compare import Match
 from dielast.workflow.history import Entry, in_recipe_terms, values_of
 from dielast.workflow.report import Execution, Report
 from dielast.workflow.waveform import voltage_entries
+
+if TYPE_CHECKING:
+    from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
 MEASURED = "relative_stretch_1 [1]"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,9 @@ from dielast.recipe.material import parse_material
 from dielast.recipe.simulation import SimulationRecipe
 from dielast.table import Column
 from dielast.units import recognise
-from dielast.workflow.compare import Match, match
+
+if TYPE_CHECKING:
+    from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
 
@@ -62,6 +64,10 @@ def failures(results: Sequence[CaseResult]) -> list[str]:
 
 def matches(recipe: SimulationRecipe, columns: Sequence[Mapping[str, Array]], inputs: Inputs) -> list[Match]:
     """The measured points of every comparison beside the `columns` of the case they belong to."""
+    if not recipe.compare:
+        return []
+    from dielast.workflow.compare import match
+
     found = []
     for comparison in recipe.compare:
         if comparison.case >= len(columns):

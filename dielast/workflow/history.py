@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.load import Step, table
-from dielast.measured import read_measured
 from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, RelaxRecipe, StretchStep
 from dielast.units import FORCE, NUMBER, STRESS, TIME
 
@@ -74,6 +73,8 @@ def _loaded(index: int, step: LoadStep, recipe: Recipe) -> Entry:
 
 def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: Inputs) -> list[Entry]:
     """Ramps through the points of a table; its times count from the start of the step."""
+    from dielast.measured import read_measured
+
     points = read_measured(inputs.read(name), name)
     time = points.column("time", "time", TIME)
     if isinstance(step, StretchStep):

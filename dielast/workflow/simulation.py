@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +25,11 @@ from dielast.workflow.cases import (
     result_columns,
     temperature_of,
 )
-from dielast.workflow.compare import Match
 from dielast.workflow.history import Recipe, in_recipe_terms, joined, solver_steps
 from dielast.workflow.report import Execution, Report
+
+if TYPE_CHECKING:
+    from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}

@@ -45,7 +45,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         recipe = str(Path(folder) / "recipe.toml")
         cases = []
-        for kind in ("mastercurve", "spectrum"):
+        for kind in ("mastercurve", "spectrum", "relax", "creep", "actuate", "failure-map"):
             text = subprocess.run([*python, DIELAST, "new", kind], capture_output=True, text=True, check=True).stdout
             Path(recipe.replace("recipe", kind)).write_text(text)
             command = [*python, DIELAST, kind, f"{kind}.toml", "--plot", "none", "-q"]

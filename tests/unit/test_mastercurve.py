@@ -311,3 +311,16 @@ def test_a_law_that_does_not_fit_is_said() -> None:
     )
     assert master.shift_fit.misfit > 100
     assert "the law does not fit" not in said(wide) + said(wide, law="table")
+
+
+@pytest.mark.parametrize(("at", "factor"), [(0, 1e-3), (18, 1e3), (9, 1e3), (9, 1e-3)])
+def test_one_wild_point_cuts_no_curve_off(at: int, factor: float) -> None:
+    """A shallow curve of few points: pooled with its neighbours, one point would move it out of reach of the others."""
+    few = slice(None, 38, 2)
+    data = [RelaxationCurve(c.temperature, TIME[few], c.modulus[few]) for c in curves(20, 30, 40, 60, 80, 100, 130)]
+    right = build(data)
+    values = data[-1].modulus.copy()
+    values[at] *= factor
+    wrong = [*data[:-1], RelaxationCurve(130.0, TIME[few], values)]
+    np.testing.assert_allclose(build(wrong).log10_shift_factor[:-1], right.log10_shift_factor[:-1], atol=0.01)
+    np.testing.assert_allclose(build(wrong).log10_shift_factor[-1], right.log10_shift_factor[-1], atol=0.1)

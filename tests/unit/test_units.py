@@ -76,3 +76,17 @@ def test_units_scale_linearly(number: float, unit: str) -> None:
     scale, offset = units.conversion(unit, units.TIME)
     assert offset == 0
     assert units.parse(f"{number!r} {unit}", units.TIME) == pytest.approx(number * scale)
+
+
+def test_common_units_convert_as_pint_does() -> None:
+    dimensions = {dimension.unit: dimension for dimension in vars(units).values() if isinstance(dimension, units.Dimension)}
+    for kept, scales in units.COMMON.items():
+        for unit, scale in scales.items():
+            found, offset = units.convert_by_pint(unit, dimensions[kept])
+            assert (found, offset) == (pytest.approx(scale, rel=1e-15), 0.0), unit
+            assert units.conversion(unit, dimensions[kept]) == (scale, 0.0)
+    for unit in units.CELSIUS:
+        assert units.convert_by_pint(unit, units.TEMPERATURE) == units.conversion(unit, units.TEMPERATURE) == (1.0, 0.0)
+    # a quantity of one kind is no quantity of another
+    with pytest.raises(InputError):
+        units.conversion("kPa", units.TIME)

@@ -1,0 +1,95 @@
+"""Events on dense output: roots, dips that come back within a step, first falls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from dielast import events
+from dielast.events import Kind, Watch, fall
+from dielast.gent import Gent
+from dielast.material import Material
+from dielast.prony import Spectrum
+from dielast.shift import NoShift
+from dielast.simulate.actuate import ActuationHistory, actuate
+from dielast.simulate.voltage import VoltageStep
+
+Array = NDArray[np.float64]
+
+
+@given(st.lists(st.floats(1e-6, 1 - 1e-6), min_size=1, max_size=5), st.sampled_from([1.0, 3.0, 5.0]))
+def test_falls_are_found_to_rounding(roots: list[float], power: float) -> None:
+    wanted = np.array(roots)
+
+    def signal(fraction: Array) -> Array:
+        return np.sign(wanted - fraction) * np.abs(wanted - fraction) ** power + 0.1 * (wanted - fraction)
+
+    assert fall(signal, np.zeros_like(wanted), np.ones_like(wanted)) == pytest.approx(wanted, abs=2e-13)
+
+
+def test_a_column_does_not_depend_on_its_company() -> None:
+    wanted = np.linspace(0.01, 0.99, 37)
+
+    def signal(part: Array) -> Callable[[Array], Array]:
+        return lambda fraction: np.cos(np.pi / 2 * fraction / part)
+
+    together = fall(signal(wanted), np.zeros(37), np.ones(37) * np.minimum(2 * wanted, 1))
+    apart = np.concatenate([fall(signal(w), np.zeros(1), np.minimum(2 * w, 1)) for w in wanted[:, None]])
+    assert np.array_equal(together, apart)
+
+
+class Prescribed(Watch):
+    """A watch whose margin is a given function of time."""
+
+    margin: staticmethod[[Array], Array]
+
+    def _signal(self, kind: Kind, system: object, cases: object, time: Array, state: Array) -> Array:
+        if kind is Kind.PULL_IN:
+            return np.asarray(type(self).margin(self._begin[np.asarray(cases)] + time))
+        return super()._signal(kind, system, cases, time, state)  # type: ignore[arg-type]
+
+
+def watched(monkeypatch: pytest.MonkeyPatch, margin: Callable[[Array], Array], stop_at: str = "pull-in") -> ActuationHistory:
+    from dielast.simulate import actuate as module
+
+    Prescribed.margin = staticmethod(margin)
+    monkeypatch.setattr(module, "Watch", Prescribed)
+    solid = Material("soft", 26e3, Spectrum(np.geomspace(1e4, 1e-2, 7), np.geomspace(1e4, 3e5, 7)), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11)
+    return actuate(solid, [VoltageStep(2e3), VoltageStep.hold(1e4)], thickness=5e-4, prestretch=1.5, relax=10.0, stop_at=stop_at, rtol=1e-4)
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-5])
+@pytest.mark.parametrize("at", [47.1, 300.0, 1234.5])
+def test_a_pair_of_crossings_within_a_step_is_not_stepped_over(monkeypatch: pytest.MonkeyPatch, at: float, width: float) -> None:
+    history = watched(monkeypatch, lambda time: 0.2 * np.minimum((time / at - 1) ** 2 - width**2, 1.0))
+    assert history.events[0][0].time == pytest.approx(at * (1 - width), rel=1e-9)
+
+
+def test_the_first_of_three_crossings_counts() -> None:
+    def signal(fraction: Array) -> Array:
+        return np.asarray(-(fraction - 0.3) * (fraction - 0.6) * (fraction - 0.9))
+
+    values, fractions = events._samples(signal, signal(np.zeros(1)), signal(np.ones(1)))
+    first = int(np.argmax(values[:, 0] <= 0))
+    assert fall(signal, fractions[first - 1], fractions[first])[0] == pytest.approx(0.3, abs=1e-12)
+
+
+def test_a_dip_that_stays_above_zero_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    history = watched(monkeypatch, lambda time: np.minimum((time / 47 - 1) ** 2 + 1e-6, 1.0))
+    assert not history.events[0]
+    assert history.outcome[0].completed
+
+
+def test_what_has_fallen_when_it_begins_happens_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    history = watched(monkeypatch, lambda time: -np.ones_like(time))
+    assert history.events[0][0].time == 0.0
+    assert history.outcome[0].reason == "pull-in"
+
+
+def test_the_kinds_have_their_limits() -> None:
+    assert len(events.MOVE) == len(Kind)
