@@ -257,7 +257,7 @@ class Watch:
             middle = self._part(kind, stride, columns)[1](np.full(columns.size, 0.5))
             curvature = last - 2 * middle + value
             bottom = middle - np.square(value - last) / (8 * np.where(curvature > 0, curvature, np.inf))
-            dipping = ~crossing & (bottom < CLOSE) & (middle < np.minimum(last, value))
+            dipping = ~crossing & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature)
             if dipping.any():
                 some = np.flatnonzero(dipping)
                 signal = self._part(kind, stride, columns[some])[1]
@@ -306,7 +306,7 @@ def _samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Float
     before, middle, after = (values[inner + shift, every] for shift in (-1, 0, 1))
     curvature = before - 2 * middle + after
     bottom = middle - np.square(after - before) / (8 * np.where(curvature > 0, curvature, 1.0))
-    dipping = (lowest == inner) & (middle > 0) & (curvature > 0) & (bottom < CLOSE)
+    dipping = (middle > 0) & (np.abs(after - before) < 2 * curvature) & (bottom < CLOSE)
     if not dipping.any():
         return values, fractions
     left, right = fractions[inner - 1, every], fractions[inner + 1, every]
