@@ -78,7 +78,8 @@ class Segment:
     @classmethod
     def of(cls, stride: Stride, rows: slice, columns: Cases) -> Segment:
         """Rows of the columns of a stride."""
-        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, columns])
+        pair = np.resize(columns, max(2, columns.size))  # numbers in a lone column round differently
+        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, pair])[:, :, : columns.size]
         ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
         return cls(stride.cases[columns], stride.time[columns], stride.step[columns], np.concatenate((ends, inner)))
 

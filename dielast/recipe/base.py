@@ -55,6 +55,8 @@ class TextTable(Section):
     def text_format(self) -> TextFormat:
         """The same for the reader."""
 
+        from dielast.measured import TextFormat
+
         return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows)
 
 

@@ -196,7 +196,7 @@ def plan_failure_map(
         breakdown_needed=True,
         rtol=rtol,
     )
-    groups = tuple(Group(setup.film(films, rtol), films, setup.breakdown_field[films]) for films in setup.groups())
+    groups = tuple(Group(setup.film(films, rtol), np.unique(films), setup.breakdown_field[np.unique(films)]) for films in setup.groups())
     return MapPlan(
         temperatures, pairs, volts, thickness, ramp, horizon, setup.breakdown_field[:count], setup.controls, pull_in_timescale, rtol, groups
     )
@@ -209,14 +209,17 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
         if first < begin + group.films.size * plan.voltage.size:
             break
         begin += group.films.size * plan.voltage.size
-    column, volt = np.divmod(np.arange(first - begin, end - begin), plan.voltage.size)
+    count = end - first
+    # numbers in a lone column round differently
+    column, volt = np.divmod(np.resize(np.arange(first - begin, end - begin), max(2, count)), plan.voltage.size)
     field = plan.voltage[volt] / plan.thickness
     watch = Watch(plan.controls, group.breakdown_field[column], plan.timescale, (Kind.BREAKDOWN, Kind.PULL_IN), tension=False)
     pieces = [Piece(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
     if plan.horizon > plan.ramp:
         pieces.append(Piece(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
     status = programme(group.film.take(column), pieces, watch, rtol=plan.rtol)[1]
-    return Cells(first, watch.happened.time[Kind.BREAKDOWN], watch.happened.time[Kind.PULL_IN], status)
+    times = watch.happened.time[:, :count]
+    return Cells(first, times[Kind.BREAKDOWN], times[Kind.PULL_IN], status[:count])
 
 
 def assemble(plan: MapPlan, solved: Sequence[Cells]) -> FailureMap:

@@ -145,6 +145,7 @@ def _at_once(
     lost = some[~held]
     if lost.size:
         watch.note(Kind.PULL_IN, lost, condition.time[lost], reached[~held], log_squared[:, ~held])
+        lost = np.resize(lost, max(2, lost.size))  # numbers in a lone column round differently
         log_squared, nominal, found = jump(points.take(lost), piece.controls, end[:, lost], internal[:, :, lost], stretch[:, lost])
         status[lost[~found]] = Status.STEP_VANISHED
         stretch[:, lost[found]], stress[:, lost[found]] = log_squared[:, found], nominal[:, found]

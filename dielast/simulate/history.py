@@ -160,6 +160,7 @@ def _apply(
     if not at_once.any():
         return condition, lost
     some = np.flatnonzero(at_once)
+    some = np.resize(some, max(2, some.size))  # numbers in a lone column round differently
     log_squared, nominal, found = jump(
         points.take(some), controls, end[:, some], condition.internal[:, :, some], condition.log_squared_stretch[:, some]
     )

@@ -34,13 +34,17 @@ class Setup:
     breakdown_field: Floats
 
     def groups(self) -> list[NDArray[np.intp]]:
-        """Cases whose axes are alike, which run with one unknown a spring, and the others; so that no case depends on what it runs with."""
+        """Cases whose axes are alike, which run with one unknown a spring, and the others, so that no case depends on what it runs with.
+
+        A lone case is named twice, as sums over a lone column round differently.
+        """
         first, second = self.prestretch
         one_boundary = self.controls[0] is self.controls[1]
         if first is None or second is None or not one_boundary:
-            return [np.arange(self.temperature.size)]
-        alike = first == second
-        return [group for group in (np.flatnonzero(alike), np.flatnonzero(~alike)) if group.size]
+            groups = [np.arange(self.temperature.size)]
+        else:
+            groups = [group for group in (np.flatnonzero(first == second), np.flatnonzero(first != second)) if group.size]
+        return [np.resize(group, max(2, group.size)) for group in groups]
 
     def film(self, cases: NDArray[np.intp], rtol: float) -> Film:
         """Some of the films, one of `groups`, stretched and relaxed."""

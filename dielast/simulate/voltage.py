@@ -31,17 +31,17 @@ class VoltageStep:
 
 
 def triangle(amplitude: ArrayLike, period: float, cycles: int = 1, *, offset: ArrayLike = 0.0) -> tuple[VoltageStep, ...]:
-    """Cycles from `offset` V up to `offset + amplitude`, down to `offset - amplitude` and back, straight in between; `period` in s."""
+    """Cycles from `offset` V, reached at once, up by `amplitude`, down by twice as much and back, straight in between; `period` in s."""
     _check_cycles(period, cycles)
     mid, swing = np.asarray(offset, dtype=float), np.asarray(amplitude, dtype=float)
     quarter = VoltageStep(mid + swing, duration=period / 4), VoltageStep(mid - swing, duration=period / 2), VoltageStep(mid, duration=period / 4)
-    return quarter * cycles
+    return _start(mid) + quarter * cycles
 
 
 def sine(
     amplitude: ArrayLike, period: float, cycles: int = 1, *, offset: ArrayLike = 0.0, points: int = 100
 ) -> tuple[VoltageStep, ...]:
-    """Cycles offset + amplitude sin(2 pi t / period) as straight lines between so many `points` a period.
+    """Cycles offset + amplitude sin(2 pi t / period), the offset reached at once, as straight lines between so many `points` a period.
 
     The lines fall short of the sine by up to pi^2 / (2 points^2) of the amplitude, 5e-4 for 100 points.
     """
@@ -50,7 +50,13 @@ def sine(
         raise InputError(f"{points} points a period do not make a sine: at least 4 are needed")
     mid, swing = np.asarray(offset, dtype=float), np.asarray(amplitude, dtype=float)
     phase = np.arange(1, points + 1) / points
-    return tuple(VoltageStep(mid + swing * np.sin(2 * np.pi * at), duration=period / points) for at in phase) * cycles
+    one = tuple(VoltageStep(mid + swing * np.sin(2 * np.pi * at), duration=period / points) for at in phase)
+    return _start(mid) + one * cycles
+
+
+def _start(offset: Floats) -> tuple[VoltageStep, ...]:
+    """The step to where cycles start, if it is none from 0 V."""
+    return (VoltageStep(offset),) if np.any(offset) else ()
 
 
 def voltage_table(time: ArrayLike, voltage: ArrayLike) -> tuple[VoltageStep, ...]:

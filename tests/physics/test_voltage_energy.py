@@ -1,0 +1,101 @@
+"""Work done by the source and by the load is stored in springs and charge, or dissipated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from dielast import kinematics
+from dielast.events import Films, Watch
+from dielast.gent import Gent
+from dielast.integrate import Stride
+from dielast.load import Control
+from dielast.material import Material
+from dielast.point import Points
+from dielast.prony import Spectrum
+from dielast.shift import NoShift
+from dielast.simulate.film import prestretch, programme
+from dielast.simulate.voltage import VoltageStep, voltage_pieces
+from dielast.stability import ONE_PERCENT
+
+PERMITTIVITY, THICKNESS = 3.98e-11, 0.5e-3
+SOLID = Material(
+    "solid", 26e3, Spectrum(np.geomspace(1e5, 1e-3, 9), np.geomspace(8e3, 3e5, 9)), NoShift(20.0), Gent(110.0), Gent(55.0), PERMITTIVITY
+)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
+Array = NDArray[np.float64]
+
+
+@dataclass(slots=True, eq=False)
+class Bookkeeper(Watch):
+    """Adds up work and dissipation per undeformed volume over every step, by Gauss quadrature on the dense output."""
+
+    electric: float = 0.0
+    mechanical: float = 0.0
+    dissipated: float = 0.0
+    least: float = 0.0
+    stored: list[float] = field(default_factory=list)
+
+    def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
+        if stride.accepted[0]:
+            system, pair = stride.system, np.arange(2)
+            assert isinstance(system, Films)
+            ends = [self.at(system, stride, fraction)[:2] for fraction in (0.0, 1.0)]
+            if not self.stored:
+                self.stored.append(ends[0][1])
+            self.stored.append(ends[1][1])
+            # s_i is constant or l_i is, so the mechanical work needs no quadrature
+            nominal, stretch = ends[1][0][0], [end[0][1] for end in ends]
+            self.mechanical += float(np.sum(nominal * (stretch[1] - stretch[0])))
+            for node, weight in zip(NODES, WEIGHTS, strict=True):
+                fraction, small = 0.5 * (1 + node), 1e-4
+                power = self.at(system, stride, fraction)[2]
+                charge = [self.at(system, stride, fraction + shift)[3] for shift in (-small, small)]
+                field_now = system.load.value(stride.time + fraction * stride.step)[2][0]
+                self.electric += 0.5 * weight * field_now * (charge[1] - charge[0]) / (2 * small)
+                self.dissipated += 0.5 * weight * power * float(stride.step[0])
+                self.least = min(self.least, power)
+            del pair
+        return Watch.__call__(self, stride)
+
+    def at(self, system: Films, stride: Stride, fraction: float) -> tuple[tuple[Array, Array], float, float, float]:
+        """Nominal stresses and stretches, stored energy, power dissipated, and nominal charge density."""
+        every = np.arange(stride.time.size)
+        state = stride.dense(slice(None), every, np.full(every.size, fraction))
+        driven = system.load.value(stride.time + fraction * stride.step)
+        log_squared, nominal = system.membrane(state, driven)
+        internal, points = system.internal(state), system.points
+        squared = points.springs(internal, log_squared)
+        stress = kinematics.stress(points.law, squared)
+        flow = points.rate * (3 * stress - stress.sum(axis=0))
+        power = 0.5 * np.sum(points.modulus * stress * flow, axis=(0, 1))
+        area = np.exp(log_squared[0] + log_squared[1])
+        charge = PERMITTIVITY * driven[2] * area
+        stored = np.sum(points.modulus * kinematics.energy(points.law, squared), axis=0) + 0.5 * charge * driven[2]
+        return (nominal[:, 0], np.exp(0.5 * log_squared[:, 0])), float(stored[0]), float(power[0]), float(charge[0])
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "controls"),
+    [
+        (1.9, 1.9, (Control.STRESS, Control.STRESS)),
+        (2.5, 1.2, (Control.STRESS, Control.STRESS)),
+        (2.0, 1.5, (Control.STRESS, Control.STRETCH)),
+        (1.7, 1.7, (Control.STRETCH, Control.STRETCH)),
+    ],
+)
+def test_energy_is_conserved(first: float, second: float, controls: tuple[Control, Control]) -> None:
+    points = Points.of(SOLID, np.array([20.0]), 1e-9)
+    alike = first == second and controls[0] is controls[1]
+    film = prestretch(points, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, alike=alike, rtol=1e-9)
+    watch = Bookkeeper(controls, np.array([np.inf]), ONE_PERCENT, ())
+    steps = [VoltageStep(2e3, duration=3.0), VoltageStep.hold(200.0), VoltageStep(-1e3, duration=10.0), VoltageStep.hold(50.0)]
+    programme(film, voltage_pieces(steps, controls, THICKNESS, 1), watch, rtol=1e-9)
+    gained = watch.stored[-1] - watch.stored[0]
+    scale = abs(watch.electric) + abs(watch.mechanical)
+    assert gained == pytest.approx(watch.electric + watch.mechanical - watch.dissipated, abs=1e-6 * scale)
+    assert watch.dissipated > 0
+    assert watch.least > -1e-9 * watch.dissipated
