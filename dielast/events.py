@@ -1,13 +1,12 @@
 """Where a film fails on its way: events located on the stepper's dense output.
 
-An event happens where its signal, positive at first, falls to zero: breakdown where 1 - |E|/E_EB does, pull-in where the stability margin does, loss of
-tension where the mechanical stress of a held axis does. `Watch` sees every step, looks inside the steps that come close, and keeps the bracket of each
-fall; the brackets are narrowed down together, once a piece of load is through.
+An event happens where its signal, positive at first, falls to zero: breakdown where 1 - |E|/E_EB does, pull-in where the stability
+margin does, loss of tension where the mechanical stress of a held axis does. `Watch` sees every step, looks inside the steps that
+come close, and keeps the bracket of each fall; the brackets are narrowed down together, once a piece of load is through.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
@@ -18,20 +17,17 @@ from dielast.gent import Cases, Floats
 from dielast.integrate import Stride
 from dielast.load import Control
 from dielast.point import LoadedPoints, Points
+from dielast.roots import CLOSE, Signal, fall, samples
 from dielast.stability import Fold, Stability, TimeScale, stability
 from dielast.symmetric import SymmetricPoints
 
 Films = LoadedPoints | SymmetricPoints
 
-Signal = Callable[[Floats], Floats]
 
-# No signal varies by more than this within a step (the margin by 0.2 at a tolerance of 1e-3), so none that has to fall and rise again by more is looked at.
+# No signal varies by more than this within a step (the margin by 0.2 at a tolerance of 1e-3), so none that has to fall and rise
+# again by more is looked at.
 MOVE = (0.1, 0.5, 0.5, 0.5)
-CLOSE = 0.05  # a dip that may go below this is followed to its bottom
 FOLD = 0.02  # margin of the film with all branches frozen, below which it is at the end of an equilibrium
-INSIDE = np.array((0.25, 0.5, 0.75))
-DIP, GOLDEN = 24, 0.6180339887498949  # golden sections towards the bottom of a dip
-FALLS, ROOT = 60, 1e-13  # iterations and accuracy of a root, in fractions of the step
 
 
 class Kind(IntEnum):
@@ -62,7 +58,12 @@ class Happened:
 
     def put(self, cases: Cases, part: Happened) -> None:
         """Write what happened to some of the cases."""
-        for mine, theirs in ((self.time, part.time), (self.field, part.field), (self.stretch_1, part.stretch_1), (self.stretch_2, part.stretch_2)):
+        for mine, theirs in (
+            (self.time, part.time),
+            (self.field, part.field),
+            (self.stretch_1, part.stretch_1),
+            (self.stretch_2, part.stretch_2),
+        ):
             mine[:, cases] = theirs
 
 
@@ -102,8 +103,8 @@ class Segment:
 
 @dataclass(slots=True, eq=False)
 class Watch:
-    """Observes the stepper. `breakdown_field` (cases,) in V/m, infinite where breakdown is of no interest; a case ends once all events in `until`
-    have happened. Between pieces of load, `begin` and `finish` are called.
+    """Observes the stepper. `breakdown_field` (cases,) in V/m, infinite where breakdown is of no interest; a case ends once all
+    events in `until` have happened. Between pieces of load, `begin` and `finish` are called.
     """
 
     controls: tuple[Control, Control]
@@ -138,7 +139,9 @@ class Watch:
         return stability(points, modulus, self.controls, internal, log_squared_stretch, nominal_stress, zero).determinant
 
     def begin(self, system: Films, state: Floats, start: Floats, alive: NDArray[np.bool_]) -> None:
-        """A piece of load begins at `start` (cases,) with this state: what has already fallen happens now, to those `alive` (cases,)."""
+        """A piece of load begins at `start` (cases,) with this state: what has already fallen happens now, to those `alive`
+        (cases,).
+        """
         self._begin = start
         every = np.arange(start.size)
         if not hasattr(self, "_tension"):
@@ -195,7 +198,7 @@ class Watch:
             def signal(fraction: Floats, kind: Kind = kind, segment: Segment = segment, some: Films = some) -> Floats:
                 return self._signal(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))
 
-            values, fractions = _samples(signal, last, value)
+            values, fractions = samples(signal, last, value)
             first, every = np.argmax(~(values > 0), axis=0), np.arange(last.size)
             fraction = fall(signal, fractions[first - 1, every], fractions[first, every])
             time, state = segment.time + fraction * segment.step, segment.state(fraction)
@@ -229,13 +232,18 @@ class Watch:
 
     def stability(self, system: Films, cases: Cases, time: Floats, state: Floats) -> Stability:
         """Stability of these cases (k,) at times (k,) since the piece began; `system` and `state` are theirs."""
+        state = np.ascontiguousarray(
+            state
+        )  # sums round by the order of numbers in memory, which must not depend on how they came here
         driven = system.load.value(time)
         modulus = self._held_modulus(system.points, self._begin[cases] + time)
         internal = state[None, :-1] if isinstance(system, SymmetricPoints) else system.internal(state)
         return stability(system.points, modulus, self.controls, internal, *system.membrane(state, driven), driven[2])
 
     def _held_modulus(self, points: Points, time: Floats) -> Floats:
-        """Modulus (n, k) that the springs hold on to at times (k,) since the programme began; the damper is none of the film's springs."""
+        """Modulus (n, k) that the springs hold on to at times (k,) since the programme began; the damper is none of the film's
+        springs.
+        """
         modulus = points.modulus * self.timescale.weight(points, time)
         modulus[-1] = 0.0
         return np.asarray(modulus)
@@ -262,7 +270,7 @@ class Watch:
             if dipping.any():
                 some = np.flatnonzero(dipping)
                 signal = self._part(kind, stride, columns[some])[1]
-                crossing[some] = np.any(_samples(signal, last[some], value[some])[0] <= 0, axis=0)
+                crossing[some] = np.any(samples(signal, last[some], value[some])[0] <= 0, axis=0)
         if crossing.any():
             columns, last, value = columns[crossing], last[crossing], value[crossing]
             self._found.append((kind, Segment.of(stride, self._rows(kind, stride), columns), last, value))
@@ -271,6 +279,7 @@ class Watch:
     @staticmethod
     def _rows(kind: Kind, stride: Stride) -> slice:
         """The part of a state that a signal asks for."""
+        assert isinstance(stride.system, Films)
         return slice(None if kind is Kind.PULL_IN else stride.system.border, None)
 
     def _part(self, kind: Kind, stride: Stride, columns: Cases) -> tuple[Segment, Signal]:
@@ -293,62 +302,3 @@ class Watch:
             return
         driven = system.load.value(time)
         self.note(kind, cases, self._begin[cases] + time, driven[2], system.membrane(state, driven)[0])
-
-
-def _samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Floats]:
-    """Samples (5, k) of signals over a step at whose ends they are `last` and `value`, and their fractions (5, k) of the step. The lowest of those within is
-    replaced by the bottom of its dip if that comes near zero.
-    """
-    values = np.stack((last, *(signal(np.full(last.size, at)) for at in INSIDE), value))
-    fractions = np.repeat(np.concatenate(([0.0], INSIDE, [1.0]))[:, None], last.size, axis=1)
-    every = np.arange(values.shape[1])
-    lowest = np.argmin(values, axis=0)
-    inner = np.clip(lowest, 1, len(values) - 2)
-    before, middle, after = (values[inner + shift, every] for shift in (-1, 0, 1))
-    curvature = before - 2 * middle + after
-    bottom = middle - np.square(after - before) / (8 * np.where(curvature > 0, curvature, 1.0))
-    dipping = (middle > 0) & (np.abs(after - before) < 2 * curvature) & (bottom < CLOSE)
-    if not dipping.any():
-        return values, fractions
-    left, right = fractions[inner - 1, every], fractions[inner + 1, every]
-    for _ in range(DIP):
-        first, second = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
-        lower = signal(first) < signal(second)
-        left, right = np.where(lower, left, first), np.where(lower, second, right)
-    at = 0.5 * (left + right)
-    found = signal(at)
-    better = dipping & (found < middle)
-    values[inner[better], every[better]] = found[better]
-    fractions[inner[better], every[better]] = at[better]
-    return values, fractions
-
-
-def fall(signal: Signal, low: Floats, high: Floats) -> Floats:
-    """Where signals (k,) fall to zero between `low`, where they are positive, and `high`, where they are not (Chandrupatla's method).
-
-    T. R. Chandrupatla, Adv. Eng. Software 28 (1997) 145, DOI 10.1016/S0965-9978(96)00051-8. Every column goes its own way.
-    """
-    a, b = high.copy(), low.copy()
-    fa, fb = signal(a), signal(b)
-    c, fc = a.copy(), fa.copy()
-    t = np.full_like(a, 0.5)
-    done = np.zeros(a.shape, dtype=bool)
-    with np.errstate(all="ignore"):
-        for _ in range(FALLS):
-            x = np.where(done, a, a + t * (b - a))
-            fx = signal(x)
-            same = (fx > 0) == (fa > 0)
-            c, fc = np.where(same, a, b), np.where(same, fa, fb)
-            b, fb = np.where(same, b, a), np.where(same, fb, fa)
-            a, fa = x, fx
-            best = np.where(np.abs(fa) < np.abs(fb), a, b)
-            width = np.abs(b - a)
-            room = 0.5 * ROOT / np.where(width > 0, width, 1.0)
-            done = done | (width <= ROOT) | (fa == 0)
-            if done.all():
-                break
-            share, rise = (a - b) / (c - b), (fa - fb) / (fc - fb)
-            inverse = (fa / (fb - fa)) * (fc / (fb - fc)) + ((c - a) / (b - a)) * (fa / (fc - fa)) * (fb / (fc - fb))
-            quadratic = (rise**2 < share) & ((1 - rise) ** 2 < 1 - share) & np.isfinite(inverse)
-            t = np.clip(np.where(quadratic, inverse, 0.5), room, 1 - room)
-    return np.where(fa == 0, a, best)

@@ -47,7 +47,9 @@ def jump(
             settled |= share * np.max(np.abs(step), axis=0) <= SETTLED
             log_squared, (carried, imbalance, tangent) = trial, found
         determinant = tangent[0, 0] * tangent[1, 1] - tangent[0, 1] * tangent[1, 0]
-        settled &= np.all(np.abs(_solve(tangent, -imbalance)) <= BALANCED, axis=0)  # or else the search got stuck where there is no root
+        settled &= np.all(
+            np.abs(_solve(tangent, -imbalance)) <= BALANCED, axis=0
+        )  # or else the search got stuck where there is no root
         stable = settled & (determinant > 0) & (tangent[0, 0] > 0) & np.all(np.isfinite(carried), axis=0)
         nominal = np.where(driven, carried * np.exp(-0.5 * log_squared), target[:2])
     return log_squared, nominal, stable

@@ -28,8 +28,8 @@ from dielast.material import Material
 
 Cases = NDArray[np.intp]
 
-# a stress that follows a driven stretch is less smooth within a step than the error estimate at its end can see
-STRESS_WEIGHT = 4.0
+# what follows a moving load at once is less smooth within a step than the error estimate at its end can see
+FOLLOWER_WEIGHT = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,9 +142,9 @@ class LoadedPoints:
         for row, control in ((-2, self.load.controls[0]), (-1, self.load.controls[1])):
             error = np.abs(increment[row])
             if control is Control.STRESS:
-                error *= 0.5
+                error *= 0.5 if self.load.constant else 0.5 * FOLLOWER_WEIGHT
             else:
-                error *= STRESS_WEIGHT / (np.abs(state[row]) + self.points.stress_floor)
+                error *= FOLLOWER_WEIGHT / (np.abs(state[row]) + self.points.stress_floor)
             worst = np.maximum(worst, error)
         return np.asarray(worst)
 

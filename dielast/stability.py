@@ -1,8 +1,8 @@
 """Pull-in: when a film under voltage ceases to be in stable equilibrium (Eqs. 9 and 10 of DOI 10.1115/1.4030850).
 
-The 3x3 Hessian of the free energy in (lambda_1, lambda_2, D~), D~ the nominal charge density, is singular where the 2x2 tangent ds_i/dlambda_j
-at fixed nominal field V/L_3 is: its determinant is that of the tangent times d2W/dD~2 = 1/(eps lambda_1^2 lambda_2^2). An axis that is clamped
-cannot move and drops out. In logarithmic stretches the tangent is
+The 3x3 Hessian of the free energy in (lambda_1, lambda_2, D~), D~ the nominal charge density, is singular where the 2x2 tangent
+ds_i/dlambda_j at fixed nominal field V/L_3 is: its determinant is that of the tangent times d2W/dD~2 = 1/(eps lambda_1^2
+lambda_2^2). An axis that is clamped cannot move and drops out. In logarithmic stretches the tangent is
 
     T_ij = sum mu K_ij - 2 eps E^2 - s_i lambda_i delta_ij,    ds_i/dlambda_j = T_ij / (lambda_i lambda_j).
 
@@ -30,7 +30,9 @@ ELASTIC_RATE = 1e4  # 1/s, stands for that of a film without branches
 
 @dataclass(frozen=True, slots=True)
 class TimeScale:
-    """The time theta for which a disturbance is watched: a `share` of the time since the voltage programme began, and `seconds` on top."""
+    """The time theta for which a disturbance is watched: a `share` of the time since the voltage programme began, and `seconds` on
+    top.
+    """
 
     share: float = 0.01
     seconds: float = 0.0
@@ -68,8 +70,9 @@ ONE_PERCENT = TimeScale.fraction(0.01)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stability:
-    """The `determinant` of ds_i/dlambda_j (cases,) in Pa^2 (Pa with one axis clamped, 1 with both), and the `margin`: the same determinant over that of
-    the springs alone, which is 1 in a film without load, 0 at pull-in, and negative where no equilibrium is stable.
+    """The `determinant` of ds_i/dlambda_j (cases,) in Pa^2 (Pa with one axis clamped, 1 with both), and the `margin`: the same
+    determinant over that of the springs alone, which is 1 in a film without load, 0 at pull-in, and negative where no equilibrium
+    is stable.
     """
 
     determinant: Floats
@@ -85,7 +88,8 @@ def stability(
     nominal_stress: Floats,
     field: Floats,
 ) -> Stability:
-    """Stability at x (2, n, cases), or (1, n, cases) where both axes are alike, Lambda and nominal stress (2, cases), and nominal field (cases,) in V/m.
+    """Stability at x (2, n, cases), or (1, n, cases) where both axes are alike, Lambda and nominal stress (2, cases), and nominal
+    field (cases,) in V/m.
 
     `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to.
     """
@@ -106,7 +110,9 @@ def stability(
     return Stability(determinant / scale, determinant / whole)
 
 
-def _spring_tangent(points: Points, modulus: Floats, internal: Floats, log_squared_stretch: Floats) -> tuple[Floats, Floats, Floats]:
+def _spring_tangent(
+    points: Points, modulus: Floats, internal: Floats, log_squared_stretch: Floats
+) -> tuple[Floats, Floats, Floats]:
     """sum mu (K11, K12, K22), each (cases,)."""
     if len(internal) == 2:
         half = kinematics.tangent(points.law, points.springs(internal, log_squared_stretch))[1]
@@ -128,10 +134,12 @@ def _spring_tangent(points: Points, modulus: Floats, internal: Floats, log_squar
 
 
 def damped(points: Points) -> Points:
-    """The same points with one spring more, the last: a branch so fast and so stiff that it acts only where the film has no equilibrium.
+    """The same points with one spring more, the last: a branch so fast and so stiff that it acts only where the film has no
+    equilibrium.
 
-    There the film's other springs, frozen, cannot hold the load, and the equations would lose their index; with the damper the film runs away within
-    some 1e-10 of its fastest relaxation time, on the path that a real film's fastest processes would let it take.
+    There the film's other springs, frozen, cannot hold the load, and the equations would lose their index; with the damper the
+    film runs away within some 1e-10 of its fastest relaxation time, on the path that a real film's fastest processes would let it
+    take.
     """
     fastest = points.rate.max(axis=0)
     rate = np.where(fastest > 0, fastest, ELASTIC_RATE) / HASTE
@@ -155,10 +163,11 @@ def damped(points: Points) -> Points:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fold:
-    """Where an equilibrium with every viscous stretch frozen ends, exactly: there stretch over time has a vertical tangent, and the damper blurs it.
+    """Where an equilibrium with every viscous stretch frozen ends, exactly: there stretch over time has a vertical tangent, and
+    the damper blurs it.
 
-    The unknowns are Lambda and time; viscous stretches x (2, n, cases) go on at the rates they have at `time` (cases,), `driven` gives the prescribed values
-    (3, cases) and `held` each spring's weighted modulus (n, cases) at a time.
+    The unknowns are Lambda and time; viscous stretches x (2, n, cases) go on at the rates they have at `time` (cases,), `driven`
+    gives the prescribed values (3, cases) and `held` each spring's weighted modulus (n, cases) at a time.
     """
 
     points: Points
@@ -179,20 +188,28 @@ class Fold:
         with np.errstate(all="ignore"):
             for _ in range(FOLD_STEPS):
                 slopes = [
-                    (self._residual(place + scale * unit, rate) - self._residual(place - scale * unit, rate)) / 2 for unit in np.eye(3)[:, :, None]
+                    (self._residual(place + scale * unit, rate) - self._residual(place - scale * unit, rate)) / 2
+                    for unit in np.eye(3)[:, :, None]
                 ]
                 matrix = np.moveaxis(np.array(slopes), (0, 1, 2), (2, 1, 0))
-                regular = np.isfinite(matrix).all(axis=(1, 2)) & (np.abs(np.linalg.det(np.where(np.isfinite(matrix), matrix, 0.0))) > 0)
+                regular = np.isfinite(matrix).all(axis=(1, 2)) & (
+                    np.abs(np.linalg.det(np.where(np.isfinite(matrix), matrix, 0.0))) > 0
+                )
                 matrix[~regular] = np.eye(3)
                 step = scale * np.linalg.solve(matrix, -self._residual(place, rate).T[:, :, None])[:, :, 0].T
                 place = place + np.where(regular, step, np.nan)
-            near = np.all(np.abs(place - start) <= FOLD_REACH * np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time)), axis=0)
+            near = np.all(
+                np.abs(place - start) <= FOLD_REACH * np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time)),
+                axis=0,
+            )
             near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(place), 1e-3), axis=0)
         found = np.where(near, place, start)
         return found[2], found[:2]
 
     def _residual(self, place: Floats, rate: Floats) -> Floats:
-        """What the free axes lack to equilibrium over the equilibrium spring's modulus, how far driven axes are off, and the margin: (3, cases)."""
+        """What the free axes lack to equilibrium over the equilibrium spring's modulus, how far driven axes are off, and the
+        margin: (3, cases).
+        """
         log_squared, time = place[:2], place[2]
         internal = self.internal + rate * (time - self.time)
         driven = self.driven(time)

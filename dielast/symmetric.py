@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.gent import Cases, Floats
 from dielast.load import Control, Ramp
-from dielast.point import STRESS_WEIGHT, Points
+from dielast.point import FOLLOWER_WEIGHT, Points
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,9 @@ class SymmetricPoints:
         """Largest relative error (cases,) of stretches, stress and viscous stretches that `increment` of a `state` amounts to."""
         error = np.abs(increment)
         if self.load.controls[0] is Control.STRETCH:
-            error[-1] *= 2 * STRESS_WEIGHT / (np.abs(state[-1]) + self.points.stress_floor)
+            error[-1] *= 2 * FOLLOWER_WEIGHT / (np.abs(state[-1]) + self.points.stress_floor)
+        elif not self.load.constant:
+            error[-1] *= FOLLOWER_WEIGHT
         return np.asarray(0.5 * np.max(error, axis=0))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> SymmetricArrowhead:

@@ -32,7 +32,9 @@ STOPS: dict[str, tuple[Kind, ...]] = {"breakdown": (Kind.BREAKDOWN,), "pull-in":
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened to a film: `name` is breakdown, pull-in or loss-of-tension; `time` in s since the voltage programme began, V, V/m."""
+    """Something that happened to a film: `name` is breakdown, pull-in or loss-of-tension; `time` in s since the voltage programme
+    began, V, V/m.
+    """
 
     name: str
     time: float
@@ -46,9 +48,10 @@ class Event:
 class ActuationHistory:
     """What films did under voltage: arrays (cases, times) in s, V, Pa and V/m, `temperature` (cases,) in degC.
 
-    Time starts with the voltage programme; the relative stretch is that over the prestretch; the nominal stress is mechanical; `stability` is the pull-in
-    determinant over its value when the programme starts. `events` lists those of each case in order of time. An outcome is completed where the
-    programme came to its end, or to the event named as its reason; after its time everything is NaN.
+    Time starts with the voltage programme; the relative stretch is that over the prestretch; the nominal stress is mechanical;
+    `stability` is the pull-in determinant over its value when the programme starts. `events` lists those of each case in order of
+    time. An outcome is completed where the programme came to its end, or to the event named as its reason; after its time
+    everything is NaN.
     """
 
     temperature: Floats
@@ -90,11 +93,12 @@ def actuate(
 ) -> ActuationHistory:
     """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the voltage `steps` from 0 V.
 
-    `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate` (1/s, of the larger axis;
-    both ramp together) or at once. `boundary` says for each axis whether it is then a "dead-load", the nominal stress reached, or "clamped".
-    `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the material's by default. A run ends with the first event `stop_at`, "breakdown" or
-    "pull-in", or goes through them all to the "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol`
-    as in `creep`. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome.
+    `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate`
+    (1/s, of the larger axis; both ramp together) or at once. `boundary` says for each axis whether it is then a "dead-load", the
+    nominal stress reached, or "clamped". `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
+    material's by default. A run ends with the first event `stop_at`, "breakdown" or "pull-in", or goes through them all to the
+    "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol` as in
+    `creep`. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome.
     """
     if stop_at not in STOPS:
         raise InputError(f"stop at {stop_at!r}: it must be one of {', '.join(STOPS)}")
@@ -132,7 +136,14 @@ def actuate(
 
 
 def _history(
-    setup: Setup, time: Floats, values: Floats, begin: Floats, happened: Happened, reached: Floats, status: NDArray[np.intp], stop_at: str
+    setup: Setup,
+    time: Floats,
+    values: Floats,
+    begin: Floats,
+    happened: Happened,
+    reached: Floats,
+    status: NDArray[np.intp],
+    stop_at: str,
 ) -> ActuationHistory:
     """Results in the user's terms, nothing of which is after the end of its case."""
     stopped = status == Status.STOPPED
@@ -141,7 +152,9 @@ def _history(
     values = np.where(time > reached[:, None], np.nan, values)
     stretch = np.exp(0.5 * values[:2])
     outcome = tuple(
-        Outcome(True, float(at), stop_at) if state == Status.STOPPED else Outcome(state == Status.COMPLETED, float(at), REASONS.get(Status(state), ""))
+        Outcome(True, float(at), stop_at)
+        if state == Status.STOPPED
+        else Outcome(state == Status.COMPLETED, float(at), REASONS.get(Status(state), ""))
         for at, state in zip(reached, status.tolist(), strict=True)
     )
     return ActuationHistory(
@@ -162,7 +175,9 @@ def _events(happened: Happened, case: int, thickness: float, end: float) -> tupl
     """The events of one case up to its end, in order of time."""
     events = []
     for kind, name in NAMES.items():
-        time, field, first, second = (float(x[kind, case]) for x in (happened.time, happened.field, happened.stretch_1, happened.stretch_2))
+        time, field, first, second = (
+            float(x[kind, case]) for x in (happened.time, happened.field, happened.stretch_1, happened.stretch_2)
+        )
         if time <= end:
             events.append(Event(name, time, field * thickness, first, second, field * first * second))
     return tuple(sorted(events, key=lambda event: event.time))

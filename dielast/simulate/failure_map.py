@@ -1,7 +1,7 @@
 """Failure maps: how long prestretched films live under constant voltage, over voltage, prestretch and temperature.
 
-Each prestretch is stretched and relaxed once at each temperature; its films then live through all voltages. A map is planned, solved in chunks of cells that
-know nothing of each other, and assembled; no result depends on how the cells are cut into chunks.
+Each prestretch is stretched and relaxed once at each temperature; its films then live through all voltages. A map is planned,
+solved in chunks of cells that know nothing of each other, and assembled; no result depends on how the cells are cut into chunks.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ CHUNK = 2048  # cells
 class FailureMap:
     """Times in s, arrays (temperatures, prestretches, voltages), NaN where it does not happen within the `horizon` or is not known.
 
-    `failure_mode` is breakdown, pull-in, none, or unfinished where the numerics gave up before the film failed; `outcome` is completed, or says why the numerics
-    gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field` (prestretches,) in V/m.
+    `failure_mode` is breakdown, pull-in, none, or unfinished where the numerics gave up before the film failed; `outcome` is
+    completed, or says why the numerics gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field` (prestretches,) in
+    V/m.
     """
 
     temperature: Floats
@@ -53,7 +54,9 @@ class FailureMap:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Relaxed films (one for each column) that run together: `films` says which of the map's each is, temperatures times prestretches."""
+    """Relaxed films (one for each column) that run together: `films` says which of the map's each is, temperatures times
+    prestretches.
+    """
 
     film: Film
     films: NDArray[np.intp]
@@ -62,7 +65,9 @@ class Group:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapPlan:
-    """All that is needed to solve any cell of a map; cells are numbered through groups, films and voltages, the last running fastest."""
+    """All that is needed to solve any cell of a map; cells are numbered through groups, films and voltages, the last running
+    fastest.
+    """
 
     temperature: Floats
     prestretch: Floats
@@ -118,11 +123,13 @@ def failure_map(
     rtol: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
 ) -> FailureMap:
-    """Times to breakdown and to pull-in within `horizon` s of films under each `voltage` (nv,) in V, reached within `ramp` s or at once.
+    """Times to breakdown and to pull-in within `horizon` s of films under each `voltage` (nv,) in V, reached within `ramp` s or at
+    once.
 
-    `prestretch` (np,) is equibiaxial, or (np, 2); `temperature` (nt,) in degC, the reference temperature by default; `breakdown_field` in V/m, one or one for each
-    prestretch, or over prestretch, the material's by default; the rest as in `actuate`. Both times are found where both happen. `progress` is called with the
-    numbers of cells solved and of all cells. Raises `InputError` for anything wrong with the arguments.
+    `prestretch` (np,) is equibiaxial, or (np, 2); `temperature` (nt,) in degC, the reference temperature by default;
+    `breakdown_field` in V/m, one or one for each prestretch, or over prestretch, the material's by default; the rest as in
+    `actuate`. Both times are found where both happen. `progress` is called with the numbers of cells solved and of all cells.
+    Raises `InputError` for anything wrong with the arguments.
     """
     plan = plan_failure_map(
         material,
@@ -196,9 +203,21 @@ def plan_failure_map(
         breakdown_needed=True,
         rtol=rtol,
     )
-    groups = tuple(Group(setup.film(films, rtol), np.unique(films), setup.breakdown_field[np.unique(films)]) for films in setup.groups())
+    groups = tuple(
+        Group(setup.film(films, rtol), np.unique(films), setup.breakdown_field[np.unique(films)]) for films in setup.groups()
+    )
     return MapPlan(
-        temperatures, pairs, volts, thickness, ramp, horizon, setup.breakdown_field[:count], setup.controls, pull_in_timescale, rtol, groups
+        temperatures,
+        pairs,
+        volts,
+        thickness,
+        ramp,
+        horizon,
+        setup.breakdown_field[:count],
+        setup.controls,
+        pull_in_timescale,
+        rtol,
+        groups,
     )
 
 
@@ -238,9 +257,7 @@ def assemble(plan: MapPlan, solved: Sequence[Cells]) -> FailureMap:
     status = grid([c.status for c in ordered]).astype(int)
     failure = np.fmin(breakdown, pull_in)
     gave_up = ~np.isin(status, (Status.COMPLETED, Status.STOPPED))
-    mode = np.select(
-        [breakdown == failure, pull_in == failure, gave_up], ["breakdown", "pull-in", "unfinished"], default="none"
-    )
+    mode = np.select([breakdown == failure, pull_in == failure, gave_up], ["breakdown", "pull-in", "unfinished"], default="none")
     outcome = np.full(shape, "completed", dtype=object)
     for state in np.unique(status[gave_up]):
         outcome[status == state] = REASONS[Status(int(state))]

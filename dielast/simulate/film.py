@@ -1,7 +1,7 @@
 """A prestretched film under voltage: what `actuate` and `failure_map` have in common.
 
-The stretch is prescribed during prestretch and relaxation. When the voltage comes on, an axis is clamped, or the nominal stress reached then is held as a
-dead load. Fields are nominal, V/L_3, throughout.
+The stretch is prescribed during prestretch and relaxation. When the voltage comes on, an axis is clamped, or the nominal stress
+reached then is held as a dead load. Fields are nominal, V/L_3, throughout.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def prestretch(
     alike: bool,
     rtol: float,
 ) -> Film:
-    """Films stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free, and held for `relax` s.
+    """Films stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free, and held for `relax`
+    s.
 
     `InputError` for a stretch beyond the Gent limit, `NumericsError` if a case does not get through.
     """
@@ -89,7 +90,9 @@ def prestretch(
 def programme(
     film: Film, pieces: Sequence[Piece], watch: Watch, *, rtol: float, trace: Trace | None = None
 ) -> tuple[Floats, NDArray[np.intp]]:
-    """Run films through a voltage programme: how far each came, in s, and its `Status`: completed, stopped by `watch`, or given up."""
+    """Run films through a voltage programme: how far each came, in s, and its `Status`: completed, stopped by `watch`, or given
+    up.
+    """
     points, condition = film.points, film.condition
     status = np.zeros(condition.time.size, dtype=np.intp)
     for index, piece in enumerate(pieces):
@@ -124,7 +127,9 @@ def _at_once(
     watch: Watch,
     status: NDArray[np.intp],
 ) -> Condition:
-    """The condition after a voltage applied at once to some cases. Where the film cannot hold it, that is a pull-in, and the damper holds it first."""
+    """The condition after a voltage applied at once to some cases. Where the film cannot hold it, that is a pull-in, and the
+    damper holds it first.
+    """
     some = np.flatnonzero(at_once)
     if not some.size:
         return condition
@@ -155,10 +160,11 @@ def _at_once(
 def connected_jump(
     points: Points, controls: tuple[Control, Control], present: Floats, end: Floats, internal: Floats, log_squared_stretch: Floats
 ) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """As `jump`, but with the damper left out, and only to the equilibrium that the present one leads to as the load grows from `present` to `end`.
+    """As `jump`, but with the damper left out, and only to the equilibrium that the present one leads to as the load grows from
+    `present` to `end`.
 
-    The load (3, cases) is applied in shares so small that the film never moves far. Lambda, nominal stress, the nominal field (cases,) up to which there
-    is an equilibrium, and whether that is the whole load.
+    The load (3, cases) is applied in shares so small that the film never moves far. Lambda, nominal stress, the nominal field
+    (cases,) up to which there is an equilibrium, and whether that is the whole load.
     """
     modulus = points.modulus.copy()
     modulus[-1] = 0.0

@@ -22,7 +22,9 @@ BOUNDARIES = {"dead-load": Control.STRESS, "clamped": Control.STRETCH}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
-    """Films before they are stretched: `prestretch` of both axes (cases,), None for an axis left free; `ramp` (cases,) the time in s that takes."""
+    """Films before they are stretched: `prestretch` of both axes (cases,), None for an axis left free; `ramp` (cases,) the time in
+    s that takes.
+    """
 
     points: Points
     temperature: Floats
@@ -34,7 +36,8 @@ class Setup:
     breakdown_field: Floats
 
     def groups(self) -> list[NDArray[np.intp]]:
-        """Cases whose axes are alike, which run with one unknown a spring, and the others, so that no case depends on what it runs with.
+        """Cases whose axes are alike, which run with one unknown a spring, and the others, so that no case depends on what it runs
+        with.
 
         A lone case is named twice, as sums over a lone column round differently.
         """
@@ -67,7 +70,9 @@ def set_up(
     breakdown_needed: bool,
     rtol: float,
 ) -> Setup:
-    """Arguments as in `actuate`; the cases are as many as the longest of them and of the arrays in `spanning`. Raises `InputError`."""
+    """Arguments as in `actuate`; the cases are as many as the longest of them and of the arrays in `spanning`. Raises
+    `InputError`.
+    """
     materials = [material] if isinstance(material, Material) else list(material)
     axes = list(prestretch) if isinstance(prestretch, tuple) else [prestretch, prestretch]
     if len(axes) != 2:
@@ -75,7 +80,11 @@ def set_up(
     if temperature is None:
         temperature = [each.reference_temperature for each in materials]
     _check(materials, thickness, relax, rtol)
-    field = breakdown_field if isinstance(breakdown_field, Breakdown) or breakdown_field is None else np.asarray(breakdown_field, dtype=float)
+    field = (
+        breakdown_field
+        if isinstance(breakdown_field, Breakdown) or breakdown_field is None
+        else np.asarray(breakdown_field, dtype=float)
+    )
     given = [*axes, temperature, prestretch_rate, None if isinstance(field, Breakdown) else field, *spanning]
     sizes = {np.size(value) for value in given if value is not None} | {len(materials)}
     sizes.discard(1)
@@ -133,7 +142,12 @@ def _controls(boundary: str | tuple[str, str]) -> tuple[Control, Control]:
 
 
 def _breakdown_field(
-    materials: Sequence[Material], field: Floats | Breakdown | None, first: Floats | None, second: Floats | None, cases: int, needed: bool
+    materials: Sequence[Material],
+    field: Floats | Breakdown | None,
+    first: Floats | None,
+    second: Floats | None,
+    cases: int,
+    needed: bool,
 ) -> Floats:
     """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
     if isinstance(field, np.ndarray):
@@ -163,7 +177,8 @@ def breakdown_at(breakdown: Breakdown, prestretch: Floats) -> Floats:
         outside = (prestretch < known[0] * (1 - 1e-9)) | (prestretch > known[-1] * (1 + 1e-9))
         if np.any(outside):
             raise InputError(
-                f"the breakdown field is known for prestretches of {known[0]:g} to {known[-1]:g}, not of {float(prestretch[outside][0]):g}"
+                f"the breakdown field is known for prestretches of {known[0]:g} to {known[-1]:g}, "
+                f"not of {float(prestretch[outside][0]):g}"
             )
     return np.asarray(np.interp(prestretch, known, breakdown.field))
 

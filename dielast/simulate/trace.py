@@ -21,8 +21,8 @@ ROWS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PieceTrace:
-    """Writes what holds at `relative` times (cases, times) since a piece of load began into `values` (6, cases, times): Lambda and nominal stress of
-    both axes, the nominal field, and the determinant of the tangent. Observes the stepper.
+    """Writes what holds at `relative` times (cases, times) since a piece of load began into `values` (6, cases, times): Lambda and
+    nominal stress of both axes, the nominal field, and the determinant of the tangent. Observes the stepper.
     """
 
     relative: Floats
@@ -65,7 +65,8 @@ class PieceTrace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """Output times of a whole programme: `time` (cases, k) in s, and for each piece the times since it began, NaN for what lies elsewhere.
+    """Output times of a whole programme: `time` (cases, k) in s, and for each piece the times since it began, NaN for what lies
+    elsewhere.
 
     Given times are columns that all pieces share; otherwise each piece has columns of its own.
     """
@@ -107,4 +108,6 @@ class Trace:
         values = np.full((ROWS, *grid.time.shape), np.nan)
         ends = np.cumsum([relative.shape[1] for relative in grid.relative])
         parts = [values] * len(ends) if grid.shared else np.split(values, ends[:-1], axis=2)
-        return cls(values, tuple(PieceTrace(relative.copy(), part, watch) for relative, part in zip(grid.relative, parts, strict=True)))
+        return cls(
+            values, tuple(PieceTrace(relative.copy(), part, watch) for relative, part in zip(grid.relative, parts, strict=True))
+        )

@@ -31,17 +31,24 @@ class VoltageStep:
 
 
 def triangle(amplitude: ArrayLike, period: float, cycles: int = 1, *, offset: ArrayLike = 0.0) -> tuple[VoltageStep, ...]:
-    """Cycles from `offset` V, reached at once, up by `amplitude`, down by twice as much and back, straight in between; `period` in s."""
+    """Cycles from `offset` V, reached at once, up by `amplitude`, down by twice as much and back, straight in between; `period` in
+    s.
+    """
     _check_cycles(period, cycles)
     mid, swing = np.asarray(offset, dtype=float), np.asarray(amplitude, dtype=float)
-    quarter = VoltageStep(mid + swing, duration=period / 4), VoltageStep(mid - swing, duration=period / 2), VoltageStep(mid, duration=period / 4)
+    quarter = (
+        VoltageStep(mid + swing, duration=period / 4),
+        VoltageStep(mid - swing, duration=period / 2),
+        VoltageStep(mid, duration=period / 4),
+    )
     return _start(mid) + quarter * cycles
 
 
 def sine(
     amplitude: ArrayLike, period: float, cycles: int = 1, *, offset: ArrayLike = 0.0, points: int = 100
 ) -> tuple[VoltageStep, ...]:
-    """Cycles offset + amplitude sin(2 pi t / period), the offset reached at once, as straight lines between so many `points` a period.
+    """Cycles offset + amplitude sin(2 pi t / period), the offset reached at once, as straight lines between so many `points` a
+    period.
 
     The lines fall short of the sine by up to pi^2 / (2 points^2) of the amplitude, 5e-4 for 100 points.
     """
@@ -76,10 +83,10 @@ def voltage_table(time: ArrayLike, voltage: ArrayLike) -> tuple[VoltageStep, ...
     return tuple(VoltageStep(value, duration=gap) for value, gap in zip(values, gaps, strict=True))
 
 
-def voltage_pieces(
-    steps: Sequence[VoltageStep], controls: tuple[Control, Control], thickness: float, cases: int
-) -> list[Piece]:
-    """The steps as pieces of load for so many cases, from 0 V. Raises `InputError` naming the step (counted from 0) that is wrong."""
+def voltage_pieces(steps: Sequence[VoltageStep], controls: tuple[Control, Control], thickness: float, cases: int) -> list[Piece]:
+    """The steps as pieces of load for so many cases, from 0 V. Raises `InputError` naming the step (counted from 0) that is
+    wrong.
+    """
     if not steps:
         raise InputError("a voltage programme needs at least one step")
     result = []

@@ -2,9 +2,10 @@
 
     python tests/bench/bench_voltage.py [--cells N] [--linear]
 
-The film is VHB 4905 with a reconstructed spectrum of N = 30 branches, 0.5 mm, equibiaxially prestretched at once, relaxed for 1.5 h. One run is the paper's
-Fig. 9: 2.5 kV within 10 s, 5 min, 3 kV within 10 s, held to 2 h. The map is N x N (100 x 100) voltages and prestretches under constant voltage with
-a horizon of 24 h, breakdown and pull-in times to 1e-4. `--linear` solves maps of 1e3 to 1e5 cells as well, a minute or two.
+The film is VHB 4905 with a reconstructed spectrum of N = 30 branches, 0.5 mm, equibiaxially prestretched at once, relaxed for 1.5
+h. One run is the paper's Fig. 9: 2.5 kV within 10 s, 5 min, 3 kV within 10 s, held to 2 h. The map is N x N (100 x 100) voltages
+and prestretches under constant voltage with a horizon of 24 h, breakdown and pull-in times to 1e-4. `--linear` solves maps of 1e3
+to 1e5 cells as well, a minute or two.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ FIELD = Breakdown((1.7, 1.9), (40e6, 48e6))
 FIG_9 = ((0.0, 2500.0, 10.0), (2500.0, 2500.0, 300.0), (2500.0, 3000.0, 10.0), (3000.0, 3000.0, 6880.0))
 VOLTAGES, PRESTRETCHES = (3400.0, 4600.0), (1.7, 1.9)
 SHARE = 0.01
-RTOL = 1e-5  # gives times within 1e-5
+RTOL = 7e-5  # gives times within 1e-4
 
 
 def spring(log_stretch: np.ndarray | float, limit: float) -> tuple[np.ndarray, np.ndarray]:
@@ -40,10 +41,16 @@ def spring(log_stretch: np.ndarray | float, limit: float) -> tuple[np.ndarray, n
 
 
 class Peer:
-    """The film for solve_ivp: ln xi of N branches as unknowns, lambda eliminated by Newton's method, exact Jacobian, NumPy, Radau."""
+    """The film for solve_ivp: ln xi of N branches as unknowns, lambda eliminated by Newton's method, exact Jacobian, NumPy,
+    Radau.
+    """
 
     def __init__(self, material: Material, prestretch: float) -> None:
-        self.mu, self.tau, self.soft = material.spectrum.shear_modulus, material.spectrum.relaxation_time, material.equilibrium_modulus
+        self.mu, self.tau, self.soft = (
+            material.spectrum.shear_modulus,
+            material.spectrum.relaxation_time,
+            material.equilibrium_modulus,
+        )
         self.stretch = np.log(prestretch)
         self.prestretch = prestretch
         self.stress = 0.0
@@ -82,7 +89,9 @@ class Peer:
     def hold(
         self, x: np.ndarray, start: float, end: float, duration: float, rtol: float, field: float | None = None
     ) -> tuple[np.ndarray, list[float]]:
-        """Drive through a piece of nominal field; with a breakdown `field`, the times of breakdown and of pull-in, at which it stops."""
+        """Drive through a piece of nominal field; with a breakdown `field`, the times of breakdown and of pull-in, at which it
+        stops.
+        """
         from scipy.integrate import solve_ivp
 
         def nominal(t: float) -> float:
@@ -111,12 +120,13 @@ class Peer:
         solved = solve_ivp(rate, (0, duration), x, method="Radau", rtol=rtol, atol=rtol, jac=jacobian, events=events)
         return solved.y[:, -1], [] if field is None else [float(times[0]) if times.size else np.nan for times in solved.t_events]
 
-    def fig9(self, rtol: float) -> float:
-        """The stretch at the end of Fig. 9."""
-        x = self.relax(RELAX, rtol)
+    def fig9(self, rtol: float) -> np.ndarray:
+        """The stretches at the ends of the steps of Fig. 9."""
+        x, stretches = self.relax(RELAX, rtol), []
         for start, end, duration in FIG_9:
             x = self.hold(x, start / THICKNESS, end / THICKNESS, duration, rtol)[0]
-        return float(np.exp(self.stretch))
+            stretches.append(np.exp(self.membrane(x, end / THICKNESS)[0]))
+        return np.array(stretches)
 
     def cell(self, voltage: float, field: float, rtol: float) -> list[float]:
         """Times of breakdown and pull-in at constant voltage."""
@@ -124,11 +134,12 @@ class Peer:
         return self.hold(self.relax(RELAX, rtol), nominal, nominal, HORIZON, rtol, field)[1]
 
 
-def fig9(material: Material, rtol: float) -> float:
-    """The stretch at the end of Fig. 9, all output and events included."""
+def fig9(material: Material, rtol: float) -> np.ndarray:
+    """The stretches at the ends of the steps of Fig. 9, events included."""
     steps = [VoltageStep(end, duration=duration) for _, end, duration in FIG_9]
-    history = actuate(material, steps, thickness=THICKNESS, prestretch=1.9, relax=RELAX, stop_at="end", rtol=rtol)
-    return float(history.stretch_1[0, -1])
+    times = np.cumsum([duration for _, _, duration in FIG_9])
+    history = actuate(material, steps, thickness=THICKNESS, prestretch=1.9, relax=RELAX, stop_at="end", times=times, rtol=rtol)
+    return history.stretch_1[0]
 
 
 def lifetimes(material: Material, voltages: int, prestretches: int, rtol: float = RTOL) -> FailureMap:
@@ -170,35 +181,47 @@ def main() -> None:
     fine = lifetimes(solid, side, side, 1e-9)
     cost = [clock(lambda: lifetimes(solid, side, side)) for _ in range(3)]
     result = lifetimes(solid, side, side)
-    errors = [np.nanmax(np.abs(a / b - 1)) for a, b in ((result.time_to_breakdown, fine.time_to_breakdown), (result.time_to_pull_in, fine.time_to_pull_in))]
+    errors = [
+        np.nanmax(np.abs(a / b - 1))
+        for a, b in ((result.time_to_breakdown, fine.time_to_breakdown), (result.time_to_pull_in, fine.time_to_pull_in))
+    ]
     per_cell = float(np.median(cost)) / side**2
-    print(f"{side} x {side} map, horizon 24 h, N = 30: {per_cell * 1e3:.3f} ms a cell at rtol {RTOL:g}; largest errors: breakdown {errors[0]:.1e}, pull-in {errors[1]:.1e}")
+    print(f"{side} x {side} map, horizon 24 h, N = 30: {per_cell * 1e3:.3f} ms a cell at rtol {RTOL:g}")
+    print(f"  largest errors of times: breakdown {errors[0]:.1e}, pull-in {errors[1]:.1e}   (reach <= 1e-4)")
     print(f"  peak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MiB   (reach <= 1024)")
     try:
         reference = fig9(solid, 1e-10)
-        peer_rtol = coarsest(lambda rtol: np.array([Peer(solid, 1.9).fig9(rtol)]), np.array([reference]), 1e-5)
-        mine = abs(fig9(solid, 1e-5) / reference - 1)
-        own, other = seconds(lambda: fig9(solid, 1e-5), lambda: Peer(solid, 1.9).fig9(peer_rtol), repeats=5)
-        print(f"one Fig. 9 run, last stretch within 1e-5 (error {mine:.1e}): dielast {own * 1e3:.0f} ms   Radau at {peer_rtol:g} {other * 1e3:.0f} ms   ratio {other / own:.1f}   (reach > 1)")
+        peer_rtol = coarsest(lambda rtol: Peer(solid, 1.9).fig9(rtol), reference, 1e-6)
+        mine = float(np.max(np.abs(fig9(solid, 1e-6) / reference - 1)))
+        own, other = seconds(lambda: fig9(solid, 1e-6), lambda: Peer(solid, 1.9).fig9(peer_rtol), repeats=9)
+        print(f"one Fig. 9 run, stretches at the ends of its steps within 1e-6 (error {mine:.1e} at 1e-6):")
+        print(f"  dielast {own * 1e3:.0f} ms   Radau at {peer_rtol:g} {other * 1e3:.0f} ms   ratio {other / own:.2f}   (reach > 1)")
         picks = [(i % side, (i * 7) % side) for i in np.linspace(0, side - 1, 20).astype(int)]
 
         def cells(rtol: float) -> np.ndarray:
             return np.array(
-                [Peer(solid, float(fine.prestretch[row, 0])).cell(float(fine.voltage[column]), float(fine.breakdown_field[row]), rtol) for column, row in picks]
+                [
+                    Peer(solid, float(fine.prestretch[row, 0])).cell(
+                        float(fine.voltage[column]), float(fine.breakdown_field[row]), rtol
+                    )
+                    for column, row in picks
+                ]
             )
 
         times = np.array([(fine.time_to_breakdown[0, row, column], fine.time_to_pull_in[0, row, column]) for column, row in picks])
         peer_rtol = coarsest(cells, times, 1e-4)
         other = clock(lambda: cells(peer_rtol)) / len(picks)
         own = clock(lambda: lifetimes(solid, side, side)) / side**2
-        print(f"  Radau at {peer_rtol:g}, mean of {len(picks)} cells: {other * 1e3:.0f} ms a cell   ratio {other / own:.0f}   (reach >= 300)")
+        print(f"  Radau at {peer_rtol:g}, mean of {len(picks)} cells: {other * 1e3:.0f} ms a cell", end="   ")
+        print(f"ratio {other / own:.0f}   (reach >= 300)")
     except ImportError:
         print("  scipy: not installed")
     if arguments.linear:
         for voltages, prestretches in ((100, 10), (100, 100), (1000, 100)):
             taken = clock(lambda v=voltages, p=prestretches: lifetimes(solid, v, p))
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-            print(f"  {voltages * prestretches:6d} cells: {taken:7.2f} s, {taken / voltages / prestretches * 1e3:.3f} ms a cell, peak memory {peak:.0f} MiB")
+            count = voltages * prestretches
+            print(f"  {count:6d} cells: {taken:7.2f} s, {taken / count * 1e3:.3f} ms a cell, peak memory {peak:.0f} MiB")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,13 @@ from dielast.stability import ONE_PERCENT
 
 PERMITTIVITY, THICKNESS = 3.98e-11, 0.5e-3
 SOLID = Material(
-    "solid", 26e3, Spectrum(np.geomspace(1e5, 1e-3, 9), np.geomspace(8e3, 3e5, 9)), NoShift(20.0), Gent(110.0), Gent(55.0), PERMITTIVITY
+    "solid",
+    26e3,
+    Spectrum(np.geomspace(1e5, 1e-3, 9), np.geomspace(8e3, 3e5, 9)),
+    NoShift(20.0),
+    Gent(110.0),
+    Gent(55.0),
+    PERMITTIVITY,
 )
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 Array = NDArray[np.float64]

@@ -53,9 +53,20 @@ def vhb(case: int) -> Material:
 def fig11(temperature: float) -> ActuationHistory:
     """2.5 kV for 5 min, then 3 kV, in all cases of Table 1, until shortly before the first of them runs away."""
     hold = 1000.0 if temperature < 40 else 100.0
-    steps = [VoltageStep(2500.0, duration=10.0), VoltageStep.hold(300.0), VoltageStep(3000.0, duration=10.0), VoltageStep.hold(hold)]
+    steps = [
+        VoltageStep(2500.0, duration=10.0),
+        VoltageStep.hold(300.0),
+        VoltageStep(3000.0, duration=10.0),
+        VoltageStep.hold(hold),
+    ]
     return actuate(
-        [vhb(case) for case in TABLE_1], steps, thickness=THICKNESS, prestretch=1.9, relax=RELAX, temperature=temperature, stop_at="end"
+        [vhb(case) for case in TABLE_1],
+        steps,
+        thickness=THICKNESS,
+        prestretch=1.9,
+        relax=RELAX,
+        temperature=temperature,
+        stop_at="end",
     )
 
 

@@ -23,7 +23,13 @@ LITERAL = TimeScale.fixed(0.0)
 ELASTIC = Material("elastic", MODULUS, Spectrum([], []), NoShift(20.0), permittivity=PERMITTIVITY)
 # the slowest branches of a reconstructed spectrum, after the paper's cases 4 and 5
 SLOW = Material(
-    "slow", MODULUS, Spectrum([1.59e4, 1430.0, 185.0, 20.0, 2.16], [7e3, 9e3, 12e3, 25e3, 55e3]), NoShift(20.0), Gent(110.0), Gent(55.0), PERMITTIVITY
+    "slow",
+    MODULUS,
+    Spectrum([1.59e4, 1430.0, 185.0, 20.0, 2.16], [7e3, 9e3, 12e3, 25e3, 55e3]),
+    NoShift(20.0),
+    Gent(110.0),
+    Gent(55.0),
+    PERMITTIVITY,
 )
 
 
@@ -60,13 +66,22 @@ def test_an_elastic_film_under_dead_load_pulls_in_where_theory_says(prestretch: 
     stretch = brentq(lambda x: MODULUS * (-2 * x**-3 + 8 * x**-9) + 3 * load * x**-4, prestretch, 4 * prestretch, xtol=1e-15)
     critical = np.sqrt(squared(stretch) / PERMITTIVITY) * THICKNESS
     history = actuate(
-        ELASTIC, [VoltageStep(2 * critical, duration=50.0)], thickness=THICKNESS, prestretch=prestretch, stop_at="pull-in", pull_in_timescale=LITERAL
+        ELASTIC,
+        [VoltageStep(2 * critical, duration=50.0)],
+        thickness=THICKNESS,
+        prestretch=prestretch,
+        stop_at="pull-in",
+        pull_in_timescale=LITERAL,
     )
     event = pull_in(history.events[0])
     assert event.stretch_1 == pytest.approx(stretch, rel=1e-8)
     assert event.voltage == pytest.approx(critical, rel=1e-8)
     below = actuate(
-        ELASTIC, [VoltageStep(critical * (1 - 1e-6)), VoltageStep.hold(1e3)], thickness=THICKNESS, prestretch=prestretch, stop_at="end"
+        ELASTIC,
+        [VoltageStep(critical * (1 - 1e-6)), VoltageStep.hold(1e3)],
+        thickness=THICKNESS,
+        prestretch=prestretch,
+        stop_at="end",
     )
     assert not below.events[0]
     assert below.stretch_1[0, -1] == pytest.approx(stretch, rel=2e-3)
@@ -74,7 +89,8 @@ def test_an_elastic_film_under_dead_load_pulls_in_where_theory_says(prestretch: 
 
 @pytest.mark.parametrize("prestretch", [(2.0, 1.2), (3.0, 1.5)])
 def test_a_clamped_axis_keeps_the_film_from_pulling_in_until_it_goes_slack(prestretch: tuple[float, float]) -> None:
-    # s_1 = mu (l_1 - l_1^-3 l_2^-2) - eps E~^2 l_1 l_2^2 grows with l_1 as long as eps E~^2 < mu / l_2^2, so nothing ends the equilibrium before
+    # s_1 = mu (l_1 - l_1^-3 l_2^-2) - eps E~^2 l_1 l_2^2 grows with l_1 as long as eps E~^2 < mu / l_2^2, so nothing ends the
+    # equilibrium before
     first, second = prestretch
     load = MODULUS * (first - first**-3 * second**-2)
     bound = np.sqrt(MODULUS / PERMITTIVITY) / second * THICKNESS
@@ -123,7 +139,9 @@ def fold_with_stretch_as_variable(solid: Material, prestretch: float, relax: flo
     squeeze = PERMITTIVITY * (voltage / THICKNESS) ** 2
 
     def imbalance(log: float) -> float:
-        return float(MODULUS * spring(log, 110.0)[0] + mu @ spring(log - x, 55.0)[0] - load * np.exp(log) - squeeze * np.exp(4 * log))
+        return float(
+            MODULUS * spring(log, 110.0)[0] + mu @ spring(log - x, 55.0)[0] - load * np.exp(log) - squeeze * np.exp(4 * log)
+        )
 
     grid = np.linspace(start, start + 1.0, 4001)
     first = next(b for b in grid[1:] if imbalance(b) > 0)
@@ -194,7 +212,13 @@ def test_a_jump_finds_the_equilibrium_that_the_present_one_leads_to() -> None:
         history = actuate(solid, steps, thickness=THICKNESS, stop_at="end")
         assert not history.events[0]
         assert np.all(history.stretch_1 < critical.stretch_1)
-    beyond = actuate(solid, [VoltageStep(1.001 * critical.voltage), VoltageStep.hold(10.0)], thickness=THICKNESS, stop_at="end", breakdown_field=5e7)
+    beyond = actuate(
+        solid,
+        [VoltageStep(1.001 * critical.voltage), VoltageStep.hold(10.0)],
+        thickness=THICKNESS,
+        stop_at="end",
+        breakdown_field=5e7,
+    )
     assert [event.name for event in beyond.events[0]] == ["pull-in", "breakdown"]
     assert beyond.events[0][0].time == 0.0
     assert beyond.events[0][0].voltage == pytest.approx(critical.voltage, rel=1e-4)

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from dielast import events
-from dielast.events import Kind, Watch, fall
+from dielast.events import Kind, Watch
 from dielast.gent import Gent
 from dielast.material import Material
 from dielast.prony import Spectrum
+from dielast.roots import fall, samples
 from dielast.shift import NoShift
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.voltage import VoltageStep
@@ -59,8 +60,18 @@ def watched(monkeypatch: pytest.MonkeyPatch, margin: Callable[[Array], Array], s
 
     Prescribed.margin = staticmethod(margin)
     monkeypatch.setattr(module, "Watch", Prescribed)
-    solid = Material("soft", 26e3, Spectrum(np.geomspace(1e4, 1e-2, 7), np.geomspace(1e4, 3e5, 7)), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11)
-    return actuate(solid, [VoltageStep(2e3), VoltageStep.hold(1e4)], thickness=5e-4, prestretch=1.5, relax=10.0, stop_at=stop_at, rtol=1e-4)
+    solid = Material(
+        "soft",
+        26e3,
+        Spectrum(np.geomspace(1e4, 1e-2, 7), np.geomspace(1e4, 3e5, 7)),
+        NoShift(20.0),
+        Gent(110.0),
+        Gent(55.0),
+        permittivity=4e-11,
+    )
+    return actuate(
+        solid, [VoltageStep(2e3), VoltageStep.hold(1e4)], thickness=5e-4, prestretch=1.5, relax=10.0, stop_at=stop_at, rtol=1e-4
+    )
 
 
 @pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-5])
@@ -74,7 +85,7 @@ def test_the_first_of_three_crossings_counts() -> None:
     def signal(fraction: Array) -> Array:
         return np.asarray(-(fraction - 0.3) * (fraction - 0.6) * (fraction - 0.9))
 
-    values, fractions = events._samples(signal, signal(np.zeros(1)), signal(np.ones(1)))
+    values, fractions = samples(signal, signal(np.zeros(1)), signal(np.ones(1)))
     first = int(np.argmax(values[:, 0] <= 0))
     assert fall(signal, fractions[first - 1], fractions[first])[0] == pytest.approx(0.3, abs=1e-12)
 

@@ -11,7 +11,7 @@ LAYERS = [
     {"_version", "errors"},
     {"units"},
     {"gent", "shift", "prony", "rosenbrock"},
-    {"kinematics", "material", "load"},
+    {"kinematics", "material", "load", "roots"},
     {"point"},
     {"symmetric", "jump", "stability"},
     {"integrate"},

@@ -19,9 +19,7 @@ from dielast.stability import ONE_PERCENT, TimeScale, damped, stability
 
 FREE, HELD = Control.STRESS, Control.STRETCH
 PERMITTIVITY = 3.98e-11
-SOLID = Material(
-    "solid", 26e3, Spectrum([1.0, 1e3], [8e4, 3e4]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=PERMITTIVITY
-)
+SOLID = Material("solid", 26e3, Spectrum([1.0, 1e3], [8e4, 3e4]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=PERMITTIVITY)
 Array = NDArray[np.float64]
 
 
