@@ -26,7 +26,7 @@ Films = LoadedPoints | SymmetricPoints
 
 # No signal varies by more than this within a step (the margin by 0.2 at a tolerance of 1e-3), so none that has to fall and rise
 # again by more is looked at.
-MOVE = (0.1, 0.5, 0.5, 0.5)
+MOVE = (0.05, 0.3, 0.3, 0.3)
 FOLD = 0.02  # margin of the film with all branches frozen, below which it is at the end of an equilibrium
 
 

@@ -79,7 +79,7 @@ class Gent:
     def take(self, cases: Cases) -> Gent:
         """The law for some of the cases, where `J_lim` is of shape (n, cases)."""
         limit = np.asarray(self.J_lim)
-        return self if limit.ndim < 2 or limit.shape[-1] == 1 else Gent(limit[..., cases])
+        return self if limit.ndim < 2 or limit.shape[-1] == 1 else Gent(np.take(limit, cases, axis=-1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -156,12 +156,12 @@ class _Pool:
     def _refill(self, fresh: Cases) -> None:
         """Drop what has ended and take in `fresh` cases."""
         keep = np.flatnonzero(self.active)
-        start = self.result.state[:, fresh]
+        start = np.take(self.result.state, fresh, axis=1)
         entering = np.zeros((5, fresh.size))
         if fresh.size:
             entering[2] = self._first_step(self.whole.take(fresh), start, self.durations[fresh])
         self.cases = np.concatenate((self.cases[keep], fresh))
-        self.state = np.concatenate((self.state[:, keep], start), axis=1)
+        self.state = np.concatenate((np.take(self.state, keep, axis=1), start), axis=1)
         self.scalars = np.concatenate((self.scalars[:, keep], entering), axis=1)
         if self.cases.size == 1:  # sums over a lone column round differently: a case must not depend on its company
             self.cases = np.repeat(self.cases, 2)

@@ -71,9 +71,9 @@ class Points:
 
     def take(self, cases: Cases) -> Points:
         """The points of some cases."""
-        return Points(
-            self.modulus[:, cases], self.rate[:, cases], self.law.take(cases), self.permittivity[cases], self.stress_floor[cases]
-        )
+        # np.take keeps the cases contiguous in memory, which indexing does not
+        modulus, rate = np.take(self.modulus, cases, axis=1), np.take(self.rate, cases, axis=1)
+        return Points(modulus, rate, self.law.take(cases), self.permittivity[cases], self.stress_floor[cases])
 
     def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
         """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""

@@ -22,7 +22,8 @@ import numpy as np
 
 from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "physics"))
+TESTS = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(TESTS), str(TESTS / "physics")]
 from test_mastercurve_truth import error, measure
 
 ROUNDS = 15

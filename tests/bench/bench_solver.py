@@ -10,44 +10,31 @@ bound.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 from dielast.gent import Gent
 from dielast.load import Step
 from dielast.material import Material
-from dielast.prony import Spectrum
 from dielast.shift import WLF
 from dielast.simulate.creep import creep
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from reconstruction import spectrum
 
 STRESS, RAMP, HOLD = 0.17 / 3e-6, 17.0, 21600.0
 STEPS = [Step(stress=STRESS, duration=RAMP), Step.hold(HOLD)]
 TIMES = np.concatenate((np.linspace(0.01, RAMP, 200), RAMP + np.geomspace(1e-2, HOLD, 400)))
 TIMES[199], TIMES[-1] = RAMP, RAMP + HOLD
-POLYNOMIAL = (
-    -1.09196136e-06,
-    5.82911403e-06,
-    1.38496445e-04,
-    -9.05466661e-04,
-    -3.87896645e-03,
-    5.67261496e-02,
-    -2.82629798e-01,
-    5.03605001,
-)
 
 
 def vhb(branches: int) -> Material:
     """VHB 4905, a reconstruction from published figures."""
-    tau = np.geomspace(1.59e5, 3.98e-8, branches)
-    x = np.log10(2 * tau)
-    slower = 10 ** np.polyval(POLYNOMIAL, x) * (1 - np.polyval(np.polyder(POLYNOMIAL), x)) - 26e3
-    modulus = np.empty(branches)
-    modulus[0] = 0.5 * (slower[0] + slower[1])
-    modulus[1:-1] = 0.5 * (slower[2:] - slower[:-2])
-    modulus[-1] = 230e6 - modulus[:-1].sum()
-    return Material("VHB 4905, reconstruction", 26e3, Spectrum(tau, modulus), WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0))
+    return Material("VHB 4905, reconstruction", 26e3, spectrum(branches), WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0))
 
 
 def spring(log_stretch: np.ndarray | float, limit: float) -> tuple[np.ndarray, np.ndarray]:

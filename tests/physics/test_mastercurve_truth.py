@@ -8,42 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reconstruction import spectrum
 
 import dielast
 from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 from dielast.errors import DielastWarning
-from dielast.prony import Spectrum
 from dielast.shift import WLF
 
 LAW = WLF(20.0, 13.7, 187.1)
 EQUILIBRIUM = 26e3  # Pa
-# log10 G over log10 t of the reconstruction (fitted to published figures; never a measurement), highest power first
-POLYNOMIAL = (
-    -1.09196136e-06,
-    5.82911403e-06,
-    1.38496445e-04,
-    -9.05466661e-04,
-    -3.87896645e-03,
-    5.67261496e-02,
-    -2.82629798e-01,
-    5.03605001,
-)
-
-
-def reconstruction() -> Spectrum:
-    """Eqs. 16-20 of DOI 10.1115/1.4030850 with N = 30."""
-    f0 = np.poly1d(POLYNOMIAL)
-    tau = np.geomspace(1.59e5, 3.98e-8, 30)
-    x = np.log10(2 * tau)
-    slower = 10 ** f0(x) * (1 - f0.deriv()(x)) - EQUILIBRIUM
-    mu = np.empty(30)
-    mu[0] = (slower[0] + slower[1]) / 2
-    mu[1:-1] = (slower[2:] - slower[:-2]) / 2
-    mu[-1] = 230e6 - np.sum(mu[:-1])
-    return Spectrum(tau, mu)
-
-
-SPECTRUM = reconstruction()
+SPECTRUM = spectrum()
 TEMPERATURES = np.arange(60.0, -41.0, -5.0)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from reconstruction import LOG_MODULUS
 
 from dielast.characterise.spectrum import fit_spectrum
 from dielast.errors import DielastWarning
@@ -15,17 +16,6 @@ from dielast.errors import DielastWarning
 Array = NDArray[np.float64]
 Find = Callable[[str], Path]
 
-# log10 G (Pa) over log10 t (s), highest power first; fitted to the paper's published figures: a reconstruction, not a measurement.
-RECONSTRUCTION = [
-    -1.09196136e-06,
-    5.82911403e-06,
-    1.38496445e-04,
-    -9.05466661e-04,
-    -3.87896645e-03,
-    5.67261496e-02,
-    -2.82629798e-01,
-    5.03605001,
-]
 EQUILIBRIUM, GLASSY = 0.078e6, 690e6
 FULL, SHORTENED = (3.98e-8, 1.59e5), (3.98e-8, 1.59e4)
 KEPT = [(10, 39.58e6, 3.16e-5), (5, 0.1103e6, 2.16), (3, 0.02477e6, 185.0)]
@@ -34,7 +24,7 @@ KEPT = [(10, 39.58e6, 3.16e-5), (5, 0.1103e6, 2.16), (3, 0.02477e6, 185.0)]
 def reconstruction(points: int, noise: float = 0.0, seed: int = 0) -> tuple[Array, Array]:
     x = np.linspace(-7.4, 5.51, points)
     scatter = 1 + noise * np.random.default_rng(seed).standard_normal(points)
-    return 10**x, 3 * 10 ** np.polyval(RECONSTRUCTION, x) * scatter
+    return 10**x, 3 * 10 ** LOG_MODULUS(x) * scatter
 
 
 @pytest.mark.filterwarnings("ignore:the spectrum misses the curve")  # thirteen branches over twelve decades ripple by 30 %

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from reconstruction import spectrum
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -24,24 +25,7 @@ SOLID = Material("few", 26e3, Spectrum(TAU, MU), WLF(20.0, 13.7, 187.1), Gent(11
 
 def vhb(branches: int = 30) -> Material:
     """The reconstruction of VHB 4905 that the paper's figures allow: see the polynomial's use in the spectrum tests."""
-    polynomial = (
-        -1.09196136e-06,
-        5.82911403e-06,
-        1.38496445e-04,
-        -9.05466661e-04,
-        -3.87896645e-03,
-        5.67261496e-02,
-        -2.82629798e-01,
-        5.03605001,
-    )
-    tau = np.geomspace(1.59e5, 3.98e-8, branches)
-    x = np.log10(2 * tau)
-    slower = 10 ** np.polyval(polynomial, x) * (1 - np.polyval(np.polyder(polynomial), x)) - 26e3
-    modulus = np.empty(branches)
-    modulus[0] = 0.5 * (slower[0] + slower[1])
-    modulus[1:-1] = 0.5 * (slower[2:] - slower[:-2])
-    modulus[-1] = 230e6 - modulus[:-1].sum()
-    return Material("VHB 4905, reconstruction", 26e3, Spectrum(tau, modulus), WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0))
+    return Material("VHB 4905, reconstruction", 26e3, spectrum(branches), WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0))
 
 
 def gent(a: np.ndarray | float, b: np.ndarray | float, limit: float) -> tuple[np.ndarray, np.ndarray]:

@@ -77,7 +77,7 @@ def watched(monkeypatch: pytest.MonkeyPatch, margin: Callable[[Array], Array], s
 @pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-5])
 @pytest.mark.parametrize("at", [47.1, 300.0, 1234.5])
 def test_a_pair_of_crossings_within_a_step_is_not_stepped_over(monkeypatch: pytest.MonkeyPatch, at: float, width: float) -> None:
-    history = watched(monkeypatch, lambda time: 0.2 * np.minimum((time / at - 1) ** 2 - width**2, 1.0))
+    history = watched(monkeypatch, lambda time: 0.1 * np.minimum((time / at - 1) ** 2 - width**2, 1.0))
     assert history.events[0][0].time == pytest.approx(at * (1 - width), rel=1e-9)
 
 
