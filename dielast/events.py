@@ -174,8 +174,11 @@ class Watch:
             wanted = stride.accepted & ~self._seen[kind, stride.cases]
             if not wanted.any():
                 continue
-            value = self._signal(kind, system, stride.cases, stride.until, stride.after)
             last = self._last[kind, stride.cases]
+            if kind is Kind.PULL_IN and np.all(last[wanted] > 2 * MOVE[kind]):
+                self._last[kind, stride.cases[wanted]] -= 0.5 * MOVE[kind]  # no lower than this after the step, and far from zero
+                continue
+            value = self._signal(kind, system, stride.cases, stride.until, stride.after)
             close = wanted & ~((value > 0) & (value + last > MOVE[kind]))
             if close.any():
                 self._look_inside(kind, stride, np.flatnonzero(close), last[close], value[close])

@@ -64,9 +64,9 @@ def plot_cases(
     `marks` are events: the case, the name, and where, in the units of x and y.
     """
     with style():
-        figure, (axes,) = panels(1, title)
-        (x_label, x_factor), (y_label, y_factor) = (LABELS.get(header, (header, 1.0)) for header in (x, y))
         many = len(cases) > MOST_IN_LEGEND
+        figure, (axes,) = panels(1, title, width=1.45 if many else 1.0)
+        (x_label, x_factor), (y_label, y_factor) = (LABELS.get(header, (header, 1.0)) for header in (x, y))
         named = set(np.linspace(0, len(cases) - 1, MOST_IN_LEGEND).astype(int).tolist())
         for index, (columns, label) in enumerate(zip(cases, labels, strict=True)):
             shown = columns[x] > 0 if scales[0] == "log" else np.ones(columns[x].size, dtype=bool)
@@ -108,7 +108,9 @@ def plot_cases(
         axes.set_xlabel(x_label)
         axes.set_ylabel(y_label)
         if len(cases) > 1 or measured or marks:
-            for text in axes.legend(loc="best").get_texts():
+            # beside the axes where so many curves leave no room within
+            place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)} if many else {"loc": "best"}
+            for text in axes.legend(**place).get_texts():
                 text.set_parse_math(False)
     return figure
 

@@ -61,10 +61,12 @@ def style() -> Iterator[None]:
         yield
 
 
-def panels(count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7) -> tuple[Figure, list[Axes]]:
-    """A figure with `count` panels in a row below a title; call within `style()`."""
-    lines = textwrap.wrap(title or "", 62 * count)
-    figure = Figure(figsize=(COLUMN_WIDTH * count, height + 0.17 * len(lines)), layout="constrained")
+def panels(
+    count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7, width: float = 1.0
+) -> tuple[Figure, list[Axes]]:
+    """A figure with `count` panels in a row, each of so many column widths, below a title; call within `style()`."""
+    lines = textwrap.wrap(title or "", int(56 * width * count))
+    figure = Figure(figsize=(COLUMN_WIDTH * width * count, height + 0.17 * len(lines)), layout="constrained")
     axes = figure.subplots(1, count, squeeze=False, width_ratios=widths)[0]
     if lines:
         # a dollar sign is money here, not mathematics

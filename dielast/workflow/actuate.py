@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.files import Inputs
+from dielast.material import Material
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown
 from dielast.recipe.voltage import ActuateRecipe
@@ -46,7 +47,8 @@ MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
     recipe = cases[0].recipe
-    results, events = simulate_cases(cases, inputs)
+    materials = read_materials(cases, inputs)
+    results, events = simulate_cases(cases, materials, inputs)
     columns = [result.columns for result in results]
     seen = [dict(own) | electrode_axes(case.recipe, own) for case, own in zip(cases, columns, strict=True)]
     found = matches(recipe, seen, inputs)
@@ -55,12 +57,15 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     def figure() -> Any:
         from dielast.plots.simulation import plot_cases
 
-        marks = [
-            (index, event.name, _at(event, own, x, case.recipe), _at(event, own, y, case.recipe))
-            for index, (case, own) in enumerate(zip(cases, seen, strict=True))
-            for event in events[index]
-        ]
-        return plot_cases(seen, labels(cases), found, x, y, scales, recipe.title, marks)
+        marks, drawn = [], []
+        for index, (case, own) in enumerate(zip(cases, seen, strict=True)):
+            points = [(event, _at(event, own, x, case.recipe), _at(event, own, y, case.recipe)) for event in events[index]]
+            marks += [(index, event.name, across, up) for event, across, up in points]
+            # the line goes through its events, however sparse the rows of the table are there
+            order = np.argsort(np.append(own["time [s]"], [event.time for event, _, _ in points]), kind="stable")
+            extra = {x: [across for _, across, _ in points], y: [up for _, _, up in points]}
+            drawn.append({header: np.append(own[header], values)[order] for header, values in extra.items()})
+        return plot_cases(drawn, labels(cases, materials), found, x, y, scales, recipe.title, marks)
 
     tables = {"actuate.csv": result_columns(results), "events.csv": event_columns(events), "cases.csv": case_columns(cases)}
     return Report(tables, headline(results, events, found), figure, failures=failures(results))
@@ -129,9 +134,10 @@ def electrode_axes(recipe: ActuateRecipe, columns: Mapping[str, Array]) -> dict[
     return {MAJOR_AXIS: np.maximum(first, second), MINOR_AXIS: np.minimum(first, second)}
 
 
-def simulate_cases(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> tuple[list[CaseResult], list[tuple[Event, ...]]]:
+def simulate_cases(
+    cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], inputs: Inputs
+) -> tuple[list[CaseResult], list[tuple[Event, ...]]]:
     """The result and the events of every case; those with programmes of one shape run together."""
-    materials = read_materials(cases, inputs)
     programmes = [voltage_entries(case.recipe, inputs) for case in cases]
     groups: dict[Any, list[int]] = {}
     for index, (case, programme) in enumerate(zip(cases, programmes, strict=True)):

@@ -115,6 +115,21 @@ def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
     return columns
 
 
-def labels(cases: Sequence[Case[SimulationRecipe]]) -> list[str]:
-    """What tells each case from the others, for a legend."""
-    return [", ".join(f"{key.split('.')[-1]} = {value}" for key, value in case.settings.items()) for case in cases]
+def labels(cases: Sequence[Case[SimulationRecipe]], materials: Sequence[Material]) -> list[str]:
+    """What tells each case from the others, for a legend; a material by what its name does not share with the others."""
+    parts = [material.name.split(", ") for material in materials]
+    while all(len(own) > 1 and own[0] == parts[0][0] for own in parts):
+        parts = [own[1:] for own in parts]
+    names = [", ".join(own) for own in parts]
+    telling = len(set(names)) == len({case.recipe.material for case in cases})
+
+    def label(case: Case[SimulationRecipe], name: str) -> str:
+        said = []
+        for key, value in case.settings.items():
+            if key == "material" and telling:
+                said.append(name)
+            else:
+                said.append(f"{key.split('.')[-1]} = {value}".replace("degC", "°C"))
+        return ", ".join(said)
+
+    return [label(case, name) for case, name in zip(cases, names, strict=True)]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.files import Inputs
+from dielast.material import Material
 from dielast.recipe.cases import Case
 from dielast.simulate.membrane import simulate
 from dielast.workflow.cases import (
@@ -39,7 +40,8 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     """Simulate every case, report."""
     recipe = cases[0].recipe
     kind = recipe.kind
-    clean = simulate_cases(cases, inputs)
+    materials = read_materials(cases, inputs)
+    clean = simulate_cases(cases, materials, inputs)
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
     columns = [result.columns for result in results]
     found = matches(recipe, columns, inputs)
@@ -48,7 +50,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     def figure() -> Any:
         from dielast.plots.simulation import plot_cases
 
-        return plot_cases(columns, labels(cases), found, x, y, scales, recipe.title)
+        return plot_cases(columns, labels(cases, materials), found, x, y, scales, recipe.title)
 
     tables = {f"{kind}.csv": result_columns(results), "cases.csv": case_columns(cases)}
     return Report(tables, headline(kind, results, found), figure, failures=failures(results))
@@ -72,9 +74,8 @@ def headline(kind: str, results: Sequence[CaseResult], found: Sequence[Match]) -
     return sections
 
 
-def simulate_cases(cases: Sequence[Case[Recipe]], inputs: Inputs) -> list[CaseResult]:
+def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs) -> list[CaseResult]:
     """The result of every case; those with histories of one shape run together."""
-    materials = read_materials(cases, inputs)
     histories = [solver_steps(case.recipe, inputs) for case in cases]
     groups: dict[Any, list[int]] = {}
     for index, (case, history) in enumerate(zip(cases, histories, strict=True)):

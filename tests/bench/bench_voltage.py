@@ -28,7 +28,7 @@ FIELD = Breakdown((1.7, 1.9), (40e6, 48e6))
 FIG_9 = ((0.0, 2500.0, 10.0), (2500.0, 2500.0, 300.0), (2500.0, 3000.0, 10.0), (3000.0, 3000.0, 6880.0))
 VOLTAGES, PRESTRETCHES = (3400.0, 4600.0), (1.7, 1.9)
 SHARE = 0.01
-RTOL = 7e-5  # gives times within 1e-4
+RTOL = 8.5e-5  # gives times within 1e-4
 
 
 def spring(log_stretch: np.ndarray | float, limit: float) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +110,7 @@ class Peer:
             return float(1 - nominal(t) * np.exp(2 * self.membrane(x, nominal(t))[0]) / (field or 1.0))
 
         def unstable(t: float, x: np.ndarray) -> float:
-            log, hard, slopes, _ = self.membrane(x, nominal(t))
+            log, _, slopes, _ = self.membrane(x, nominal(t))
             held = np.exp(-SHARE * t / self.tau) * self.mu
             squeeze = PERMITTIVITY * nominal(t) ** 2 * np.exp(4 * log)
             return float(self.soft * spring(log, 110.0)[1] + held @ slopes - self.stress * np.exp(log) - 4 * squeeze)
@@ -192,10 +192,11 @@ def main() -> None:
     try:
         reference = fig9(solid, 1e-10)
         peer_rtol = coarsest(lambda rtol: Peer(solid, 1.9).fig9(rtol), reference, 1e-6)
-        mine = float(np.max(np.abs(fig9(solid, 1e-6) / reference - 1)))
-        own, other = seconds(lambda: fig9(solid, 1e-6), lambda: Peer(solid, 1.9).fig9(peer_rtol), repeats=9)
-        print(f"one Fig. 9 run, stretches at the ends of its steps within 1e-6 (error {mine:.1e} at 1e-6):")
-        print(f"  dielast {own * 1e3:.0f} ms   Radau at {peer_rtol:g} {other * 1e3:.0f} ms   ratio {other / own:.2f}   (reach > 1)")
+        rtol = coarsest(lambda rtol: fig9(solid, rtol), reference, 1e-6)
+        own, other = seconds(lambda: fig9(solid, rtol), lambda: Peer(solid, 1.9).fig9(peer_rtol), repeats=9)
+        print("one Fig. 9 run, stretches at the ends of its steps within 1e-6:")
+        print(f"  dielast at {rtol:g} {own * 1e3:.0f} ms   Radau at {peer_rtol:g} {other * 1e3:.0f} ms", end="   ")
+        print(f"ratio {other / own:.2f}   (reach > 1)")
         picks = [(i % side, (i * 7) % side) for i in np.linspace(0, side - 1, 20).astype(int)]
 
         def cells(rtol: float) -> np.ndarray:

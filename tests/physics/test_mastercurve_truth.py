@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reconstruction import spectrum
 
 import dielast
 from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 from dielast.errors import DielastWarning
 from dielast.shift import WLF
+from reconstruction import spectrum
 
 LAW = WLF(20.0, 13.7, 187.1)
 EQUILIBRIUM = 26e3  # Pa

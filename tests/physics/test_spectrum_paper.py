@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from reconstruction import LOG_MODULUS
 
 from dielast.characterise.spectrum import fit_spectrum
 from dielast.errors import DielastWarning
+from reconstruction import LOG_MODULUS
 
 Array = NDArray[np.float64]
 Find = Callable[[str], Path]

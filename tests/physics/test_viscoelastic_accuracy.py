@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from reconstruction import spectrum
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -17,6 +16,7 @@ from dielast.prony import Spectrum
 from dielast.shift import WLF
 from dielast.simulate.creep import creep
 from dielast.simulate.relax import relax
+from reconstruction import spectrum
 
 TIMES = np.concatenate((np.linspace(0.05, 2.0, 30), 2.0 + np.geomspace(1e-3, 1000.0, 60)))
 MU, TAU = np.array([2e4, 5e4, 2e5, 1e6]), np.array([500.0, 20.0, 0.3, 1e-3])

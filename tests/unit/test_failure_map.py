@@ -1,0 +1,134 @@
+"""Failure maps: what comes out of a grid, and what bad input gets."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dielast.errors import InputError
+from dielast.gent import Gent
+from dielast.integrate import Status
+from dielast.material import Breakdown, Material
+from dielast.prony import Spectrum
+from dielast.shift import NoShift
+from dielast.simulate.actuate import actuate
+from dielast.simulate.failure_map import Cells, assemble, failure_map, plan_failure_map, solve_cells
+from dielast.simulate.voltage import VoltageStep, voltage_table
+
+SOLID = Material(
+    "soft",
+    26e3,
+    Spectrum(np.array([1e4, 100.0, 1.0]), np.array([1e4, 2e4, 9e4])),
+    NoShift(20.0),
+    Gent(110.0),
+    Gent(55.0),
+    4e-11,
+    Breakdown((1.7, 1.9), (40e6, 48e6)),
+)
+FILM: dict[str, Any] = {"thickness": 5e-4, "relax": 600.0}
+MAP: dict[str, Any] = {"voltage": [1e3, 3.9e3, 2e4], "prestretch": [1.7, 1.9], "horizon": 3600.0, **FILM}
+STEPS = [VoltageStep(3e3), VoltageStep.hold(10.0)]
+
+
+def test_a_map_knows_who_survives_who_fails_and_who_was_broken_on_arrival() -> None:
+    done: list[tuple[int, int]] = []
+    result = failure_map(SOLID, **MAP, progress=lambda solved, cells: done.append((solved, cells)))
+    assert result.time_to_failure.shape == (1, 2, 3)
+    assert result.completed
+    assert result.failure_mode[0, 0].tolist() == ["none", "breakdown", "breakdown"]
+    assert np.isnan(result.time_to_failure[0, :, 0]).all()
+    assert np.all(result.time_to_failure[0, :, 2] == 0)
+    assert np.all(result.time_to_pull_in[0, :, 2] == 0)
+    assert done == [(6, 6)]
+
+
+def test_the_unit_of_work_can_be_sent_to_another_process() -> None:
+    plan = plan_failure_map(SOLID, **MAP)
+    copy = pickle.loads(pickle.dumps(plan))
+    for first, end in plan.chunks(4):
+        one, other = solve_cells(plan, first, end), pickle.loads(pickle.dumps(solve_cells(copy, first, end)))
+        assert np.array_equal(one.time_to_breakdown, other.time_to_breakdown, equal_nan=True)
+        assert np.array_equal(one.time_to_pull_in, other.time_to_pull_in, equal_nan=True)
+
+
+def test_a_cell_that_the_numerics_cannot_finish_is_no_survivor() -> None:
+    plan = plan_failure_map(SOLID, **MAP)
+    nothing = np.full(6, np.nan)
+    status = np.array([Status.COMPLETED, Status.STEP_VANISHED, Status.TOO_MANY_STEPS] * 2)
+    broken = np.array([np.nan, np.nan, 5.0, np.nan, np.nan, 7.0])
+    result = assemble(plan, [Cells(0, broken, nothing, status)])
+    assert result.failure_mode[0, 0].tolist() == ["none", "unfinished", "breakdown"]
+    assert not result.completed
+    assert result.outcome[0, 0, 1] != "completed"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"horizon": 0.0}, "horizon 0 s"),
+        ({"voltage": []}, "voltage axis .* not empty"),
+        ({"voltage": [-1.0]}, "must not be negative"),
+        ({"prestretch": []}, "not empty"),
+        ({"prestretch": [0.9]}, "prestretch 0.9"),
+        ({"prestretch": [6.0], "breakdown_field": 1e7}, "beyond the Gent limit"),
+        ({"prestretch": [2.5]}, "known for prestretches of 1.7 to 1.9, not of 2.5"),
+        ({"thickness": -1e-4}, "thickness -0.0001 m"),
+        ({"breakdown_field": [1e7, 2e7, 3e7]}, "3 breakdown fields for 2 prestretches"),
+        ({"breakdown_field": 0.0}, "breakdown field 0 V/m"),
+        ({"ramp": 1e5}, "ramp of 100000 s"),
+        ({"temperature": []}, "temperature axis"),
+        ({"relax": -1.0}, "must not be negative"),
+        ({"boundary": "glued"}, "dead-load or clamped"),
+        ({"prestretch_rate": 0.0}, "must be positive"),
+        ({"rtol": 0.5}, "rtol"),
+    ],
+)
+def test_bad_maps(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        failure_map(SOLID, **(MAP | change))
+
+
+@pytest.mark.parametrize(
+    ("steps", "change", "message"),
+    [
+        ([], {}, "at least one step"),
+        ([VoltageStep()], {}, "step 0: a voltage"),
+        ([VoltageStep(1e3), VoltageStep(2e3, rate=-5.0)], {}, "step 1: rate -5 V/s leads away"),
+        ([VoltageStep(1e3, rate=1.0, duration=2.0)], {}, "not both"),
+        ([VoltageStep(1e3, duration=-2.0)], {}, "must not be negative"),
+        ([VoltageStep(np.array([1e3, 2e3]))], {"prestretch": np.array([1.7, 1.8, 1.9])}, "2 and 3 values"),
+        (STEPS, {"stop_at": "never"}, "stop at 'never'"),
+        (STEPS, {"times": [20.0]}, "after the end"),
+        (STEPS, {"boundary": ("clamped",)}, "dead-load or clamped"),
+    ],
+)
+def test_bad_programmes(steps: list[VoltageStep], change: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        actuate(SOLID, steps, **(FILM | {"prestretch": 1.9} | change))
+
+
+def test_materials_that_cannot_be_driven() -> None:
+    with pytest.raises(InputError, match="no permittivity"):
+        actuate(replace(SOLID, permittivity=None), STEPS, prestretch=1.9, **FILM)
+    with pytest.raises(InputError, match="a breakdown field is needed"):
+        actuate(replace(SOLID, breakdown=None), STEPS, prestretch=1.9, **FILM)
+    actuate(replace(SOLID, breakdown=None), STEPS, prestretch=1.9, stop_at="pull-in", **FILM)
+
+
+def test_a_table_of_voltages() -> None:
+    history = actuate(
+        SOLID, voltage_table([0.0, 1.0, 3.0], [500.0, 1e3, 0.0]), prestretch=1.9, times=[0.0, 0.5, 1.0, 2.0, 3.0], **FILM
+    )
+    assert history.voltage[0] == pytest.approx([500.0, 750.0, 1e3, 500.0, 0.0])
+    with pytest.raises(InputError, match="goes back in time"):
+        voltage_table([0.0, 2.0, 1.0], [0.0, 1.0, 2.0])
+
+
+def test_an_axis_left_free_is_uniaxial_prestretch() -> None:
+    history = actuate(SOLID, [VoltageStep.hold(10.0)], prestretch=(2.0, None), times=[0.0], breakdown_field=1e9, **FILM)
+    assert history.stretch_2[0, 0] == pytest.approx(2**-0.5, rel=1e-5)
+    assert history.nominal_stress_2[0, 0] == 0
