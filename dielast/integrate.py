@@ -159,7 +159,9 @@ class _Pool:
         start = np.take(self.result.state, fresh, axis=1)
         entering = np.zeros((5, fresh.size))
         if fresh.size:
-            entering[2] = self._first_step(self.whole.take(fresh), start, self.durations[fresh])
+            pair = np.resize(fresh, max(2, fresh.size))  # as below, for a lone column
+            first = self._first_step(self.whole.take(pair), np.take(self.result.state, pair, axis=1), self.durations[pair])
+            entering[2] = first[: fresh.size]
         self.cases = np.concatenate((self.cases[keep], fresh))
         self.state = np.concatenate((np.take(self.state, keep, axis=1), start), axis=1)
         self.scalars = np.concatenate((self.scalars[:, keep], entering), axis=1)

@@ -158,16 +158,19 @@ def _history(
         for at, state in zip(reached, status.tolist(), strict=True)
     )
     return ActuationHistory(
-        setup.temperature,
-        time,
-        values[4] * setup.thickness,
-        *stretch,
-        *(stretch / begin[:2, :, None]),
-        *values[2:4],
-        values[4] * stretch[0] * stretch[1],
-        values[5] / begin[2, :, None],
-        tuple(_events(happened, case, setup.thickness, float(end)) for case, end in enumerate(reached)),
-        outcome,
+        temperature=setup.temperature,
+        time=time,
+        voltage=values[4] * setup.thickness,
+        stretch_1=stretch[0],
+        stretch_2=stretch[1],
+        relative_stretch_1=stretch[0] / begin[0, :, None],
+        relative_stretch_2=stretch[1] / begin[1, :, None],
+        nominal_stress_1=values[2],
+        nominal_stress_2=values[3],
+        true_field=values[4] * stretch[0] * stretch[1],
+        stability=values[5] / begin[2, :, None],
+        events=tuple(_events(happened, case, setup.thickness, float(end)) for case, end in enumerate(reached)),
+        outcome=outcome,
     )
 
 

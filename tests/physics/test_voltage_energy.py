@@ -47,7 +47,7 @@ class Bookkeeper(Watch):
 
     def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
         if stride.accepted[0]:
-            system, pair = stride.system, np.arange(2)
+            system = stride.system
             assert isinstance(system, Films)
             ends = [self.at(system, stride, fraction)[:2] for fraction in (0.0, 1.0)]
             if not self.stored:
@@ -64,7 +64,6 @@ class Bookkeeper(Watch):
                 self.electric += 0.5 * weight * field_now * (charge[1] - charge[0]) / (2 * small)
                 self.dissipated += 0.5 * weight * power * float(stride.step[0])
                 self.least = min(self.least, power)
-            del pair
         return Watch.__call__(self, stride)
 
     def at(self, system: Films, stride: Stride, fraction: float) -> tuple[tuple[Array, Array], float, float, float]:

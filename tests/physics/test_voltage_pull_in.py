@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from dielast.stability import TimeScale
 
 MODULUS, PERMITTIVITY, THICKNESS = 26e3, 3.98e-11, 0.5e-3
 LITERAL = TimeScale.fixed(0.0)
-ELASTIC = Material("elastic", MODULUS, Spectrum([], []), NoShift(20.0), permittivity=PERMITTIVITY)
+ELASTIC = Material("elastic", MODULUS, Spectrum(np.array([]), np.array([])), NoShift(20.0), permittivity=PERMITTIVITY)
 # the slowest branches of a reconstructed spectrum, after the paper's cases 4 and 5
 SLOW = Material(
     "slow",
@@ -132,7 +133,7 @@ def spring(log_stretch: NDArray[np.float64] | float, limit: float) -> tuple[NDAr
 def fold_with_stretch_as_variable(solid: Material, prestretch: float, relax: float, voltage: float) -> tuple[float, float]:
     """Time and stretch where the frozen film loses stability, at constant voltage, with ln lambda as the independent variable."""
     mu, tau = solid.spectrum.shear_modulus, solid.spectrum.relaxation_time
-    tight = {"method": "Radau", "rtol": 1e-11, "atol": 1e-13}
+    tight: Any = {"method": "Radau", "rtol": 1e-11, "atol": 1e-13}
     start = np.log(prestretch)
     x = solve_ivp(lambda t, x: spring(start - x, 55.0)[0] / (6 * tau), (0, relax), np.zeros(mu.size), **tight).y[:, -1]
     load = (MODULUS * spring(start, 110.0)[0] + mu @ spring(start - x, 55.0)[0]) / prestretch

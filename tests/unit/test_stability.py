@@ -19,7 +19,15 @@ from dielast.stability import ONE_PERCENT, TimeScale, damped, stability
 
 FREE, HELD = Control.STRESS, Control.STRETCH
 PERMITTIVITY = 3.98e-11
-SOLID = Material("solid", 26e3, Spectrum([1.0, 1e3], [8e4, 3e4]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=PERMITTIVITY)
+SOLID = Material(
+    "solid",
+    26e3,
+    Spectrum(np.array([1.0, 1e3]), np.array([8e4, 3e4])),
+    NoShift(20.0),
+    Gent(110.0),
+    Gent(55.0),
+    permittivity=PERMITTIVITY,
+)
 Array = NDArray[np.float64]
 
 
@@ -44,7 +52,7 @@ def hessian(place: Array, viscous: Array) -> Array:
                 at = place.astype(complex)
                 at[j] += shift * step[j]
                 at[i] += 1e-30j * step[i]
-                return free_energy(at, viscous).imag / (1e-30 * step[i])
+                return float(free_energy(at, viscous).imag / (1e-30 * step[i]))
 
             result[i, j] = sum(w * (slope(k) - slope(-k)) for k, w in weights.items()) / step[j]
     return result

@@ -1,0 +1,33 @@
+"""A case gives the same bytes alone and among any others."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dielast.gent import Gent
+from dielast.load import Step
+from dielast.material import Material
+from dielast.shift import WLF
+from dielast.simulate.creep import creep
+from dielast.simulate.membrane import MembraneHistory
+from dielast.simulate.relax import relax
+from reconstruction import spectrum
+
+VHB = Material("VHB 4905, reconstruction", 26e3, spectrum(), WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0))
+TEMPERATURES = np.linspace(-20, 60, 19)
+
+
+def run(mode: str, temperature: np.ndarray) -> MembraneHistory:
+    if mode == "creep":
+        return creep(VHB, [Step(stress=5e4, rate=3e3), Step.hold(3600.0), Step(stress=0.0, duration=0.0)], temperature=temperature)
+    return relax(VHB, [Step(stretch=2.0, rate=0.125), Step.hold(3600.0)], mode=mode, temperature=temperature)
+
+
+@pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "pure-shear", "creep"])
+def test_a_case_does_not_depend_on_its_company(mode: str) -> None:
+    whole = run(mode, TEMPERATURES)
+    for members in ([3], [3, 7], [3, 7, 11], list(range(3, 19, 2))):
+        part = run(mode, TEMPERATURES[members])
+        for name in ("time", "stretch_1", "stretch_2", "nominal_stress_1", "nominal_stress_2"):
+            np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[members], err_msg=f"{name}, {members}")
