@@ -19,7 +19,7 @@ from dielast.integrate import Status, Stride, integrate
 from dielast.jump import jump
 from dielast.load import Control, Piece, Ramp
 from dielast.point import LoadedPoints, Points
-from dielast.simulate.history import REASONS, _apply, _prescribed, _rest, check_reach
+from dielast.simulate.history import REASONS, apply_at_once, at_rest, check_reach, prescribed
 from dielast.simulate.output import Condition
 from dielast.simulate.trace import PieceTrace, Trace
 from dielast.stability import damped
@@ -67,14 +67,14 @@ def prestretch(
     check_reach(points, pieces)
     if relax > 0:
         pieces.append(Piece((controls[0], controls[1]), (None, None, None), np.full_like(duration, relax)))
-    condition = _rest(points)
+    condition = at_rest(points)
     # only the viscous stretches at the end matter, not the stress on the way
     relaxing = replace(points, stress_floor=np.full_like(points.stress_floor, np.inf))
     for piece in pieces:
-        present = _prescribed(condition, piece.controls)
+        present = prescribed(condition, piece.controls)
         end, lasting = piece.resolve(present)
         at_once = (lasting == 0) & np.any(end != present, axis=0)
-        condition, lost = _apply(points, piece.controls, end, condition, at_once)
+        condition, lost = apply_at_once(points, piece.controls, end, condition, at_once)
         ramp = Ramp.between(piece.controls, np.where(at_once, end, present), end, lasting)
         condition, status = _traverse(_system(relaxing, ramp, alike), condition, lasting, rtol, None, None)
         status = np.where(lost, Status.STEP_VANISHED, status)
@@ -96,7 +96,7 @@ def programme(
     points, condition = film.points, film.condition
     status = np.zeros(condition.time.size, dtype=np.intp)
     for index, piece in enumerate(pieces):
-        present = _prescribed(condition, piece.controls)
+        present = prescribed(condition, piece.controls)
         end, duration = piece.resolve(present)
         alive = status == Status.COMPLETED
         at_once = alive & (duration == 0) & np.any(end != present, axis=0)

@@ -63,19 +63,19 @@ def run(
     check_reach(points, pieces)
     symmetry = symmetry_of(pieces)
     output = Output(points, times, points_per_decade, internal)
-    condition = _rest(points)
+    condition = at_rest(points)
     cases = condition.time.size
     ended: list[Outcome | None] = [None] * cases
     steps = np.zeros(cases, dtype=np.intp)
     for index, piece in enumerate(pieces):
-        present = _prescribed(condition, piece.controls)
+        present = prescribed(condition, piece.controls)
         try:
             end, duration = piece.resolve(present)
         except InputError as error:
             raise InputError(f"step {index}: {error}") from None
         alive = np.array([outcome is None for outcome in ended])
         at_once = alive & (duration == 0) & np.any(end != present, axis=0)
-        condition, lost = _apply(points, piece.controls, end, condition, at_once)
+        condition, lost = apply_at_once(points, piece.controls, end, condition, at_once)
         for case in np.flatnonzero(lost).tolist():
             ended[case] = Outcome(
                 False, float(condition.time[case]), "no stable equilibrium within the springs' limits under a load applied at once"
@@ -139,20 +139,20 @@ def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
             raise InputError(f"step {index}: stretch {stretch:g} is beyond the Gent limit, J_lim = {reach[case] - 3:g}")
 
 
-def _rest(points: Points) -> Condition:
+def at_rest(points: Points) -> Condition:
     """Undeformed and relaxed at time 0."""
     springs, cases = points.rate.shape
     return Condition(np.zeros((2, springs, cases)), np.zeros((2, cases)), np.zeros((2, cases)), np.zeros(cases), np.zeros(cases))
 
 
-def _prescribed(condition: Condition, controls: tuple[Control, Control]) -> Floats:
+def prescribed(condition: Condition, controls: tuple[Control, Control]) -> Floats:
     """The present values (3, cases) of what a load with these controls prescribes."""
     stretched = np.array([[control is Control.STRETCH] for control in controls])
     values = np.where(stretched, np.exp(0.5 * condition.log_squared_stretch), condition.nominal_stress)
     return np.concatenate((values, condition.field[None]))
 
 
-def _apply(
+def apply_at_once(
     points: Points, controls: tuple[Control, Control], end: Floats, condition: Condition, at_once: NDArray[np.bool_]
 ) -> tuple[Condition, NDArray[np.bool_]]:
     """The condition after a load applied at once to some cases, and which of them found no equilibrium."""

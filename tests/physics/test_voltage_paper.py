@@ -10,19 +10,15 @@ from numpy.typing import NDArray
 
 from dielast.gent import Gent
 from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
 from dielast.shift import WLF
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.failure_map import failure_map
 from dielast.simulate.lifetime import fit_lifetime
 from dielast.simulate.voltage import VoltageStep
 from dielast.stability import ONE_PERCENT, TimeScale
+from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
-# log10 G (Pa) over log10 t (s), highest power first; fitted to the paper's published figures: a reconstruction, not a measurement
-RECONSTRUCTION = np.poly1d(
-    [-1.09196136e-06, 5.82911403e-06, 1.38496445e-04, -9.05466661e-04, -3.87896645e-03, 5.67261496e-02, -2.82629798e-01, 5.03605001]
-)
-EQUILIBRIUM, GLASSY, FASTEST, THICKNESS, RELAX = 26e3, 230e6, 3.98e-8, 0.5e-3, 5400.0
+THICKNESS, RELAX = 0.5e-3, 5400.0
 # Table 1: branches in all, the slowest relaxation time, branches kept
 TABLE_1 = {1: (30, 1.59e5, 30), 2: (20, 1.59e5, 20), 3: (13, 1.59e4, 10), 4: (13, 1.59e4, 5), 5: (13, 1.59e4, 3)}
 PRESTRETCH = np.array([1.7] * 4 + [1.9] * 3)
@@ -32,16 +28,10 @@ VOLTAGE = np.array([3.8, 4.0, 4.2, 4.4, 3.6, 3.8, 4.0]) * 1e3
 @cache
 def vhb(case: int) -> Material:
     count, slowest, keep = TABLE_1[case]
-    tau = np.geomspace(slowest, FASTEST, count)
-    x = np.log10(2 * tau)
-    slower = 10 ** RECONSTRUCTION(x) * (1 - RECONSTRUCTION.deriv()(x)) - EQUILIBRIUM
-    mu = np.empty(count)
-    mu[0], mu[1:-1] = (slower[0] + slower[1]) / 2, (slower[2:] - slower[:-2]) / 2
-    mu[-1] = GLASSY - mu[:-1].sum()
     return Material(
         f"case {case}",
-        EQUILIBRIUM,
-        Spectrum(tau, mu).slowest(keep),
+        EQUILIBRIUM_MODULUS,
+        spectrum(count, slowest).slowest(keep),
         WLF(20.0, 13.7, 187.1),
         Gent(110.0),
         Gent(55.0),

@@ -26,7 +26,7 @@ ELASTIC = Material("elastic", MODULUS, Spectrum(np.array([]), np.array([])), NoS
 SLOW = Material(
     "slow",
     MODULUS,
-    Spectrum([1.59e4, 1430.0, 185.0, 20.0, 2.16], [7e3, 9e3, 12e3, 25e3, 55e3]),
+    Spectrum(np.array([1.59e4, 1430.0, 185.0, 20.0, 2.16]), np.array([7e3, 9e3, 12e3, 25e3, 55e3])),
     NoShift(20.0),
     Gent(110.0),
     Gent(55.0),
@@ -160,6 +160,8 @@ def fold_with_stretch_as_variable(solid: Material, prestretch: float, relax: flo
 
     singular.terminal = True  # type: ignore[attr-defined]
     solved = solve_ivp(lambda log, s: slopes(log, s)[1], (log, log + 1.0), np.concatenate((x, [0.0])), events=singular, **tight)
+    assert solved.y_events is not None
+    assert solved.t_events is not None
     return float(solved.y_events[0][0, -1]), float(np.exp(solved.t_events[0][0]))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -64,15 +66,15 @@ def test_a_case_does_not_depend_on_its_company(timescale: TimeScale) -> None:
 
 def test_events_do_not_depend_on_the_output_grid() -> None:
     steps = [VoltageStep(5e3), VoltageStep.hold(1e5)]
-    common = {"thickness": THICKNESS, "prestretch": 1.9, "relax": 600.0, "stop_at": "end"}
-    coarse, fine = (actuate(solid(), steps, points_per_decade=points, **common) for points in (2, 50))  # type: ignore[arg-type]
-    given_times = actuate(solid(), steps, times=[5.0, 7.0], **common)  # type: ignore[arg-type]
+    common: dict[str, Any] = {"thickness": THICKNESS, "prestretch": 1.9, "relax": 600.0, "stop_at": "end"}
+    coarse, fine = (actuate(solid(), steps, points_per_decade=points, **common) for points in (2, 50))
+    given_times = actuate(solid(), steps, times=[5.0, 7.0], **common)
     assert coarse.events == fine.events == given_times.events
     assert len(coarse.events[0]) == 2
 
 
 def test_a_map_does_not_depend_on_its_chunks() -> None:
-    common = {
+    common: dict[str, Any] = {
         "voltage": np.linspace(2.4e3, 4.4e3, 7),
         "prestretch": [(1.7, 1.7), (2.2, 1.4), (1.9, 1.9)],
         "temperature": [20.0, 50.0],
@@ -81,18 +83,18 @@ def test_a_map_does_not_depend_on_its_chunks() -> None:
         "horizon": 3600.0,
         "rtol": 1e-5,
     }
-    whole = failure_map(solid(), **common)  # type: ignore[arg-type]
-    plan = plan_failure_map(solid(), **common)  # type: ignore[arg-type]
+    whole = failure_map(solid(), **common)
+    plan = plan_failure_map(solid(), **common)
     pieces = [solve_cells(plan, first, end) for first, end in plan.chunks(5)]
     cut = assemble(plan, pieces[::-1])
     for name in ("time_to_breakdown", "time_to_pull_in", "time_to_failure"):
         assert np.array_equal(getattr(whole, name), getattr(cut, name), equal_nan=True)
     assert np.array_equal(whole.failure_mode, cut.failure_mode)
     assert {"breakdown", "none"} <= set(whole.failure_mode.ravel().tolist())
-    for j, pair in enumerate(common["prestretch"]):  # type: ignore[arg-type]
+    for j, pair in enumerate(common["prestretch"]):
         history = actuate(
             solid(),
-            [VoltageStep(common["voltage"][5]), VoltageStep.hold(3600.0)],  # type: ignore[index]
+            [VoltageStep(common["voltage"][5]), VoltageStep.hold(3600.0)],
             thickness=THICKNESS,
             prestretch=pair,
             relax=600.0,
