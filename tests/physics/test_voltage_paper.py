@@ -138,5 +138,5 @@ def test_fig_9_goes_through_the_runaway_to_the_state_that_stiffening_holds() -> 
     assert history.stretch_1[0, -1] > 6
     load, squeeze = history.nominal_stress_1[0, -1], 3.98e-11 * history.true_field[0, -1] ** 2
     stretch = history.stretch_1[0, -1]
-    spring: NDArray[np.float64] = EQUILIBRIUM * (stretch**2 - stretch**-4) / (1 - (2 * stretch**2 + stretch**-4 - 3) / 110)
+    spring: NDArray[np.float64] = EQUILIBRIUM_MODULUS * (stretch**2 - stretch**-4) / (1 - (2 * stretch**2 + stretch**-4 - 3) / 110)
     assert load * stretch + squeeze == pytest.approx(spring, rel=0.05)
