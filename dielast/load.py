@@ -102,6 +102,8 @@ class Piece:
         paced = [control is self.paced and target is not None for control, target in zip(self.controls, self.target, strict=False)]
         moves = (end - present)[:2][paced]
         move = np.take_along_axis(moves, np.argmax(np.abs(moves), axis=0)[None], axis=0)[0]
+        # a target that is reached already, but for rounding
+        move = np.where(np.abs(move) <= 1e-12 * np.abs(end[:2]).max(axis=0), 0.0, move)
         against = move * rate < 0
         if np.any(against):
             case = int(np.argmax(against))
@@ -109,7 +111,7 @@ class Piece:
                 f"rate {rate[case]:g} leads away from the target: {move[case]:+g} of {self.paced.value} is to go, "
                 f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
             )
-        return end, move / rate
+        return end, np.abs(move / rate)
 
 
 def table(time: ArrayLike, *, stretch: ArrayLike | None = None, stress: ArrayLike | None = None) -> tuple[Step, ...]:

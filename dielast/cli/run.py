@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -54,7 +55,7 @@ def run(kind: str, path: Path, options: Options) -> int:
         rule = depfile([out / name for name in files], [path, *inputs.paths])
         write_files(options.depfile.parent, {options.depfile.name: rule.encode()})
     if options.json:
-        print(json.dumps(summary, indent=2))
+        print(json.dumps(_plain(summary), indent=2, allow_nan=False))
     elif not options.quiet:
         _tell(summary, out)
     for line in summary.get("unfinished", ()):
@@ -78,6 +79,15 @@ def compute(
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, path.name, caught)
     return contents(kind, report, summary, plots), summary, inputs, caught
+
+
+def _plain(value: Any) -> Any:
+    """The value as JSON can hold it: null for what is not a number."""
+    if isinstance(value, Mapping):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _located(line: str, path: Path, inputs: Inputs) -> str:

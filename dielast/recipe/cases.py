@@ -40,16 +40,19 @@ def read_cases(path: Path, kind: str | None = None, overrides: Sequence[str] = (
     values = read_values(path, kind, overrides)
     model = recipe_model(values["kind"])
     source, folder = str(path), path.parent
-    if "load" in values and "load" in model.model_fields:
-        _take_load(values, model, source, folder)
     sweep = values.get("sweep") if "sweep" in model.model_fields else None
     if not isinstance(sweep, dict):
+        _take_load(values, model, source, folder)
         return (Case(check(model, values, source, folder)),)
     settings = _combinations(sweep, source)
     cases, mistakes = [], dict[str, None]()
     for setting in settings:
         own = copy.deepcopy(values)
         try:
+            # the steps that a load file brings are there for other keys to set
+            if "load" in setting:
+                own["load"] = setting["load"]
+            _take_load(own, model, source, folder)
             for key, value in setting.items():
                 set_key(own, key, value, f'{source}: sweep."{key}"')
             cases.append(Case(check(model, own, source, folder), setting))
@@ -84,7 +87,9 @@ def _combinations(sweep: dict[str, Any], source: str) -> list[dict[str, Any]]:
 
 
 def _take_load(values: dict[str, Any], model: type[RecipeBase], source: str, folder: Path) -> None:
-    """Put the steps of the load file into the recipe's place for them."""
+    """Put the steps of the load file, if there is one, into the recipe's place for them."""
+    if "load" not in values or "load" not in model.model_fields:
+        return
     name = values["load"]
     if not isinstance(name, str):
         raise InputError(f"{source}: load: the path of a file is needed")

@@ -94,6 +94,12 @@ class MaterialFile(Section):
     dielectric: Dielectric = Dielectric()
     breakdown: BreakdownField | None = None
 
+    @model_validator(mode="after")
+    def _carries(self) -> Self:
+        if self.equilibrium.shear_modulus == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
+            raise InputError("every shear modulus is zero: the material carries no load")
+        return self
+
     def material(self) -> Material:
         """The material that the file describes."""
         return Material(

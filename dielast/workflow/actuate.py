@@ -26,6 +26,7 @@ from dielast.workflow.cases import (
     each,
     failures,
     labels,
+    last,
     matches,
     read_materials,
     result_columns,
@@ -51,7 +52,14 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     results, events = simulate_cases(cases, materials, inputs)
     columns = [result.columns for result in results]
     seen = [dict(own) | electrode_axes(case.recipe, own) for case, own in zip(cases, columns, strict=True)]
-    found = matches(recipe, seen, inputs)
+
+    def again(case: int, times: Array) -> Mapping[str, Array]:
+        one = cases[case].recipe
+        output = one.output.model_copy(update={"times": times.tolist()})
+        repeated = simulate_cases([Case(one.model_copy(update={"output": output}))], [materials[case]], inputs)[0][0].columns
+        return dict(repeated) | electrode_axes(one, repeated)
+
+    found = matches(recipe, seen, inputs, again)
     x, y, scales = axes_of(recipe, seen[0], MEASURED, time_scale="linear")
 
     def figure() -> Any:
@@ -65,7 +73,16 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
             order = np.argsort(np.append(own["time [s]"], [event.time for event, _, _ in points]), kind="stable")
             extra = {x: [across for _, across, _ in points], y: [up for _, _, up in points]}
             drawn.append({header: np.append(own[header], values)[order] for header, values in extra.items()})
-        return plot_cases(drawn, labels(cases, materials), found, x, y, scales, recipe.title, marks)
+        return plot_cases(
+            drawn,
+            labels(cases, materials),
+            [entry for entry in found if entry.headers == (x, y)],
+            x,
+            y,
+            scales,
+            recipe.title,
+            marks,
+        )
 
     tables = {"actuate.csv": result_columns(results), "events.csv": event_columns(events), "cases.csv": case_columns(cases)}
     return Report(tables, headline(results, events, found), figure, failures=failures(results))
@@ -90,8 +107,8 @@ def headline(results: Sequence[CaseResult], events: Sequence[Sequence[Event]], f
     sections: dict[str, dict[str, Any]] = {
         "actuate": {
             "cases": len(results),
-            "final_relative_stretch_1": each([result.columns["relative_stretch_1 [1]"][-1] for result in results]),
-            "final_relative_stretch_2": each([result.columns["relative_stretch_2 [1]"][-1] for result in results]),
+            "final_relative_stretch_1": each([last(result.columns["relative_stretch_1 [1]"]) for result in results]),
+            "final_relative_stretch_2": each([last(result.columns["relative_stretch_2 [1]"]) for result in results]),
         }
     }
     for name in ("breakdown", "pull-in", "loss-of-tension"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
+FINE = 4000  # points along a history that a comparison over anything but time is drawn through
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,8 +63,13 @@ def failures(results: Sequence[CaseResult]) -> list[str]:
     return [f"case {index}: {result.failure}" for index, result in enumerate(results) if result.failure]
 
 
-def matches(recipe: SimulationRecipe, columns: Sequence[Mapping[str, Array]], inputs: Inputs) -> list[Match]:
-    """The measured points of every comparison beside the `columns` of the case they belong to."""
+def matches(
+    recipe: SimulationRecipe,
+    columns: Sequence[Mapping[str, Array]],
+    inputs: Inputs,
+    simulate: Callable[[int, Array], Mapping[str, Array]],
+) -> list[Match]:
+    """The measured points of every comparison beside the case they belong to, which `simulate` gives at any times."""
     if not recipe.compare:
         return []
     from dielast.workflow.compare import match
@@ -72,13 +78,28 @@ def matches(recipe: SimulationRecipe, columns: Sequence[Mapping[str, Array]], in
     for comparison in recipe.compare:
         if comparison.case >= len(columns):
             raise InputError(f"compare: case {comparison.case} is wanted; cases are numbered 0 to {len(columns) - 1}")
-        found.append(match(comparison, columns[comparison.case], inputs))
+        own = columns[comparison.case]
+        end = float(own["time [s]"][-1]) if own["time [s]"].size else 0.0
+
+        def fine(
+            times: Array | None, case: int = comparison.case, rows: Array = own["time [s]"], end: float = end
+        ) -> Mapping[str, Array]:
+            wanted = np.union1d(rows, np.linspace(0.0, end, FINE)) if times is None else times[times <= end]
+            return simulate(case, wanted) if wanted.size else {header: np.zeros(0) for header in columns[case]}
+
+        found.append(match(comparison, own, inputs, fine))
     return found
 
 
-def each(values: Sequence[float]) -> float | list[float]:
+def each(values: Sequence[float | int]) -> Any:
     """Headline values of the cases: one number for one case, else a list."""
-    return float(values[0]) if len(values) == 1 else [float(value) for value in values]
+    plain = [value if isinstance(value, int) else float(value) for value in values]
+    return plain[0] if len(plain) == 1 else plain
+
+
+def last(values: Array) -> float:
+    """The last of a case's values; NaN for a case that never began."""
+    return float(values[-1]) if values.size else np.nan
 
 
 def compare_headline(found: Sequence[Match]) -> dict[str, Any]:
@@ -94,7 +115,10 @@ def axes_of(
     recipe: SimulationRecipe, columns: Mapping[str, Array], measured: str, time_scale: str = "log"
 ) -> tuple[str, str, tuple[str, str]]:
     """Columns for x and y of the figure, and their scales; y is by default what is `measured`."""
+    stated = recipe.compare[0] if recipe.compare and recipe.plot.x is None and recipe.plot.y is None else None
     x, y = recipe.plot.x or "time [s]", recipe.plot.y or measured
+    if stated is not None:
+        x, y = stated.x, stated.y
     for header in (x, y):
         if header not in columns:
             raise InputError(f'plot: "{header}" is no column of the result; there are {", ".join(columns)}')
@@ -123,13 +147,17 @@ def labels(cases: Sequence[Case[SimulationRecipe]], materials: Sequence[Material
     names = [", ".join(own) for own in parts]
     telling = len(set(names)) == len({case.recipe.material for case in cases})
 
+    keys = list(cases[0].settings)
+    ends = [key.split(".")[-1] for key in keys]
+    short = {key: end if ends.count(end) == 1 else key.replace(".", " ") for key, end in zip(keys, ends, strict=True)}
+
     def label(case: Case[SimulationRecipe], name: str) -> str:
         said = []
         for key, value in case.settings.items():
             if key == "material" and telling:
                 said.append(name)
             else:
-                said.append(f"{key.split('.')[-1]} = {value}".replace("degC", "°C"))
+                said.append(f"{short[key]} = {value}".replace("degC", "°C"))
         return ", ".join(said)
 
     return [label(case, name) for case, name in zip(cases, names, strict=True)]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +20,17 @@ Array = NDArray[np.float64]
 DIMENSIONS = {dimension.unit: dimension for dimension in (TIME, STRESS, VOLTAGE, FIELD, LENGTH, NUMBER)}
 
 
+Fine = Callable[[Array | None], Mapping[str, Array]]
+"""A case's columns at these times in s, or without times closely enough to draw straight lines between them."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
     """Measured points `x`, `y` (n,) of one case in SI, and the `model` (n,) at the same x, NaN where it does not reach."""
 
     label: str
     case: int
+    headers: tuple[str, str]
     x: Array
     y: Array
     model: Array
@@ -38,11 +44,14 @@ class Match:
     def rms_relative_error(self) -> float:
         """The same over the root mean square of y."""
         reached = np.isfinite(self.model)
-        return self.rms_error / float(np.sqrt(np.mean(self.y[reached] ** 2)))
+        level = float(np.sqrt(np.mean(self.y[reached] ** 2)))
+        return self.rms_error / level if level > 0 else np.nan
 
 
-def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs) -> Match:
-    """The measured points of `comparison` beside the result's `columns` (times,) by header, those of its case.
+def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, fine: Fine) -> Match:
+    """The measured points of `comparison` beside its case, whose result has the `columns` (times,) by header.
+
+    The model is evaluated anew where it was measured, so that the misfit does not depend on the rows of the table.
 
     Raises `InputError` if columns are missing, if the simulation reaches none of the points, or if x runs to and fro.
     """
@@ -55,7 +64,8 @@ def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs) 
         table.column(own or split_header(header)[0], role, DIMENSIONS[split_header(header)[1] or "1"], rows)
         for role, header, own in (("x", comparison.x, comparison.x_column), ("y", comparison.y, comparison.y_column))
     )
-    model = _interpolate(x, columns[comparison.x], columns[comparison.y], logarithmic=comparison.x == "time [s]")
+    found = fine(measured_times(x) if comparison.x == "time [s]" else None)
+    model = _interpolate(comparison.file, x, found[comparison.x], found[comparison.y])
     missed = int(np.count_nonzero(np.isnan(model)))
     if missed == x.size:
         raise InputError(
@@ -63,7 +73,17 @@ def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs) 
         )
     if missed:
         warn(f"{comparison.file}: the simulation does not reach {missed} of {x.size} points; they are left out of the misfit")
-    return Match(comparison.label or f"measured, {comparison.file}", comparison.case, x, y, model)
+    return Match(comparison.label or _label(comparison), comparison.case, (comparison.x, comparison.y), x, y, model)
+
+
+def _label(comparison: Comparison) -> str:
+    chosen = ", ".join(f"{name} {value}" for name, value in comparison.where.items())
+    return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
+
+
+def measured_times(x: Array) -> Array:
+    """The times that a simulation can be asked for."""
+    return np.unique(x[x >= 0])
 
 
 def _rows(table: MeasuredTable, comparison: Comparison) -> NDArray[np.bool_]:
@@ -78,22 +98,32 @@ def _rows(table: MeasuredTable, comparison: Comparison) -> NDArray[np.bool_]:
     return keep
 
 
-def _interpolate(x: Array, model_x: Array, model_y: Array, logarithmic: bool) -> Array:
+def _interpolate(source: str, x: Array, model_x: Array, model_y: Array) -> Array:
     """`model_y` at `x`, NaN outside; a model that turns back once, as in loading and unloading, is matched branch by branch."""
-    if logarithmic:
-        # equal ratios of time are equal distances; time 0 is out of reach
-        positive = model_x > 0
-        model_x, model_y = np.log(model_x[positive]), model_y[positive]
-        x = np.log(np.where(x > 0, x, np.nan))
-    direction = np.sign(np.diff(model_x))
-    turns = np.flatnonzero(np.diff(direction[direction != 0]))
-    if turns.size > 1:
-        raise InputError("compare: x runs to and fro more than once; compare over time")
-    if not turns.size:
+    if not model_x.size:
+        return np.full(x.size, np.nan)
+    turns, own_turns = _turns(model_x), _turns(x)
+    if turns > 1 or own_turns > turns:
+        which = "the simulation" if turns > 1 else f"{source}: the measured x"
+        raise InputError(f"{which} runs to and fro {max(turns, own_turns)} times: choose one curve (where), or compare over time")
+    if not turns:
         return _one_way(x, model_x, model_y)
-    turn, own = (int(np.argmax(values) if direction[direction != 0][0] > 0 else np.argmin(values)) for values in (model_x, x))
+    rising = model_x[int(np.argmax(np.abs(model_x - model_x[0])))] > model_x[0]
+    turn, own = (int(np.argmax(values) if rising else np.argmin(values)) for values in (model_x, x))
     first = _one_way(x[: own + 1], model_x[: turn + 1], model_y[: turn + 1])
     return np.concatenate([first, _one_way(x[own + 1 :], model_x[turn:], model_y[turn:])])
+
+
+def _turns(x: Array) -> int:
+    """How often x turns back by more than noise, 2 % of its range."""
+    least = 0.02 * float(np.ptp(x))
+    count, direction, extreme = 0, 0, float(x[0])
+    for value in x.tolist():
+        if direction * (value - extreme) > 0 or (direction == 0 and abs(value - extreme) > least):
+            direction, extreme = direction or int(np.sign(value - extreme)), value
+        elif direction * (extreme - value) > least:
+            count, direction, extreme = count + 1, -direction, value
+    return count
 
 
 def _one_way(x: Array, model_x: Array, model_y: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,11 +29,13 @@ class Entry:
     target: float | None
     rate: float | None
     duration: float | None
+    still: bool = False
+    """Whether the target is what is there already."""
 
     @property
     def shape(self) -> tuple[Any, ...]:
         """What entries must share to be run together."""
-        return (self.control, self.rate is None, self.duration is None)
+        return (self.control, self.rate is None, self.duration is None, self.duration == 0, self.still)
 
 
 def values_of(entries: Sequence[Entry], name: str) -> Array | None:
@@ -61,7 +63,16 @@ def solver_steps(recipe: Recipe, inputs: Inputs) -> list[Entry]:
             entries.append(Entry(index, "stretch", step.stretch, step.rate, step.duration))
         elif isinstance(step, LoadStep):
             entries.append(_loaded(index, step, recipe))
-    return entries
+    return marked_still(entries, 1.0 if recipe.kind == "relax" else 0.0)
+
+
+def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
+    """The entries with those marked that lead nowhere, from `rest` on: no case is solved in another way for its company's sake."""
+    present, marked = rest, []
+    for entry in entries:
+        marked.append(replace(entry, still=entry.target is None or entry.target == present))
+        present = present if entry.target is None else entry.target
+    return marked
 
 
 def _loaded(index: int, step: LoadStep, recipe: Recipe) -> Entry:

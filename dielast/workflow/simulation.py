@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from dielast.workflow.cases import (
     each,
     failures,
     labels,
+    last,
     matches,
     read_materials,
     result_columns,
@@ -44,13 +45,21 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     clean = simulate_cases(cases, materials, inputs)
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
     columns = [result.columns for result in results]
-    found = matches(recipe, columns, inputs)
+
+    def again(case: int, times: Array) -> Mapping[str, Array]:
+        one = cases[case].recipe
+        output = one.output.model_copy(update={"times": times.tolist()})
+        return simulate_cases([Case(one.model_copy(update={"output": output}))], [materials[case]], inputs)[0].columns
+
+    found = matches(recipe, columns, inputs, again)
     x, y, scales = axes_of(recipe, columns[0], MEASURED[kind])
 
     def figure() -> Any:
         from dielast.plots.simulation import plot_cases
 
-        return plot_cases(columns, labels(cases, materials), found, x, y, scales, recipe.title)
+        return plot_cases(
+            columns, labels(cases, materials), [entry for entry in found if entry.headers == (x, y)], x, y, scales, recipe.title
+        )
 
     tables = {f"{kind}.csv": result_columns(results), "cases.csv": case_columns(cases)}
     return Report(tables, headline(kind, results, found), figure, failures=failures(results))
@@ -65,8 +74,8 @@ def headline(kind: str, results: Sequence[CaseResult], found: Sequence[Match]) -
     sections: dict[str, dict[str, Any]] = {
         kind: {
             "cases": len(results),
-            f"peak_{name}{suffix}": each([float(np.max(values)) for values in series]),
-            f"final_{name}{suffix}": each([float(values[-1]) for values in series]),
+            f"peak_{name}{suffix}": each([float(np.max(values)) if values.size else np.nan for values in series]),
+            f"final_{name}{suffix}": each([last(values) for values in series]),
         }
     }
     if found:
@@ -83,6 +92,7 @@ def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material],
         times = None if recipe.output.times is None else tuple(recipe.output.times)
         shape = tuple(entry.shape for entry in history)
         groups.setdefault((recipe.mode, recipe.solver.rtol, recipe.output.points_per_decade, times, shape), []).append(index)
+    with_modulus = any(case.recipe.kind == "relax" and case.recipe.mode == "uniaxial" for case in cases)
     results: dict[int, CaseResult] = {}
     for (mode, rtol, points_per_decade, times, _), members in groups.items():
         own = [materials[index] for index in members]
@@ -111,9 +121,10 @@ def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material],
                 "true_stress_1 [Pa]": result.true_stress_1[row],
                 "true_stress_2 [Pa]": result.true_stress_2[row],
             }
-            if cases[0].recipe.kind == "relax" and cases[0].recipe.mode == "uniaxial":
+            if with_modulus:
                 modulus = result.relaxation_modulus[row]
-                columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus), modulus, np.nan)
+                known = np.isfinite(modulus) & (mode == "uniaxial")
+                columns["relaxation_modulus [Pa]"] = np.where(known, modulus, np.nan)
             outcome = result.outcome[row]
             failure = None if outcome.completed else f"given up at {outcome.time:.6g} s: {outcome.reason}"
             kept = {header: np.asarray(values[finished]) for header, values in columns.items()}

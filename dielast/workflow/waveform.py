@@ -10,7 +10,7 @@ from dielast.measured import read_measured
 from dielast.recipe.voltage import ActuateRecipe, VoltageStep
 from dielast.simulate.voltage import voltage_table
 from dielast.units import TIME, VOLTAGE
-from dielast.workflow.history import Entry
+from dielast.workflow.history import Entry, marked_still
 
 SINE_POINTS = 100  # a period; straight lines between them stay within 0.05 % of the amplitude
 
@@ -31,7 +31,7 @@ def voltage_entries(recipe: ActuateRecipe, inputs: Inputs) -> list[Entry]:
             entries += _cycles(index, step)
         else:
             entries.append(Entry(index, "voltage", step.voltage, step.rate, step.duration))
-    return entries
+    return marked_still(entries, 0.0)
 
 
 def _cycles(index: int, step: VoltageStep) -> list[Entry]:

@@ -134,3 +134,47 @@ units = {{ x = "1", y = "Pa" }}
     assert 0.05 < summary["compare"]["rms_relative_error"] < 1
     assert summary["compare"]["points"] > 20
     assert summary["inputs"][1]["sha256"]
+
+
+def test_a_result_compared_with_itself_has_no_misfit_at_any_spacing(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(RELAX)
+    assert dielast("relax", "r.toml", "--plot", "none", "-o", "measured").returncode == 0
+    comparison = '[[compare]]\nfile = "measured/relax.csv"\nx = "time [s]"\ny = "nominal_stress_1 [Pa]"\n'
+    (tmp_path / "c.toml").write_text(RELAX + comparison)
+    for points in ("1", "30"):
+        done = dielast("relax", "c.toml", "--plot", "none", "-o", "c", "--set", f"output.points_per_decade={points}")
+        assert done.returncode == 0, done.stderr
+        assert tomllib.loads((tmp_path / "c/summary.toml").read_text())["compare"]["rms_relative_error"] < 1e-8
+
+
+def test_load_files_can_be_swept(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text('[[step]]\nstretch = 2.0\nduration = "1 s"\n')
+    (tmp_path / "b.toml").write_text('[[step]]\nstretch = 1.5\nduration = "5 s"\n')
+    head = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[sweep]\nload = ["a.toml", "b.toml"]\n'
+    (tmp_path / "r.toml").write_text(head)
+    assert dielast("relax", "r.toml", "--plot", "none").returncode == 0
+    case, time, stretch = column(tmp_path / "r/relax.csv", "case", "time [s]", "stretch_1 [1]")
+    assert [(time[case == k].max(), stretch[case == k].max()) for k in (0, 1)] == [(1, 2), (5, 1.5)]
+    (tmp_path / "r.toml").write_text(head.replace("b.toml", "gone.toml"))
+    assert "gone.toml" in dielast("relax", "r.toml", "--plot", "none").stderr
+
+
+def test_a_case_does_not_depend_on_what_the_others_do(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(RELAX.replace('rate = "12.5 %/s"', 'duration = "0 s"'))
+    assert dielast("relax", "r.toml", "--plot", "none", "-o", "alone").returncode == 0
+    sweep = '[sweep]\n"step.0.duration" = ["0 s", "1 s"]\n'
+    (tmp_path / "s.toml").write_text(RELAX.replace('rate = "12.5 %/s"', 'duration = "0 s"') + sweep)
+    assert dielast("relax", "s.toml", "--plot", "none", "-o", "swept").returncode == 0
+    alone = (tmp_path / "alone/relax.csv").read_text().splitlines()
+    swept = [row for row in (tmp_path / "swept/relax.csv").read_text().splitlines() if row.startswith(("case,", "0,"))]
+    assert swept == alone
+
+
+def test_a_target_that_is_there_already_is_no_mistake(dielast: Run, tmp_path: Path) -> None:
+    for target in ("3.7", "6.2", "7.1"):
+        step = f'[[step]]\nstretch = {target}\nrate = "10 %/s"\n'
+        (tmp_path / "r.toml").write_text(
+            'kind = "relax"\nmaterial = "example:vhb4905.toml"\n' + step + '[[step]]\nhold = "3 s"\n' + step
+        )
+        done = dielast("relax", "r.toml", "--plot", "none")
+        assert done.returncode == 0, done.stderr

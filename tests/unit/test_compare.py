@@ -8,10 +8,23 @@ import pytest
 from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
 from dielast.recipe.simulation import Comparison
-from dielast.workflow.compare import match
+from dielast.workflow.compare import Fine, match
 
 TIME = np.geomspace(0.1, 1000, 200)
 X, Y = "time [s]", "nominal_stress_1 [Pa]"
+
+
+def given(columns: dict[str, np.ndarray]) -> Fine:
+    """A simulation that is known at the times of `columns`, and straight in between."""
+
+    def fine(times: np.ndarray | None) -> dict[str, np.ndarray]:
+        if times is None:
+            return columns
+        within = times[(times >= columns[X][0]) & (times <= columns[X][-1])]
+        found = {name: np.exp(np.interp(np.log(within), np.log(columns[X]), np.log(values))) for name, values in columns.items()}
+        return found | {X: within}
+
+    return fine
 
 
 def compare(folder: Path, rows: str, x: str = X, **options: object) -> Comparison:
@@ -22,7 +35,7 @@ def compare(folder: Path, rows: str, x: str = X, **options: object) -> Compariso
 def test_the_misfit_is_that_of_the_model_at_the_measured_times(tmp_path: Path) -> None:
     columns = {X: TIME, Y: 1e5 * TIME**-0.1}
     rows = "time [min],nominal_stress_1 [kPa]\n" + "\n".join(f"{t / 60!r},{110 * t**-0.1!r}" for t in (0.3, 5.0, 700.0))
-    found = match(compare(tmp_path, rows), columns, Inputs(tmp_path))
+    found = match(compare(tmp_path, rows), columns, Inputs(tmp_path), given(columns))
     np.testing.assert_allclose(found.x, [0.3, 5.0, 700.0])
     np.testing.assert_allclose(found.model, 1e5 * found.x**-0.1, rtol=1e-5)
     assert found.rms_relative_error == pytest.approx(0.1 / 1.1, rel=1e-3)
@@ -31,31 +44,55 @@ def test_the_misfit_is_that_of_the_model_at_the_measured_times(tmp_path: Path) -
 def test_columns_may_be_called_otherwise_and_rows_be_chosen(tmp_path: Path) -> None:
     rows = "id;t;s\n7;1,5;100\n8;2,5;200\n8;3,5;300\n"
     options = {"x_column": "t", "y_column": "s", "units": {"x": "s", "y": "Pa"}, "where": {"id": 8}}
-    found = match(compare(tmp_path, rows, **options), {X: TIME, Y: TIME}, Inputs(tmp_path))
+    found = match(compare(tmp_path, rows, **options), (known := {X: TIME, Y: TIME}), Inputs(tmp_path), given(known))
     assert found.x.tolist() == [2.5, 3.5]
     assert found.y.tolist() == [200.0, 300.0]
     options["where"] = {"id": 9}
     with pytest.raises(InputError, match="no row has id = 9"):
-        match(compare(tmp_path, rows, **options), {X: TIME, Y: TIME}, Inputs(tmp_path))
+        match(compare(tmp_path, rows, **options), (known := {X: TIME, Y: TIME}), Inputs(tmp_path), given(known))
 
 
 def test_loading_and_unloading_are_matched_branch_by_branch(tmp_path: Path) -> None:
     up, down = np.linspace(1, 3, 50), np.linspace(3, 1, 50)
     columns = {"stretch_1 [1]": np.concatenate([up, down]), Y: np.concatenate([10 * up, 5 * down])}
     rows = "stretch_1,nominal_stress_1 [Pa]\n1.5,1\n2.5,1\n2.9,1\n2.5,1\n1.5,1\n"
-    found = match(compare(tmp_path, rows, "stretch_1 [1]"), columns, Inputs(tmp_path))
+    found = match(compare(tmp_path, rows, "stretch_1 [1]"), columns, Inputs(tmp_path), given(columns))
     np.testing.assert_allclose(found.model, [15, 25, 29, 12.5, 7.5])
 
 
 def test_points_out_of_reach_are_left_out_with_a_warning(tmp_path: Path) -> None:
     rows = f"{X},{Y}\n0.01,1\n1,1\n"
     with pytest.warns(DielastWarning, match="does not reach 1 of 2 points"):
-        found = match(compare(tmp_path, rows), {X: TIME, Y: np.ones(TIME.size)}, Inputs(tmp_path))
+        found = match(compare(tmp_path, rows), (known := {X: TIME, Y: np.ones(TIME.size)}), Inputs(tmp_path), given(known))
     assert found.rms_error == 0
     with pytest.raises(InputError, match="reaches none of the 1 points"):
-        match(compare(tmp_path, f"{X},{Y}\n0.01,1\n"), {X: TIME, Y: TIME}, Inputs(tmp_path))
+        match(compare(tmp_path, f"{X},{Y}\n0.01,1\n"), (known := {X: TIME, Y: TIME}), Inputs(tmp_path), given(known))
 
 
 def test_unknown_columns_are_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r'"strain \[1\]" is no column of the result; there are time \[s\]'):
-        match(compare(tmp_path, "strain,y\n1,1\n", "strain [1]"), {X: TIME, Y: TIME}, Inputs(tmp_path))
+        match(compare(tmp_path, "strain,y\n1,1\n", "strain [1]"), (known := {X: TIME, Y: TIME}), Inputs(tmp_path), given(known))
+
+
+@pytest.mark.parametrize("rows", ["1.5,1\n2.5,1\n1.6,1\n2.9,1\n1.5,1\n", "2.9,1\n1.2,1\n2.8,1\n1.1,1\n2.7,1\n"])
+def test_measured_points_of_several_curves_are_refused(tmp_path: Path, rows: str) -> None:
+    up, down = np.linspace(1, 3, 50), np.linspace(3, 1, 50)
+    columns = {"stretch_1 [1]": np.concatenate([up, down]), Y: np.concatenate([10 * up, 5 * down])}
+    table = f"stretch_1,nominal_stress_1 [Pa]\n{rows}"
+    with pytest.raises(InputError, match=r"m.csv: the measured x runs to and fro .* times: choose one curve"):
+        match(compare(tmp_path, table, "stretch_1 [1]"), columns, Inputs(tmp_path), given(columns))
+
+
+def test_unloading_is_not_measured_against_loading(tmp_path: Path) -> None:
+    up = np.linspace(1, 3, 50)
+    columns = {"stretch_1 [1]": up, Y: 10 * up}
+    rows = "stretch_1,nominal_stress_1 [Pa]\n1.5,1\n2.5,1\n2.9,1\n2.5,1\n1.5,1\n"
+    with pytest.raises(InputError, match="runs to and fro 1 times"):
+        match(compare(tmp_path, rows, "stretch_1 [1]"), columns, Inputs(tmp_path), given(columns))
+
+
+def test_measured_zeros_have_no_relative_misfit(tmp_path: Path) -> None:
+    columns = {X: TIME, Y: np.ones(TIME.size)}
+    found = match(compare(tmp_path, f"{X},{Y}\n1,0\n2,0\n"), columns, Inputs(tmp_path), given(columns))
+    assert found.rms_error == pytest.approx(1)
+    assert np.isnan(found.rms_relative_error)
