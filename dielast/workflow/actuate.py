@@ -32,7 +32,7 @@ from dielast.workflow.cases import (
     result_columns,
     temperature_of,
 )
-from dielast.workflow.history import Entry, in_recipe_terms, values_of
+from dielast.workflow.history import Entry, in_recipe_terms, output_times, values_of
 from dielast.workflow.report import Execution, Report
 from dielast.workflow.waveform import voltage_entries
 
@@ -160,7 +160,7 @@ def simulate_cases(
     for index, (case, programme) in enumerate(zip(cases, programmes, strict=True)):
         recipe = case.recipe
         film, output = recipe.film, recipe.output
-        times = None if output.times is None else tuple(output.times)
+        times = output_times(output, programme, 0.0)
         limits = breakdown(recipe.breakdown)
         key = (
             film.thickness,
@@ -175,7 +175,7 @@ def simulate_cases(
         groups.setdefault((key, times, output.points_per_decade, recipe.solver.rtol, shape), []).append(index)
     results: dict[int, CaseResult] = {}
     events: dict[int, tuple[Event, ...]] = {}
-    for members in groups.values():
+    for (_, times, *_), members in groups.items():
         recipe = cases[members[0]].recipe
         films = [cases[index].recipe.film for index in members]
         own = [materials[index] for index in members]
@@ -193,7 +193,7 @@ def simulate_cases(
                 breakdown_field=breakdown(recipe.breakdown),
                 pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
                 stop_at=recipe.stop.at,
-                times=recipe.output.times,
+                times=times,
                 points_per_decade=recipe.output.points_per_decade,
                 rtol=recipe.solver.rtol,
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.load import Step, table
-from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, RelaxRecipe, StretchStep
+from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, Output, RelaxRecipe, StretchStep
+from dielast.simulate.output import HOLD_DECADES, RAMP_DECADES
 from dielast.units import FORCE, NUMBER, STRESS, TIME
 
 Array = NDArray[np.float64]
@@ -64,6 +66,32 @@ def solver_steps(recipe: Recipe, inputs: Inputs) -> list[Entry]:
         elif isinstance(step, LoadStep):
             entries.append(_loaded(index, step, recipe))
     return marked_still(entries, 1.0 if recipe.kind == "relax" else 0.0)
+
+
+def output_times(output: Output, entries: Sequence[Entry], rest: float) -> tuple[float, ...] | None:
+    """The times at which a history is put out, or None where the solver's own are right: log-spaced from the start of each entry.
+
+    A recipe's step that takes many entries, a table or a waveform, is one series all the same, and shows each of its points.
+    `rest` is the value that is prescribed to begin with.
+    """
+    if output.times is not None:
+        return tuple(output.times)
+    if len({entry.origin for entry in entries}) == len(entries):
+        return None
+    times, start, present = [np.zeros(1)], 0.0, rest
+    for _, group in groupby(entries, key=lambda entry: entry.origin):
+        own = list(group)
+        ends: list[float] = []
+        for entry in own:
+            target = present if entry.target is None else entry.target
+            lasting = abs((target - present) / entry.rate) if entry.rate is not None else entry.duration or 0.0
+            ends.append(lasting + (ends[-1] if ends else 0.0))
+            present = target
+        decades = HOLD_DECADES if len(own) == 1 and own[0].still else RAMP_DECADES
+        spaced = ends[-1] * np.logspace(-decades, 0, decades * output.points_per_decade + 1)
+        times += [start + spaced, start + np.array(ends)]
+        start += ends[-1]
+    return tuple(np.unique(np.concatenate(times)).tolist())
 
 
 def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:

@@ -27,7 +27,7 @@ from dielast.workflow.cases import (
     result_columns,
     temperature_of,
 )
-from dielast.workflow.history import Recipe, in_recipe_terms, joined, solver_steps
+from dielast.workflow.history import Recipe, in_recipe_terms, joined, output_times, solver_steps
 from dielast.workflow.report import Execution, Report
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material],
     groups: dict[Any, list[int]] = {}
     for index, (case, history) in enumerate(zip(cases, histories, strict=True)):
         recipe = case.recipe
-        times = None if recipe.output.times is None else tuple(recipe.output.times)
+        times = output_times(recipe.output, history, 1.0 if recipe.kind == "relax" else 0.0)
         shape = tuple(entry.shape for entry in history)
         groups.setdefault((recipe.mode, recipe.solver.rtol, recipe.output.points_per_decade, times, shape), []).append(index)
     with_modulus = any(case.recipe.kind == "relax" and case.recipe.mode == "uniaxial" for case in cases)

@@ -178,3 +178,17 @@ def test_a_target_that_is_there_already_is_no_mistake(dielast: Run, tmp_path: Pa
         )
         done = dielast("relax", "r.toml", "--plot", "none")
         assert done.returncode == 0, done.stderr
+
+
+def test_a_table_is_one_series_that_shows_each_of_its_points(dielast: Run, tmp_path: Path) -> None:
+    points = np.linspace(0, 5, 21)
+    rows = "\n".join(f"{t},{1 + 0.1 * t}" for t in points)
+    (tmp_path / "h.csv").write_text(f"time [s],stretch\n{rows}\n")
+    text = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\ntable = "h.csv"\n[[step]]\nhold = "10 s"\n'
+    (tmp_path / "r.toml").write_text(text + "[output]\npoints_per_decade = 5\n")
+    assert dielast("relax", "r.toml", "--plot", "none").returncode == 0
+    time, stretch = column(tmp_path / "r/relax.csv", "time [s]", "stretch_1 [1]")
+    assert np.all(np.diff(time) > 0)
+    np.testing.assert_allclose(np.interp(points, time, stretch), 1 + 0.1 * points, rtol=1e-9)
+    assert time.size == pytest.approx(3 * 5 + 6 * 5 + 21, abs=4)
+    assert time[-1] == 15
