@@ -13,7 +13,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
 
 Floats = NDArray[np.float64]
 
@@ -37,9 +37,9 @@ class Mode(Enum):
 class Step:
     """One step of a history: go to `stretch` or nominal `stress` (Pa) at a `rate` (1/s, Pa/s), within a `duration` (s), or at once.
 
-    One value is understood by the loading mode; a pair prescribes both axes, with None for an axis that the other keyword
-    prescribes. A step with a duration alone is a hold. A rate carries its sign: negative to unload; in a pair it is that of the
-    axis that moves furthest.
+    One value is understood by the loading mode; a pair (a tuple, for a list is one value for each case) prescribes both axes,
+    with None for an axis that the other keyword prescribes. A step with a duration alone is a hold. A rate carries its sign:
+    negative to unload; in a pair it is that of the axis that moves furthest.
     """
 
     stretch: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] | None = None
@@ -133,13 +133,31 @@ def table(time: ArrayLike, *, stretch: ArrayLike | None = None, stress: ArrayLik
     return tuple(Step(stretch=value, duration=gap) for value, gap in zip(values, gaps, strict=True))
 
 
+def numbers(values: ArrayLike, name: str) -> Floats:
+    """One number or a list of them as an array (cases,); `InputError` beginning with `name` for anything else."""
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: {shown(values)}: a number in SI units, or a list of numbers, is needed") from None
+    if array.ndim > 1 or not array.size:
+        raise InputError(f"{name}: an array of shape {array.shape}: one number, or one for each case, is needed")
+    return array.reshape(-1)
+
+
 def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
     """Number of cases that the arrays in `steps` and `others` span; `InputError` if their lengths disagree."""
     sizes = {np.size(other) for other in others}
-    for step in steps:
-        for given in (step.stretch, step.stress):
-            sizes.update(np.size(value) for value in (given if isinstance(given, tuple) else (given,)) if value is not None)
-        sizes.update(np.size(value) for value in (step.rate, step.duration) if value is not None)
+    for index, step in enumerate(steps):
+        if not isinstance(step, Step):
+            raise InputError(f"step {index}: {shown(step)}: a Step is needed")
+        pairs = {"stretch": step.stretch, "stress": step.stress}
+        for name, given in pairs.items():
+            if isinstance(given, tuple) and len(given) != 2:
+                raise InputError(f"step {index}: a {name} of {len(given)} values: a tuple is a pair, one value for each axis")
+            for value in given if isinstance(given, tuple) else (given,):
+                sizes.add(1 if value is None else numbers(value, f"step {index}: {name}").size)
+        for name, value in (("rate", step.rate), ("duration", step.duration)):
+            sizes.add(1 if value is None else numbers(value, f"step {index}: {name}").size)
     sizes.discard(1)
     if len(sizes) > 1:
         raise InputError(f"arrays of {' and '.join(map(str, sorted(sizes)))} values do not make one set of cases")

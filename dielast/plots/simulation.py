@@ -67,9 +67,14 @@ def plot_cases(
         many = len(cases) > MOST_IN_LEGEND
         figure, (axes,) = panels(1, title, width=1.45 if many else 1.0)
         (x_label, x_factor), (y_label, y_factor) = (LABELS.get(header, (header, 1.0)) for header in (x, y))
+        # what is nowhere positive has no place on a log axis
+        there = [any(np.any(columns[header] > 0) for columns in cases) for header in (x, y)]
+        scales = ("log" if scales[0] == "log" and there[0] else "linear", "log" if scales[1] == "log" and there[1] else "linear")
         named = set(np.linspace(0, len(cases) - 1, MOST_IN_LEGEND).astype(int).tolist())
         for index, (columns, label) in enumerate(zip(cases, labels, strict=True)):
-            shown = columns[x] > 0 if scales[0] == "log" else np.ones(columns[x].size, dtype=bool)
+            shown = np.ones(columns[x].size, dtype=bool)
+            for header, scale in ((x, scales[0]), (y, scales[1])):
+                shown &= (columns[header] > 0) | (scale != "log")
             colour = TEMPERATURES(index / (len(cases) - 1)) if many else COLOURS[index % len(COLOURS)]
             axes.plot(
                 columns[x][shown] * x_factor,

@@ -26,9 +26,11 @@ def creep(
 
     The cases are as many as the longest of: values in the steps, `temperature` (degC; default the material's reference
     temperature), materials. Output at `times` in s since the start, (k,) or (cases, k), or else at `points_per_decade` from the
-    start of each step to its end. `rtol` bounds the local relative error of stretches, stresses and viscous stretches; `internal`
-    keeps the viscous stretches. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome in
-    the result.
+    start of each step to its end; given times at the moment of a load applied at once show what was before it. `rtol` bounds
+    the local relative error of stretches (not of stretch - 1), of viscous stretches, and of stresses above 1e-4 of the
+    equilibrium modulus; `internal` keeps the viscous stretches. Cases of one call share the way they are solved and their
+    output, so that one with steps of another nature (at once, or leading nowhere) belongs into a call of its own. Raises
+    `InputError` for anything wrong with the arguments; numerics that give up are an outcome in the result.
     """
     return simulate(
         material,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast import kinematics
 from dielast.errors import InputError
 from dielast.gent import Floats, SpringLaw
-from dielast.load import Mode, Step, case_count, pieces
+from dielast.load import Mode, Step, case_count, numbers, pieces
 from dielast.material import Material
 from dielast.point import Points
 from dielast.simulate.history import Outcome, run
@@ -96,15 +96,19 @@ def simulate(
 ) -> MembraneHistory:
     """A membrane at rest under `steps`; arguments, result and errors as in `creep`."""
     materials = [material] if isinstance(material, Material) else list(material)
+    if not materials or not all(isinstance(each, Material) for each in materials):
+        raise InputError("a Material, or a list of them, is needed")
+    if isinstance(steps, Step):
+        raise InputError("a list of steps is needed")
     if temperature is None:
         temperature = [each.reference_temperature for each in materials]
-    temperature = np.atleast_1d(np.asarray(temperature, dtype=float))
+    temperature = numbers(temperature, "temperature")
     if not np.all(np.isfinite(temperature)):
         raise InputError("every temperature must be finite")
     if not 1e-12 <= rtol <= 0.1:
         raise InputError(f"rtol {rtol:g} is not between 1e-12 and 0.1")
-    if points_per_decade < 1:
-        raise InputError(f"{points_per_decade} points per decade: at least one is needed")
+    if not isinstance(points_per_decade, int) or points_per_decade < 1:
+        raise InputError(f"{points_per_decade} points per decade: a whole number of at least one is needed")
     cases = case_count(steps, temperature, np.zeros(len(materials)))
     temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
     points = Points.of(materials, temperature, rtol)
