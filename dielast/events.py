@@ -161,6 +161,10 @@ class Watch:
         self.happened.time[kind, cases], self.happened.field[kind, cases] = time, nominal_field
         self.happened.stretch_1[kind, cases], self.happened.stretch_2[kind, cases] = np.exp(0.5 * log_squared_stretch)
 
+    def seen(self, kind: Kind, cases: Cases) -> NDArray[np.bool_]:
+        """To which of the cases an event has happened already."""
+        return np.asarray(self._seen[kind, cases])
+
     @property
     def done(self) -> NDArray[np.bool_]:
         """Cases (cases,) that need not go on."""

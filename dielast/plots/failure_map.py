@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
+from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -87,23 +87,26 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
             contours = axes.contour(voltage, prestretch, cells, levels=levels, colors="white", linewidths=0.9)
             axes.clabel(contours, fmt=CONTOURS, fontsize=6.5)
     regions = [
-        ("survives", mode == "none", "0.92", ""),
-        ("at once", time == 0, "0.6", ""),
-        ("pull-in first", mode == "pull-in", "none", "////"),
+        ("survives", mode == "none", "0.92"),
+        ("at once", time == 0, "0.6"),
+        ("not finished", mode == "unfinished", "#E6A0A0"),
     ]
     handles = []
-    for name, where, colour, hatch in regions:
-        if not where.any():
-            continue
-        if hatch:
-            axes.contourf(voltage, prestretch, where.astype(float), levels=[0.5, 1.5], colors="none", hatches=[hatch])
-        elif name == "at once":
-            axes.contourf(voltage, prestretch, where.astype(float), levels=[0.5, 1.5], colors=colour)
-        handles.append(Patch(facecolor=colour, edgecolor="black", hatch=hatch, linewidth=0.5, label=name))
+    for name, where, colour in regions:
+        if where.any():
+            # on the cells themselves, as the times are
+            cells = np.ma.masked_where(~where, np.ones(where.shape))
+            axes.pcolormesh(voltage, prestretch, cells, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
+            handles.append(Patch(facecolor=colour, edgecolor="black", linewidth=0.5, label=name))
+    pulled = mode == "pull-in"
+    if pulled.any():
+        cells = np.ma.masked_where(~pulled, np.ones(pulled.shape))
+        axes.pcolor(voltage, prestretch, cells, shading="nearest", hatch="////", alpha=0.0, linewidth=0.0)
+        handles.append(Patch(facecolor="none", edgecolor="black", hatch="////", linewidth=0.5, label="pull-in first"))
     if (mode == "breakdown").any() and (mode == "pull-in").any():
         handles.append(Patch(facecolor=TEMPERATURES(0.5), edgecolor="black", linewidth=0.5, label="breakdown first"))
     if handles:
-        axes.legend(handles=handles, loc="upper right", frameon=True, framealpha=0.9)
+        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=len(handles))
     if result.temperature.size > 1:
         axes.set_title(f"{result.temperature[0]:g} °C", loc="right")
     axes.set_xlabel("voltage [kV]")

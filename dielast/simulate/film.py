@@ -133,14 +133,16 @@ def _at_once(
     some = np.flatnonzero(at_once)
     if not some.size:
         return condition
-    log_squared, nominal, reached, held = connected_jump(
+    jumped = connected_jump(
         points.take(some),
         piece.controls,
         present[:, some],
         end[:, some],
         condition.internal[:, :, some],
         condition.log_squared_stretch[:, some],
+        watch.breakdown_field[some],
     )
+    log_squared, nominal, held = jumped.log_squared_stretch, jumped.nominal_stress, jumped.held
     internal, stretch, stress, field = (
         x.copy() for x in (condition.internal, condition.log_squared_stretch, condition.nominal_stress, condition.field)
     )
@@ -149,7 +151,15 @@ def _at_once(
     internal[:, -1, some[held]] = log_squared[:, held]
     lost = some[~held]
     if lost.size:
-        watch.note(Kind.PULL_IN, lost, condition.time[lost], reached[~held], log_squared[:, ~held])
+        # a voltage that is lowered ends a snapped-through state, which is no pull-in
+        grows = np.abs(end[2, lost]) > np.abs(present[2, lost])
+        broken = grows & np.isfinite(jumped.breakdown_at[~held])
+        for kind, which, at, where in (
+            (Kind.BREAKDOWN, broken, jumped.breakdown_at[~held], jumped.broken_log_squared_stretch[:, ~held]),
+            (Kind.PULL_IN, grows, jumped.reached[~held], log_squared[:, ~held]),
+        ):
+            new = which & ~watch.seen(kind, lost)
+            watch.note(kind, lost[new], condition.time[lost[new]], at[new], where[:, new])
         lost = np.resize(lost, max(2, lost.size))  # numbers in a lone column round differently
         log_squared, nominal, found = jump(points.take(lost), piece.controls, end[:, lost], internal[:, :, lost], stretch[:, lost])
         status[lost[~found]] = Status.STEP_VANISHED
@@ -157,14 +167,32 @@ def _at_once(
     return Condition(internal, stretch, stress, field, condition.time)
 
 
-def connected_jump(
-    points: Points, controls: tuple[Control, Control], present: Floats, end: Floats, internal: Floats, log_squared_stretch: Floats
-) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """As `jump`, but with the damper left out, and only to the equilibrium that the present one leads to as the load grows from
-    `present` to `end`.
+@dataclass(frozen=True, slots=True, eq=False)
+class ConnectedJump:
+    """Where a load applied at once takes the film: Lambda and nominal stress (2, cases), the nominal field `reached` (cases,) up to
+    which there is an equilibrium, and whether that is the whole load. On the way the true field meets the breakdown field at the
+    nominal field `breakdown_at` (cases,), NaN if it does not, where Lambda is `broken_log_squared_stretch`.
+    """
 
-    The load (3, cases) is applied in shares so small that the film never moves far. Lambda, nominal stress, the nominal field
-    (cases,) up to which there is an equilibrium, and whether that is the whole load.
+    log_squared_stretch: Floats
+    nominal_stress: Floats
+    reached: Floats
+    held: NDArray[np.bool_]
+    breakdown_at: Floats
+    broken_log_squared_stretch: Floats
+
+
+def connected_jump(
+    points: Points,
+    controls: tuple[Control, Control],
+    present: Floats,
+    end: Floats,
+    internal: Floats,
+    log_squared_stretch: Floats,
+    breakdown_field: Floats,
+) -> ConnectedJump:
+    """As `jump`, but with the damper left out, and only to the equilibrium that the present one leads to as the load goes from
+    `present` to `end`, both (3, cases), in shares so small that the film never moves far.
     """
     modulus = points.modulus.copy()
     modulus[-1] = 0.0
@@ -173,11 +201,13 @@ def connected_jump(
 
     def load_at(share: Floats, cases: Cases) -> Floats:
         load = np.array((1 - share) * present[:, cases] + share * end[:, cases])
-        load[2] = np.sqrt((1 - share) * present[2, cases] ** 2 + share * end[2, cases] ** 2)
+        # the square of the field is what pulls; its sign is that of the voltage to come
+        load[2] = np.copysign(np.sqrt((1 - share) * present[2, cases] ** 2 + share * end[2, cases] ** 2), end[2, cases])
         return load
 
     log_squared, nominal = log_squared_stretch.copy(), np.zeros_like(log_squared_stretch)
     reached, share = np.zeros(count), np.ones(count)
+    breakdown_at, broken = np.full(count, np.nan), np.full_like(log_squared, np.nan)
     going = np.arange(count)
     while going.size:
         wanted = np.minimum(reached[going] + share[going], 1.0)
@@ -186,11 +216,17 @@ def connected_jump(
         moved, stress, found = jump(bare.take(pair), controls, load, internal[:, :, pair], log_squared[:, pair])
         moved, stress, found = moved[:, : going.size], stress[:, : going.size], found[: going.size]
         near = found & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= NUDGE)
+        true_field = np.abs(load[2, : going.size]) * np.exp(0.5 * np.sum(moved, axis=0))
+        breaks = near & np.isnan(breakdown_at[going]) & (true_field >= breakdown_field[going])
+        met = breaks & (share[going] < 2 * SMALLEST_SHARE)  # as closely as the load can be divided
+        breakdown_at[going[met]], broken[:, going[met]] = load[2, : going.size][met], moved[:, met]
+        near &= ~breaks | met
         there = going[near]
         log_squared[:, there], nominal[:, there], reached[there] = moved[:, near], stress[:, near], wanted[near]
-        share[going] = np.where(near, share[going], 0.5 * share[going])
+        share[going] = np.where(met, 1.0, np.where(near, share[going], 0.5 * share[going]))
         going = going[(reached[going] < 1) & (share[going] >= SMALLEST_SHARE)]
-    return log_squared, nominal, load_at(reached, np.arange(count))[2], reached >= 1
+    limit = load_at(reached, np.arange(count))[2]
+    return ConnectedJump(log_squared, nominal, limit, reached >= 1, breakdown_at, broken)
 
 
 def _system(points: Points, ramp: Ramp, alike: bool) -> Films:

@@ -103,10 +103,8 @@ def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dic
     return {
         "map": {
             "cells": int(modes.size),
-            **{
-                name.replace("-", "_"): int(np.count_nonzero(modes == name))
-                for name in ("breakdown", "pull-in", "none", "unfinished")
-            },
+            **{name.replace("-", "_"): int(np.count_nonzero(modes == name)) for name in MODES},
+            "given_up": int(np.count_nonzero(result.outcome != "completed")),
             "shortest_time_to_failure_s": float(failed.min()) if failed.size else None,
             "longest_time_to_failure_s": float(failed.max()) if failed.size else None,
         },

@@ -96,5 +96,5 @@ def _load(store: Path | None, key: str) -> dict[int, Cells]:
             bounds = np.cumsum(saved["size"])[:-1]
             parts = (np.split(saved[name], bounds) for name in ("time_to_breakdown", "time_to_pull_in", "status"))
             return {int(first): Cells(int(first), *own) for first, *own in zip(saved["first"], *parts, strict=True)}
-    except (OSError, ValueError, KeyError, BadZipFile):
-        return {}
+    except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile):
+        return {}  # not what this program wrote, or not whole: begin anew

@@ -219,3 +219,14 @@ def test_a_film_broken_at_once_fails_at_0_s(dielast: Run, tmp_path: Path) -> Non
     assert done.returncode == 0, done.stderr
     events = parse_csv((tmp_path / "a/events.csv").read_bytes(), "events.csv")
     assert (events["event"], events["time [s]"]) == (["breakdown"], ["0"])
+
+
+def test_what_is_no_whole_earlier_run_is_passed_over(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP)
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    for content in (b"", b"PK", (tmp_path / "array.npy").read_bytes()):
+        (tmp_path / "m").mkdir(exist_ok=True)
+        (tmp_path / "m/.unfinished").write_bytes(content)
+        done = dielast("failure-map", "m.toml", "--plot", "none", "-q")
+        assert (done.returncode, done.stderr) == (0, "")
+        assert not (tmp_path / "m/.unfinished").exists()

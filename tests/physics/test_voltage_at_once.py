@@ -1,0 +1,70 @@
+"""Voltages applied at once beyond what a film can hold: what happens on the way, in which order, with which sign."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dielast.gent import Gent
+from dielast.material import Material
+from dielast.prony import Spectrum
+from dielast.shift import WLF, NoShift
+from dielast.simulate.actuate import Event, actuate
+from dielast.simulate.voltage import VoltageStep
+from dielast.stability import TimeScale
+from reconstruction import spectrum
+
+FULL = spectrum()
+# without the fast branches, which would hold any field that a film survives
+SLOW = Spectrum(FULL.relaxation_time[:12:2], FULL.shear_modulus[:12:2])
+FILM = Material("six slow branches", 26e3, SLOW, WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0), 3.98e-11)
+
+
+def events(*steps: VoltageStep, breakdown: float) -> tuple[Event, ...]:
+    history = actuate(FILM, steps, thickness=0.5e-3, prestretch=1.9, relax=5400.0, breakdown_field=breakdown, stop_at="end")
+    (found,) = history.events
+    return found
+
+
+@pytest.mark.parametrize("voltage", [4e3, 4.4e3, -4.4e3])
+def test_breakdown_on_the_way_to_pull_in_comes_first(voltage: float) -> None:
+    at_once = events(VoltageStep(voltage), VoltageStep.hold(1.0), breakdown=48e6)
+    assert [(event.name, event.time) for event in at_once] == [("breakdown", 0.0), ("pull-in", 0.0)]
+    assert abs(at_once[0].true_field) == pytest.approx(48e6, rel=1e-6)
+    # Eq. 21 at the voltage that the film breaks down at
+    assert at_once[0].stretch_1 == pytest.approx(np.sqrt(48e6 * 0.5e-3 / abs(at_once[0].voltage)), rel=1e-6)
+    assert at_once[0].stretch_1 < at_once[1].stretch_1
+    assert all(np.sign(event.voltage) == np.sign(voltage) == np.sign(event.true_field) for event in at_once)
+    ramped = events(VoltageStep(voltage, duration=1e-6), VoltageStep.hold(1.0), breakdown=48e6)
+    assert ramped[0].name == "breakdown"
+
+
+def test_snapping_back_is_no_pull_in_and_the_first_pull_in_stays() -> None:
+    steps = (
+        VoltageStep(2e3),
+        VoltageStep.hold(10.0),
+        VoltageStep(-2e3),
+        VoltageStep.hold(10.0),
+        VoltageStep(-4.5e3),
+        VoltageStep.hold(1.0),
+        VoltageStep(0.0),
+        VoltageStep.hold(10.0),
+    )
+    (pull_in,) = events(*steps, breakdown=1e12)
+    assert (pull_in.name, pull_in.time) == ("pull-in", 20.0)
+    assert pull_in.voltage == pytest.approx(-3.95e3, rel=0.02)
+
+
+def test_elastic_pull_in_at_once_keeps_the_sign() -> None:
+    elastic = Material("neo-Hookean", 26e3, Spectrum(np.ones(1), np.zeros(1)), NoShift(20.0), permittivity=3.98e-11)
+    history = actuate(
+        elastic,
+        [VoltageStep(-12e3)],
+        thickness=0.5e-3,
+        breakdown_field=1e12,
+        pull_in_timescale=TimeScale.fixed(1.0),
+        stop_at="pull-in",
+    )
+    ((event,),) = history.events
+    assert event.voltage == pytest.approx(-0.687365 * np.sqrt(26e3 / 3.98e-11) * 0.5e-3, rel=1e-5)
+    assert event.stretch_1 == pytest.approx(4 ** (1 / 6), rel=1e-3)
