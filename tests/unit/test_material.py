@@ -84,6 +84,11 @@ def test_a_wrong_material_says_where(old: str, new: str, message: str) -> None:
     assert all(line.startswith("vhb.toml: ") for line in caught.value.messages)
 
 
+def test_a_material_that_carries_nothing_is_refused() -> None:
+    with pytest.raises(InputError, match="every shear modulus is zero"):
+        parse_material(VHB.replace('"26 kPa"', '"0 Pa"').replace("[1017.5, 1377.0]", "[0.0, 0.0]").encode(), "vhb.toml")
+
+
 def test_a_missing_material_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_material(tmp_path / "none.toml")
@@ -97,7 +102,7 @@ laws = st.one_of(
 )
 
 
-@given(laws, st.lists(st.tuples(st.floats(1e-12, 1e12), st.floats(0, 1e12)), min_size=1, max_size=40), st.floats(0, 1e9))
+@given(laws, st.lists(st.tuples(st.floats(1e-12, 1e12), st.floats(0, 1e12)), min_size=1, max_size=40), st.floats(1, 1e9))
 def test_a_material_survives_its_file(law: WLF, branches: list[tuple[float, float]], equilibrium: float) -> None:
     tau, mu = map(np.array, zip(*branches, strict=True))
     material = Material("any", equilibrium, Spectrum(tau, mu), law, Gent(110.0), Gent(), 4e-11, Breakdown((1.0,), (4e7,)))
