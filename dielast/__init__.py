@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from dielast._version import __version__
 
 if TYPE_CHECKING:
-    from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+    from dielast.characterise.mastercurve import MasterCurve, build_master_curve
+    from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
     from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
     from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
     from dielast.gent import Gent
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
     from dielast.stability import TimeScale
 
 _HOME = {
-    "characterise.mastercurve": ("MasterCurve", "RelaxationCurve", "build_master_curve"),
+    "characterise.mastercurve": ("MasterCurve", "build_master_curve"),
+    "characterise.measurement": ("CreepCurve", "FrequencySweep", "RelaxationCurve"),
     "characterise.spectrum": ("SpectrumFit", "fit_spectrum"),
     "errors": ("DielastError", "DielastWarning", "InputError", "NumericsError"),
     "gent": ("Gent",),
@@ -59,9 +61,11 @@ __all__ = [
     "ActuationHistory",
     "Arrhenius",
     "Breakdown",
+    "CreepCurve",
     "DielastError",
     "DielastWarning",
     "FailureMap",
+    "FrequencySweep",
     "Gent",
     "InputError",
     "MasterCurve",

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.characterise.measurement import RelaxationCurve
 from dielast.errors import InputError, warn
-from dielast.units import ZERO_CELSIUS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -17,36 +17,6 @@ Index = NDArray[np.intp]
 MIN_POINTS = 3
 DIFFERENCE = 1.05  # factor of modulus between two runs at one temperature that is worth a warning,
 CONTRADICTION = 1.25  # and that is an error
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RelaxationCurve:
-    """Young's relaxation modulus `modulus` (n,) in Pa over `time` (n,) in s at `temperature` in degC; points in any order.
-
-    Raises `InputError` if the lengths differ, a value is not finite, a time is not positive or the temperature is below absolute
-    zero. A modulus may be zero or negative, as a noise floor gives; `build_master_curve` deals with it.
-    """
-
-    temperature: float
-    time: Array
-    modulus: Array
-
-    def __post_init__(self) -> None:
-        where = f"{self.temperature:g} degC"
-        if not -ZERO_CELSIUS < self.temperature < np.inf:
-            raise InputError(f"temperature {where} is not a temperature above absolute zero")
-        time = np.array(self.time, dtype=float).reshape(-1)
-        modulus = np.array(self.modulus, dtype=float).reshape(-1)
-        if time.size != modulus.size:
-            raise InputError(f"{where}: {time.size} times but {modulus.size} moduli: one modulus for each time is needed")
-        for name, values in (("time", time), ("modulus", modulus)):
-            for k in np.flatnonzero(~np.isfinite(values))[:1]:
-                raise InputError(f"{where}: {name} of point {k} is {values[k]}: a finite number is needed")
-        for k in np.flatnonzero(time <= 0)[:1]:
-            raise InputError(f"{where}: time of point {k} is {time[k]:g} s: times must be positive, counted from the strain step")
-        for name, values in (("time", time), ("modulus", modulus)):
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

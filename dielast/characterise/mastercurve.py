@@ -25,8 +25,9 @@ from dielast.characterise.doubt import (
     warn_if_offset,
     warn_if_rising,
 )
-from dielast.characterise.gather import Gathered, RelaxationCurve, gather
+from dielast.characterise.gather import Gathered, gather
 from dielast.characterise.masterfit import MasterFit, Points, fit_master
+from dielast.characterise.measurement import RelaxationCurve
 from dielast.characterise.misfit import warn_if_misfit
 from dielast.characterise.overlap import starting_shifts
 from dielast.characterise.shiftfit import LawName, ShiftFit, fit_shift_law
