@@ -30,3 +30,7 @@ def shared_data() -> Callable[[str], Path]:
         return path
 
     return find
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--update-golden", action="store_true", help="refresh the golden files under tests/golden")

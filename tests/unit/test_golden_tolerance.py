@@ -1,0 +1,85 @@
+"""Golden comparison: what counts as different, and where a golden folder may say so itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dielast.errors import InputError
+from dielast.workflow.golden import differences
+
+TABLE = b"case,time [s],stress [Pa]\n0,1,100\n0,2,200\n"
+SUMMARY = b'kind = "relax"\n[fit]\nerror = 0.01\nbranches = 3\n'
+
+
+def golden(folder: Path, tolerance: str | None = None) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "relax.csv").write_bytes(TABLE)
+    (folder / "summary.toml").write_bytes(SUMMARY)
+    if tolerance is not None:
+        (folder / "tolerance.toml").write_text(tolerance)
+    return folder
+
+
+def moved(stress: str = "100", error: str = "0.01") -> dict[str, bytes]:
+    return {
+        "relax.csv": TABLE.replace(b"100", stress.encode()),
+        "summary.toml": SUMMARY.replace(b"0.01", error.encode()),
+        "relax.png": b"never compared",
+    }
+
+
+def test_the_same_is_the_same_and_each_moved_cell_is_named(tmp_path: Path) -> None:
+    folder = golden(tmp_path / "golden")
+    assert differences(moved(), folder, 1e-6) == []
+    assert differences(moved("100.00005"), folder, 1e-6) == []
+    assert differences(moved("100.0002", "0.010001"), folder, 1e-6) == [
+        "relax.csv: row 2: stress [Pa]: 100.0002; golden 100",
+        "summary.toml: fit.error: 0.010001; golden 0.01",
+    ]
+
+
+@pytest.mark.parametrize("sign", ["-", ""])
+def test_a_flipped_sign_a_lost_row_and_swapped_columns_differ(tmp_path: Path, sign: str) -> None:
+    folder = golden(tmp_path / "golden")
+    found = {"relax.csv": TABLE, "summary.toml": SUMMARY}
+    assert bool(differences(found | {"relax.csv": TABLE.replace(b",200", f",{sign}200".encode())}, folder, 1e-6)) == bool(sign)
+    assert differences(found | {"relax.csv": TABLE[: TABLE.index(b"0,2")]}, folder, 1e-6) == ["relax.csv: 1 rows; golden 2"]
+    swapped = TABLE.replace(b"time [s],stress [Pa]", b"stress [Pa],time [s]")
+    assert "columns case, stress [Pa], time [s]" in differences(found | {"relax.csv": swapped}, folder, 1e-6)[0]
+
+
+def test_a_number_that_vanishes_differs(tmp_path: Path) -> None:
+    folder = golden(tmp_path / "golden")
+    assert differences(moved(""), folder, 1e-6) == ["relax.csv: row 2: stress [Pa]: empty; golden 100"]
+    assert differences(moved("nan"), folder, 1e-6) == ["relax.csv: row 2: stress [Pa]: nan; golden 100"]
+
+
+def test_a_golden_folder_states_tolerances_of_its_own(tmp_path: Path) -> None:
+    stated = '["relax.csv"]\n"stress [Pa]" = 1e-3\n["summary.toml"]\n"fit.error" = { atol = 0.001 }\n'
+    folder = golden(tmp_path / "golden", stated)
+    assert differences(moved("100.09", "0.0109"), folder, 1e-6) == []
+    assert len(differences(moved("100.11", "0.0111"), folder, 1e-6)) == 2
+    found = moved() | {"relax.csv": TABLE.replace(b"0,2", b"0,2.001")}
+    assert differences(found, folder, 1e-6) == ["relax.csv: row 3: time [s]: 2.001; golden 2"]
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ('["other.csv"]\n"x" = 1e-3\n', "other.csv: no such golden file; there are relax.csv, summary.toml"),
+        ('["relax.csv"]\n"x" = 1e-3\n', 'relax.csv: no "x" there to compare'),
+        ('["relax.csv"]\n"case" = -1\n', 'relax.csv: "case": rtol = -1: a number that is not negative is needed'),
+        ('["relax.csv"]\n"case" = true\n', 'relax.csv: "case": rtol = True: a number'),
+        ('["relax.csv"]\n"case" = { tol = 1 }\n', 'relax.csv: "case": rtol, atol or both are needed'),
+        ('"relax.csv" = 1\n', "relax.csv: a table of tolerances by column is needed"),
+        ("relax.csv", "tolerance.toml"),
+    ],
+)
+def test_a_wrong_tolerance_is_one_line(tmp_path: Path, stated: str, said: str) -> None:
+    folder = golden(tmp_path / "golden", stated)
+    with pytest.raises(InputError) as caught:
+        differences(moved(), folder, 1e-6)
+    assert said in str(caught.value)
+    assert "tolerance.toml" in str(caught.value)
