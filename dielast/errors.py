@@ -6,16 +6,20 @@ warned of as `DielastWarning`. A predicted failure of the film is none of these:
 
 from __future__ import annotations
 
+import re
 import warnings
 from typing import Any
+
+LONGEST = 1000  # characters of a message: more than any that is meant to be read
+_ENDLESS = re.compile(r"\S{300,}")
 
 
 class DielastError(Exception):
     """Base of every error that dielast raises on purpose; `messages` holds one line for each thing found wrong."""
 
     def __init__(self, *messages: str) -> None:
-        self.messages = messages
-        super().__init__("\n".join(messages))
+        self.messages = tuple(map(_one_line, messages))
+        super().__init__("\n".join(self.messages))
 
 
 class InputError(DielastError, ValueError):
@@ -37,6 +41,15 @@ def warn(message: str) -> None:
 
 def shown(value: Any) -> str:
     """A value as an error message shows it: text in quotes, in one line, cut if long."""
-    text = f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)
-    text = "".join(mark if mark.isprintable() else ascii(mark)[1:-1] for mark in text)
+    text = _printable(f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value))
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _one_line(message: str) -> str:
+    """The message without line breaks and control characters that came from a file, and without endless words."""
+    line = _ENDLESS.sub(lambda word: word[0][:200] + "..." + word[0][-60:], _printable(message))
+    return line if len(line) <= LONGEST else line[: LONGEST - 3] + "..."
+
+
+def _printable(text: str) -> str:
+    return text if text.isprintable() else "".join(mark if mark.isprintable() else ascii(mark)[1:-1] for mark in text)

@@ -6,12 +6,13 @@ import contextlib
 import hashlib
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
 
 from dielast.errors import InputError
 
+LARGEST = 256 << 20  # bytes of a file that is read: more than ten million rows
 EXAMPLE = "example:"
 STORE = ".unfinished"
 """Where a long run keeps what it has until its result is written."""
@@ -36,10 +37,7 @@ class Inputs:
         """
         path = resolve(self.folder, name)
         self.names.append(str(name))
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise InputError(f"{name}: {unreadable(path, error)}") from None
+        content = read_file(path, str(name))
         # an absolute path is this machine's own and has no place in a result
         shown = Path(name).name if Path(name).is_absolute() else str(name)
         self._digests[shown] = hashlib.sha256(content).hexdigest()
@@ -64,18 +62,39 @@ def resolve(folder: Path, name: str | Path) -> Path:
     if text.startswith(EXAMPLE):
         root = Path(str(resources.files("dielast") / "examples"))
         path = root / text.removeprefix(EXAMPLE)
-        if not path.resolve().is_relative_to(root.resolve()) or not path.exists():
+        if not path.resolve().is_relative_to(root.resolve()) or not exists(path):
             known = ", ".join(f"{EXAMPLE}{entry.name}" for entry in sorted(root.iterdir()))
             raise InputError(f"{text}: no such example; there are {known}")
         return path
     return folder / text
 
 
-def unreadable(path: Path, error: OSError) -> str:
+def read_file(path: Path, name: str) -> bytes:
+    """The bytes of a file; raises `InputError` with its `name` if it cannot be read, or is larger than any table or recipe."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST + 1)
+    except (OSError, ValueError) as error:  # a name with a NUL in it is a ValueError
+        raise InputError(f"{name}: {_unreadable(path, error)}") from None
+    if len(content) > LARGEST:
+        raise InputError(f"{name}: larger than {LARGEST >> 20} MiB, which no table or recipe should be")
+    return content
+
+
+def exists(path: Path) -> bool:
+    """Whether there is such a file or folder; a name that no file can have, such as a very long one, has none."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def _unreadable(path: Path, error: OSError | ValueError) -> str:
     """Why `path` could not be read, in a few words."""
-    if path.is_dir():
+    if exists(path) and path.is_dir():
         return "is a folder, a file is needed"
-    return "no such file" if isinstance(error, FileNotFoundError) else (error.strerror or "cannot be read").lower()
+    reason = getattr(error, "strerror", None) or "cannot be read"
+    return "no such file" if isinstance(error, FileNotFoundError) else reason.lower()
 
 
 def check_targets(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
@@ -92,7 +111,8 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     """Write `contents` (name -> bytes) into `folder`, each file whole or not at all.
 
     All files are first written beside their targets, then moved into place together: a full disk leaves an older result as it
-    was. Raises `InputError` if the folder cannot be made or written to.
+    was, and of two runs into one folder the later one's files all stay. Raises `InputError` if the folder cannot be made or
+    written to.
     """
     parts: list[tuple[Path, Path]] = []
     try:
@@ -102,13 +122,31 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
             part = folder / f".{name}.{os.getpid()}.part"
             parts.append((part, folder / name))
             part.write_bytes(content)
-        for part, target in parts:
-            os.replace(part, target)
+        with _alone_in(folder):
+            for part, target in parts:
+                os.replace(part, target)
     except OSError as error:
         raise InputError(f"{folder}: cannot write here: {(error.strerror or str(error)).lower()}") from None
     finally:
         for part, _ in parts:
             part.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _alone_in(folder: Path) -> Iterator[None]:
+    """Wait until no other process moves files into `folder`, where the system has such locks."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
 
 
 def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:

@@ -15,6 +15,7 @@ from dielast.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
 
+FORMULA = ("=", "@", "+", "\t", "\r")
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
 
 
@@ -66,7 +67,8 @@ def _cells(values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]) -> l
         return ["" if text in ("nan", "inf", "-inf") else text for text in map("%.9g".__mod__, (values + 0.0).tolist())]
     if isinstance(values, np.ndarray):
         return [str(value) for value in values.tolist()]
-    return [_quoted(value) for value in values]
+    # a spreadsheet would take text such as =1+1 for a formula
+    return [_quoted(f"'{value}" if value.startswith(FORMULA) else value) for value in values]
 
 
 def _quoted(text: str) -> str:

@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import hashlib
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -60,3 +62,30 @@ def test_a_depfile_quotes_for_make(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.chdir(tmp_path)
     text = depfile([tmp_path / "out" / "a.csv"], [tmp_path / "my data.csv", tmp_path / "r$.toml"])
     assert text == "out/a.csv: my\\ data.csv \\\n  r$$.toml\n\nmy\\ data.csv:\n\nr$$.toml:\n"
+
+
+def test_a_file_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dielast.files.LARGEST", 3 << 20)
+    with pytest.raises(InputError, match=r"^/dev/zero: larger than 3 MiB"):
+        Inputs(tmp_path).read("/dev/zero")
+
+
+@pytest.mark.parametrize("name", ["a" * 5000, "example:" + "a/" * 3000, "nul\x00.csv"])
+def test_a_name_that_no_file_can_have_is_one_line(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError) as caught:
+        Inputs(tmp_path).read(name)
+    (line,) = caught.value.messages
+    assert line.isprintable()
+    assert len(line) < 1001
+
+
+def test_of_two_runs_into_one_folder_all_files_are_the_later_ones(tmp_path: Path) -> None:
+    names = [f"{number}.csv" for number in range(40)]
+    write = (
+        "import sys; from pathlib import Path; from dielast.files import write_files\n"
+        "for _ in range(30): write_files(Path(sys.argv[1]), {name: sys.argv[2].encode() * 999 for name in sys.argv[3:]})"
+    )
+    runs = [subprocess.Popen([sys.executable, "-c", write, str(tmp_path / "out"), mark, *names]) for mark in "ab"]
+    assert [run.wait(60) for run in runs] == [0, 0]
+    assert len({(tmp_path / "out" / name).read_bytes() for name in names}) == 1
+    assert len(list((tmp_path / "out").iterdir())) == len(names)

@@ -23,6 +23,11 @@ def test_text_survives_quoting() -> None:
     assert parse_csv(to_csv(TABLE), "x.csv")["mode"] == ["none", "a, b", 'say "x"', ""]
 
 
+def test_no_text_is_a_formula() -> None:
+    text = ["=1+1", "@SUM(A1)", "+2", "-5 %/s", "a=b"]
+    assert parse_csv(to_csv([Column("rate", None, text)]), "x.csv")["rate"] == ["'=1+1", "'@SUM(A1)", "'+2", "-5 %/s", "a=b"]
+
+
 def test_a_frame_has_the_headers() -> None:
     assert list(to_frame(TABLE).columns) == ["time [s]", "mode"]
 
