@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
     from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
     from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
+    from dielast.export.card import export_card
+    from dielast.export.conventions import CardOptions
     from dielast.gent import Gent
     from dielast.load import Step
     from dielast.material import Breakdown, Material
@@ -37,6 +39,8 @@ _HOME = {
     "characterise.measurement": ("CreepCurve", "FrequencySweep", "RelaxationCurve"),
     "characterise.spectrum": ("SpectrumFit", "fit_spectrum"),
     "errors": ("DielastError", "DielastWarning", "InputError", "NumericsError"),
+    "export.card": ("export_card",),
+    "export.conventions": ("CardOptions",),
     "gent": ("Gent",),
     "load": ("Step",),
     "material": ("Breakdown", "Material"),
@@ -61,6 +65,7 @@ __all__ = [
     "ActuationHistory",
     "Arrhenius",
     "Breakdown",
+    "CardOptions",
     "CreepCurve",
     "DielastError",
     "DielastWarning",
@@ -84,6 +89,7 @@ __all__ = [
     "actuate",
     "build_master_curve",
     "creep",
+    "export_card",
     "failure_map",
     "fit_lifetime",
     "fit_spectrum",

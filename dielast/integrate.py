@@ -21,8 +21,10 @@ Cases = NDArray[np.intp]
 POOL = 32_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
 FIRST_MOVE = 5.0  # tolerances that the first step may cover
+PROBED = 10.0 ** -np.arange(10)  # shares of the step to go on with, at which transients are looked for
 LEAST_STEP = 1e-24  # of the duration; a step this short means that the solution has ceased to exist
 MOST_STEPS = 100_000
+STALL_STEPS, STALL_REACH = 10_000, 1e-8  # tries that get a case no further than this share of the duration: it gets nowhere
 
 
 class Status(IntEnum):
@@ -32,6 +34,7 @@ class Status(IntEnum):
     STOPPED = 1
     STEP_VANISHED = 2
     TOO_MANY_STEPS = 3
+    STALLED = 4
 
 
 class Linearised(Protocol):
@@ -90,10 +93,16 @@ class Observer(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Integration:
-    """How far each case came: `state` (rows, cases), `time`, `status`, and the numbers of `steps` and `rejected` ones (cases,)."""
+    """How far each case came: `state` (rows, cases), `time`, `status`, the numbers of `steps` and `rejected` ones, and the
+    `next_step` to try first if the integration is continued, all (cases,).
+
+    After a start from the rates alone that is the step reached at the end. Otherwise it is what followed the first step here, as
+    pieces of load that follow each other meet in kinks of a kind.
+    """
 
     state: Floats
     time: Floats
+    next_step: Floats
     status: NDArray[np.intp]
     steps: NDArray[np.intp]
     rejected: NDArray[np.intp]
@@ -108,18 +117,20 @@ def integrate(
     observe: Observer | None = None,
     method: Rosenbrock = RODAS5P,
     pool: int | None = None,
+    first_step: Floats | None = None,
 ) -> Integration:
     """Integrate from a consistent `state` (rows, cases) at time 0 over a `duration` (cases,), local errors kept below `rtol`.
 
-    A case whose duration is 0 stays where it is. No case ever raises: `status` tells the ones that did not get through. At most
-    `pool` cases advance together, which no result depends on.
+    `first_step` (cases,) is tried first, such as the `next_step` of an integration that this one continues, or less where the
+    rates have a transient at the start; where it is 0 the rates alone say what to try. A case whose duration is 0 stays where it
+    is. No case ever raises: `status` tells the ones that did not get through. At most `pool` cases advance together, which no
+    result depends on.
     """
-    result = Integration(
-        state.copy(), np.zeros_like(duration), *(np.zeros(duration.size, dtype=np.intp) for _ in ("status", "steps", "rejected"))
-    )
+    result = Integration(state.copy(), *np.zeros((2, duration.size)), *np.zeros((3, duration.size), dtype=np.intp))
     waiting = np.flatnonzero(duration > 0)
     with np.errstate(all="ignore"):  # what is not finite rejects its step
-        _Pool(system, duration, rtol, observe, method, result).run(waiting, pool or max(16, POOL // state.shape[0]))
+        first_step = np.zeros_like(duration) if first_step is None else first_step
+        _Pool(system, duration, first_step, rtol, observe, method, result).run(waiting, pool or max(16, POOL // state.shape[0]))
     return result
 
 
@@ -127,17 +138,19 @@ class _Pool:
     """The cases that advance together. Columns that have finished are replaced by waiting cases, or dropped."""
 
     def __init__(
-        self, system: System, duration: Floats, rtol: float, observe: Observer | None, method: Rosenbrock, result: Integration
+        self,
+        system: System,
+        duration: Floats,
+        first_step: Floats,
+        rtol: float,
+        observe: Observer | None,
+        method: Rosenbrock,
+        result: Integration,
     ) -> None:
-        self.whole, self.durations, self.rtol, self.observe, self.method, self.result = (
-            system,
-            duration,
-            rtol,
-            observe,
-            method,
-            result,
-        )
+        self.whole, self.durations, self.first_steps = system, duration, first_step
+        self.rtol, self.observe, self.method, self.result = rtol, observe, method, result
         self.exponent = 1 / method.order
+        self.milestone = np.zeros_like(duration)  # time after the last so many tries
         self.cases = np.zeros(0, dtype=np.intp)
         self.active = np.zeros(0, dtype=bool)
         self.state = result.state[:, :0]
@@ -158,10 +171,14 @@ class _Pool:
         keep = np.flatnonzero(self.active)
         start = np.take(self.result.state, fresh, axis=1)
         entering = np.zeros((5, fresh.size))
-        if fresh.size:
-            pair = np.resize(fresh, max(2, fresh.size))  # as below, for a lone column
+        known = np.flatnonzero(self.first_steps[fresh] > 0)
+        if known.size:
+            entering[2, known] = self._continued_step(fresh[known])
+        unknown = np.flatnonzero(entering[2] <= 0)
+        if unknown.size:
+            pair = np.resize(fresh[unknown], max(2, unknown.size))  # as below, for a lone column
             first = self._first_step(self.whole.take(pair), np.take(self.result.state, pair, axis=1), self.durations[pair])
-            entering[2] = first[: fresh.size]
+            entering[2, unknown] = first[: unknown.size]
         self.cases = np.concatenate((self.cases[keep], fresh))
         self.state = np.concatenate((np.take(self.state, keep, axis=1), start), axis=1)
         self.scalars = np.concatenate((self.scalars[:, keep], entering), axis=1)
@@ -186,6 +203,25 @@ class _Pool:
         rate = system.error(state, moved) / (gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
+
+    def _continued_step(self, cases: Cases) -> Floats:
+        """The first step that was asked for, or as much of it as no transient would decay in unseen; 0 where that is too little.
+
+        The implicit slope over a step tells what is left of the rates after that time: where it differs from that over ten times
+        the step by more than the tolerance, something happens in between.
+        """
+        wanted = np.minimum(self.first_steps[cases], self.durations[cases])
+        columns = np.repeat(cases, PROBED.size + 1)
+        system, state, zero = self.whole.take(columns), np.take(self.result.state, columns, axis=1), np.zeros(columns.size)
+        steps = (wanted[:, None] * np.append(PROBED, 1e-18)).ravel()
+        moved = system.linearise(zero, state, steps, self.method.gamma).increment(zero, state, None, self.method.gamma)
+        moved = moved.reshape(state.shape[0], cases.size, -1)
+        moved = moved - moved[..., -1:]  # what the state lacks to consistency
+        moved[..., 1:] -= 0.1 * moved[..., :-1]
+        error = system.error(state, moved.reshape(state.shape) / self.method.gamma).reshape(cases.size, -1)
+        busy = ~(error[:, 1:-1] <= FIRST_MOVE * self.rtol)
+        finest = np.where(busy.any(axis=1), PROBED.size - 1 - np.argmax(busy[:, ::-1], axis=1), 0)
+        return np.where(finest < PROBED.size - 1, wanted * PROBED[np.maximum(finest - 1, 0)], 0.0)
 
     def _advance(self) -> None:
         """Try one step in every column and keep those that are accurate enough."""
@@ -214,6 +250,8 @@ class _Pool:
         low = low + (time - (total - shift)) + (step - shift)
         self.state = np.where(accepted, after, self.state)
         moved = np.array((total, low, step * np.maximum(factor, SHRINK), step, np.maximum(error, 1e-2)))
+        opening = accepted & (time == 0)
+        self.result.next_step[self.cases[opening]] = moved[2, opening]
         kept = self.scalars.copy()
         kept[2] = moved[2]
         self.scalars = np.where(accepted, moved, kept)
@@ -241,17 +279,30 @@ class _Pool:
         result.steps[cases[accepted]] += 1
         result.rejected[cases[self.active & ~accepted]] += 1
         vanished = self.active & ~finished & (self.scalars[2] < LEAST_STEP * self.duration)
-        endless = self.active & (result.steps[cases] + result.rejected[cases] >= MOST_STEPS)
-        ended = finished | vanished | endless
+        tries = result.steps[cases] + result.rejected[cases]
+        endless = self.active & (tries >= MOST_STEPS)
+        stalled = self.active & (tries % STALL_STEPS == 0)
+        if stalled.any():
+            due, time = cases[stalled], self.scalars[0, stalled]
+            stalled[stalled] = time - self.milestone[due] < STALL_REACH * self.durations[due]
+            self.milestone[due] = time
+        ended = finished | vanished | endless | stalled
         if stop is not None:
             ended |= stop & accepted
         if not ended.any():
             return
-        for condition, status in ((endless, Status.TOO_MANY_STEPS), (vanished, Status.STEP_VANISHED), (finished, Status.COMPLETED)):
+        for condition, status in (
+            (endless, Status.TOO_MANY_STEPS),
+            (stalled, Status.STALLED),
+            (vanished, Status.STEP_VANISHED),
+            (finished, Status.COMPLETED),
+        ):
             result.status[cases[condition]] = status
         if stop is not None:
             result.status[cases[stop & accepted]] = Status.STOPPED
         result.state[:, cases[ended]] = self.state[:, ended]
         result.time[cases[ended]] = np.where(finished, self.duration, self.scalars[0])[ended]
+        unguided = ended & (self.first_steps[cases] <= 0)
+        result.next_step[cases[unguided]] = self.scalars[2, unguided]
         self.active = self.active & ~ended
         self.scalars[:2, ended] = 0.0  # a parked column steps on from here to nowhere, unseen

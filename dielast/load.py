@@ -108,7 +108,8 @@ class Piece:
         if np.any(against):
             case = int(np.argmax(against))
             raise InputError(
-                f"rate {rate[case]:g} leads away from the target: {move[case]:+g} of {self.paced.value} is to go, "
+                f"{of_case(case, move.size)}rate {rate[case]:g} leads away from the target: "
+                f"{move[case]:+g} of {self.paced.value} is to go, "
                 f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
             )
         return end, np.abs(move / rate)
@@ -131,6 +132,11 @@ def table(time: ArrayLike, *, stretch: ArrayLike | None = None, stress: ArrayLik
     if stretch is None:
         return tuple(Step(stress=value, duration=gap) for value, gap in zip(values, gaps, strict=True))
     return tuple(Step(stretch=value, duration=gap) for value, gap in zip(values, gaps, strict=True))
+
+
+def of_case(case: int, cases: int) -> str:
+    """How an error message about one of so many cases begins; a lone case needs no name."""
+    return f"case {case}: " if cases > 1 else ""
 
 
 def numbers(values: ArrayLike, name: str) -> Floats:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.table import split_header
-from dielast.units import NUMBER, Dimension, conversion, is_unit
+from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}
 _SNIFFED_LINES = 200
@@ -43,7 +43,10 @@ class TextFormat:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredTable:
-    """The cells of a table as text: a list of rows for each of `names`; `lines` holds each row's line in the file (from 1)."""
+    """The cells of a table as text: a list of rows for each of `names`; `lines` holds each row's line in the file (from 1).
+
+    `header_line` is the line of the units, where it is worth naming: in a file of several tables; else 0.
+    """
 
     source: str
     names: tuple[str, ...]
@@ -52,6 +55,7 @@ class MeasuredTable:
     lines: NDArray[np.int64]
     decimal: str
     stated_units: Mapping[str, str] = field(default_factory=dict)
+    header_line: int = 0
 
     def find(self, wanted: str | int, role: str) -> int:
         """Index of the column called `wanted` (its whole header or its name without unit; a number counts columns from 1)."""
@@ -101,7 +105,9 @@ class MeasuredTable:
         name, in_header = self.names[index], self.units[index]
         in_mapping = split_header(wanted)[1] if isinstance(wanted, str) and in_header is None else None
         stated = self.stated_units.get(role, in_mapping)
-        here = f'{self.source}: column "{name}"'
+        here = f"{self.source}: " + (f"line {self.header_line}: " if self.header_line else "") + f'column "{name}"'
+        if in_header is not None and stated is not None and is_ambiguous(in_header, dimension):
+            in_header = None
         if in_header is not None and stated is not None and not _alike(stated, in_header, dimension):
             raise InputError(f"{here}: the header says [{in_header}], the recipe's units say [{stated}]; leave one out")
         unit = in_header if in_header is not None else stated
@@ -124,13 +130,13 @@ def read_measured(
     Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
     """
     form = form or TextFormat()
-    text = _decode(content, source, form.encoding)
-    numbered = list(enumerate(re.split(r"\r\n|\n|\r", text), start=1))[form.skip_rows :]
+    text = decode(content, source, form.encoding)
+    numbered = list(enumerate(split_lines(text), start=1))[form.skip_rows :]
     filled = [(number, line) for number, line in numbered if line.strip(" \t;,")]
     if not filled:
         raise InputError(f"{source}: the file is empty" + (f" after skip_rows = {form.skip_rows}" if text.strip() else ""))
     separator, decimal = _sniff(source, [line for _, line in filled], form)
-    rows = [_split(line, separator) for _, line in filled]
+    rows = [split_cells(line, separator) for _, line in filled]
     width = _modal_width(rows, decimal)
     first = _first_data_row(rows, width, decimal)
     if first is None:
@@ -147,10 +153,16 @@ def read_measured(
     return MeasuredTable(source, names, in_header, cells, np.array(lines), decimal, dict(units or {}))
 
 
-def _decode(content: bytes, source: str, encoding: str | None) -> str:
+def decode(content: bytes, source: str, encoding: str | None = None) -> str:
+    """The text in `content`: UTF-8, UTF-16 if marked or plainly so, or else latin-1, unless `encoding` is stated.
+
+    Raises `InputError` naming `source` if it is no text, or an unknown encoding.
+    """
     if encoding is None:
         if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             encoding = "utf-16"
+        elif content[1:200:2].count(0) > 60:
+            encoding = "utf-16-le"
         else:
             try:
                 return content.decode("utf-8-sig")
@@ -167,12 +179,17 @@ def _decode(content: bytes, source: str, encoding: str | None) -> str:
     return text
 
 
+def split_lines(text: str) -> list[str]:
+    """The lines of a text from any system; unlike `str.splitlines`, only at line ends."""
+    return re.split(r"\r\n|\n|\r", text)
+
+
 def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, str]:
     """The separator and decimal mark under which most cells of the last lines read are numbers."""
     sample = lines[:_SNIFFED_LINES]
     best, best_score = (form.separator or ",", form.decimal or "."), 0.0
     for separator in [form.separator] if form.separator else SEPARATORS:
-        rows = [_split(line, separator) for line in sample]
+        rows = [split_cells(line, separator) for line in sample]
         for decimal in [form.decimal] if form.decimal else (".", ","):
             if separator == decimal:
                 continue
@@ -180,7 +197,7 @@ def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, st
             if width < 2 and form.separator is None:
                 continue
             fitting = [row for row in rows if _width(row) == width]
-            numeric = sum(_is_number(cell, decimal) for row in fitting for cell in row)
+            numeric = sum(is_number(cell, decimal) for row in fitting for cell in row)
             # each row counts by its share of numbers, so that splitting numbers at their decimal mark gains nothing
             score = numeric / width * len(fitting) / len(rows) if width else 0.0
             if score > best_score * 1.001:
@@ -190,7 +207,8 @@ def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, st
     return best
 
 
-def _split(line: str, separator: str) -> list[str]:
+def split_cells(line: str, separator: str) -> list[str]:
+    """The cells of a line without blanks around them; quoted cells may hold the separator."""
     if separator == " ":
         # a unit in brackets belongs to the name before it
         return re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", line)
@@ -208,17 +226,18 @@ def _width(row: Sequence[str]) -> int:
 
 
 def _modal_width(rows: Sequence[Sequence[str]], decimal: str) -> int:
-    widths = Counter(_width(row) for row in rows if any(_is_number(cell, decimal) for cell in row))
+    widths = Counter(_width(row) for row in rows if any(is_number(cell, decimal) for cell in row))
     return max(widths, key=lambda width: widths[width]) if widths else 0
 
 
-def _is_number(cell: str, decimal: str) -> bool:
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number written with this decimal mark."""
     return _NUMBER[decimal].fullmatch(cell) is not None
 
 
 def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> int | None:
     for index, row in enumerate(rows):
-        numeric = sum(_is_number(cell, decimal) for cell in row)
+        numeric = sum(is_number(cell, decimal) for cell in row)
         if width and _width(row) == width and 2 * numeric >= width:
             return index
     return None

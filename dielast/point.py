@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from dielast import kinematics
 from dielast.errors import InputError
 from dielast.gent import Floats, Gent, SpringLaw, join
-from dielast.load import Control, Ramp
+from dielast.load import Control, Ramp, of_case
 from dielast.material import Material
 
 Cases = NDArray[np.intp]
@@ -62,7 +62,7 @@ class Points:
             own = slice(1, int(np.count_nonzero(some)) + 1)
             modulus[0, cases] = each.equilibrium_modulus
             modulus[own, cases] = each.spectrum.shear_modulus[some, None]
-            rate[own, cases] = 1 / (3 * each.relaxation_time(temperature[cases])[:, some].T)
+            rate[own, cases] = 1 / (3 * _relaxation_time(each, temperature, index, cases)[:, some].T)
             limits.append((each.equilibrium_law, each.nonequilibrium_law))
         permittivity = np.array([each.permittivity or 0.0 for each in materials])
         # no stress is known better than the rounding of the stiffest spring's share
@@ -83,6 +83,19 @@ class Points:
     def maxwell_stress(self, log_squared_stretch: Floats, field: Floats) -> Floats:
         """eps E^2 (cases,) in Pa at the nominal field V/L_3 (cases,) in V/m."""
         return np.asarray(self.permittivity * field**2 * np.exp(log_squared_stretch[0] + log_squared_stretch[1]))
+
+
+def _relaxation_time(material: Material, temperature: Floats, first: int, cases: slice) -> Floats:
+    """tau in s (k, branches) of the cases, the first of which is named; an error says of which case it speaks."""
+    try:
+        return material.relaxation_time(temperature[cases])
+    except InputError:
+        for case, alone in enumerate(temperature[cases], start=first):
+            try:
+                material.relaxation_time(np.array([alone]))
+            except InputError as error:
+                raise InputError(f"{of_case(case, temperature.size)}{error}") from None
+        raise
 
 
 def _law(laws: list[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:

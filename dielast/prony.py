@@ -51,3 +51,13 @@ class Spectrum:
         """
         t = np.asarray(time, dtype=float)
         return np.asarray(equilibrium_modulus + np.exp(-t[..., None] / self.relaxation_time) @ self.shear_modulus)
+
+    def storage_modulus(self, angular_frequency: ArrayLike, equilibrium_modulus: float = 0.0) -> NDArray[np.float64]:
+        """Shear storage modulus in Pa at `angular_frequency` w (rad/s): mu_eq + sum mu_k (w tau_k)^2 / (1 + (w tau_k)^2)."""
+        phase = np.asarray(angular_frequency, dtype=float)[..., None] * self.relaxation_time
+        return np.asarray(equilibrium_modulus + phase**2 / (1 + phase**2) @ self.shear_modulus)
+
+    def loss_modulus(self, angular_frequency: ArrayLike) -> NDArray[np.float64]:
+        """Shear loss modulus in Pa at `angular_frequency` w (rad/s): sum mu_k w tau_k / (1 + (w tau_k)^2)."""
+        phase = np.asarray(angular_frequency, dtype=float)[..., None] * self.relaxation_time
+        return np.asarray(phase / (1 + phase**2) @ self.shear_modulus)

@@ -43,6 +43,7 @@ newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 bar = 1e5 * pascal = bar
 psi = 6894.757293168361 * pascal = psi
+dyne = 1e-5 * newton = dyn
 joule = newton * meter = J
 watt = joule / second = W
 volt = watt / ampere = V
@@ -69,6 +70,10 @@ TEMPERATURE = Dimension("a temperature", "degC", "20 degC")
 TEMPERATURE_DIFFERENCE = Dimension("a temperature difference", "K", "187.1 K")
 THERMAL_EXPANSION = Dimension("a thermal expansion coefficient", "1/K", "6e-4 /K")
 STRESS = Dimension("a stress or modulus", "Pa", "26 kPa")
+COMPLIANCE = Dimension("a compliance", "1/Pa", "1e-6 /Pa")
+VISCOSITY = Dimension("a viscosity", "Pa*s", "5 Pa*s")
+FREQUENCY = Dimension("a frequency", "Hz", "10 Hz")
+ANGULAR_FREQUENCY = Dimension("an angular frequency", "rad/s", "10 rad/s")
 STRESS_RATE = Dimension("a stress rate", "Pa/s", "1 kPa/s")
 STRAIN = Dimension("a strain", "1", "1 %")
 NUMBER = Dimension("a number", "1", "1.5")
@@ -88,6 +93,10 @@ COMMON: dict[str, dict[str, float]] = {
     "m": {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "um": 1e-6},
     "K": {"K": 1.0},
     "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+    "1/Pa": {"1/Pa": 1.0, "/Pa": 1.0, "1/kPa": 1e-3, "1/MPa": 1e-6, "1/GPa": 1e-9},
+    "Pa*s": {"Pa*s": 1.0, "Pa.s": 1.0, "mPa*s": 1e-3, "mPa.s": 1e-3, "kPa*s": 1e3},
+    "Hz": {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3},
+    "rad/s": {"rad/s": 1.0},
     "Pa/s": {"Pa/s": 1.0, "kPa/s": 1e3, "MPa/s": 1e6},
     "1": {"%": 0.01},
     "1/s": {"1/s": 1.0, "/s": 1.0, "%/s": 0.01, "%/min": 0.01 / 60},
@@ -106,7 +115,7 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 # names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
 _NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
-_TYPESET = str.maketrans({"º": "°", "²": "2", "³": "3", "⁻": "-", "¹": "1"})
+_TYPESET = str.maketrans({"º": "°", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"})
 _UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·.]\s*{_NAME}|\s+{_NAME})*")
 
 
@@ -154,6 +163,8 @@ def convert_by_pint(unit: str, dimension: Dimension) -> tuple[float, float]:
     parsed = _parse_unit(unit)
     if parsed is None:
         raise InputError(f'unknown unit "{unit}"; {wanted}')
+    if dimension in (FREQUENCY, ANGULAR_FREQUENCY):
+        _tell_frequencies_apart(unit, dimension)
     target = _parse_unit(dimension.unit)
     if target is None or parsed.dimensionality != target.dimensionality:
         raise InputError(wanted)
@@ -165,6 +176,27 @@ def convert_by_pint(unit: str, dimension: Dimension) -> tuple[float, float]:
     if dimension is TEMPERATURE_DIFFERENCE and str(parsed) == "degree_Celsius":
         return 1.0, 0.0
     return float(quantity(1.0, parsed).to(target).magnitude), 0.0
+
+
+def is_ambiguous(unit: str, dimension: Dimension) -> bool:
+    """Whether a frequency or an angular frequency is wanted and `unit`, such as 1/s, does not say which of them it is."""
+    return dimension in (FREQUENCY, ANGULAR_FREQUENCY) and "Hz" not in unit and "rad" not in unit and _is_rate(unit)
+
+
+def _tell_frequencies_apart(unit: str, dimension: Dimension) -> None:
+    """Hz and rad/s have one dimension and differ by 2 pi: neither is ever taken for the other, nor 1/s for either."""
+    needed = f"but {dimension.name} is needed, such as {shown(dimension.example)}"
+    if "Hz" in unit and dimension is ANGULAR_FREQUENCY:
+        raise InputError(f"{unit} is the unit of a frequency, {needed}")
+    if "rad" in unit and dimension is FREQUENCY:
+        raise InputError(f"{unit} is the unit of an angular frequency, {needed}")
+    if is_ambiguous(unit, dimension):
+        raise InputError(f"{unit} may mean a frequency or an angular frequency: say Hz or rad/s")
+
+
+def _is_rate(unit: str) -> bool:
+    parsed, rate = _parse_unit(unit), _parse_unit("1/s")
+    return parsed is not None and rate is not None and parsed.dimensionality == rate.dimensionality
 
 
 def recognise(text: str) -> tuple[float, str]:
@@ -179,7 +211,7 @@ def recognise(text: str) -> tuple[float, str]:
 
 def is_unit(text: str) -> bool:
     """Whether `text` is a unit that dielast knows, or a sign for none (as in a CSV's row of units)."""
-    return text.strip() in ("", "-", "1", "C") or _parse_unit(text.strip()) is not None
+    return text.strip() in ("", "-", "1", "C", "°", "deg") or _parse_unit(text.strip()) is not None
 
 
 @lru_cache(maxsize=256)
@@ -191,7 +223,7 @@ def _parse_unit(unit: str) -> Any | None:
         text = "1" + text
     if len(text) > 40 or _UNIT.fullmatch(text) is None:
         return None
-    text = re.sub(r"(?<=[A-Za-z])(?=-?[1-9])", "**", re.sub(r"[·]", "*", text)).replace("****", "**")
+    text = re.sub(r"(?<=[A-Za-z])(?=-?[1-9])", "**", re.sub(r"[·.]", "*", text)).replace("****", "**")
     import pint
 
     try:

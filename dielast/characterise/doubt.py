@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.characterise.gather import MeasurementName
 from dielast.characterise.masterfit import MasterFit, Points
 from dielast.characterise.spline import Spline
 from dielast.errors import warn
@@ -35,28 +37,60 @@ class Undetermined:
     reason: str
 
 
-def find_undetermined(temperature: Array, points: Points, fit: MasterFit, vertical: bool) -> tuple[Undetermined, ...]:
+def find_undetermined(
+    temperature: Array, points: Points, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
+) -> tuple[Undetermined, ...]:
     """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
 
-    A straight line can be slid along itself, and noise makes every line look a little bent: a fitted standard error alone would
-    trust the bends. So slope, and with free `vertical` shifts of some error curvature, must be significant in the curve itself.
+    `splines` are the smooth curves of the channels of `points`, `filled` says what becomes of a temperature without a shift. A
+    straight line can be slid along itself, and noise makes every line look a little bent: a fitted standard error alone would
+    trust the bends. So slope, and with free `vertical` shifts of some error curvature, must be significant in one of the channels
+    itself. With `peaks`, as loss moduli and tan delta have them, a curvature does as well as a slope.
     """
     stderr = fit.noise_stderr
     found = []
+    shaped = have_shape(points, splines, fit.shift, peaks)
     for k in np.flatnonzero(stderr > 0):
-        own = points.curve == k
-        x, y = points.log_time[own], points.log_modulus[own]
-        if _significance(x, y, 1) < SIGNIFICANT or float(np.ptp(fit.spline(x - fit.shift[k]))) < PLATEAU_RISE:
-            reason = "the curve is a plateau"
-        elif vertical and stderr[k] > DOUBTFUL and _significance(x, y, 2) < SIGNIFICANT:
+        if not shaped[k]:
+            reason = "the curve is a plateau" if np.any(points.lift) else "tan delta is level"
+        elif vertical and stderr[k] > DOUBTFUL and np.any(points.lift) and not _is_bent(_channels(points, int(k))):
             reason = "the curve is a straight line in log-log, whose horizontal and vertical shift cannot be told apart"
         elif stderr[k] > UNDETERMINED:
             reason = "the curve overlaps the others too little"
         else:
             continue
         found.append(Undetermined(float(temperature[k]), reason))
-        warn(f"{temperature[k]:g} degC: the shift factor is not determined: {reason}")
+        warn(f"{temperature[k]:g} degC: the shift factor is not determined: {reason}; {filled}")
     return tuple(found)
+
+
+def have_shape(points: Points, splines: Sequence[Spline], shift: Array, peaks: bool) -> NDArray[np.bool_]:
+    """Whether a channel of each curve has a slope, or with `peaks` a curvature, beyond what noise makes (m,)."""
+    return np.array(
+        [
+            any(_is_shaped(x, y, spline(x - shift[k]), peaks) for (x, y), spline in zip(_channels(points, k), splines, strict=True))
+            for k in range(points.curves)
+        ]
+    )
+
+
+def _channels(points: Points, curve: int) -> list[tuple[Array, Array]]:
+    """Log time and log modulus of one curve in every channel."""
+    series = curve + points.curves * np.arange(points.channels)
+    first, last = (np.searchsorted(points.series, series, side=side).tolist() for side in ("left", "right"))
+    return [(points.log_time[a:b], points.log_modulus[a:b]) for a, b in zip(first, last, strict=True)]
+
+
+def _is_shaped(x: Array, y: Array, smooth: Array, peaks: bool) -> bool:
+    sloping = _significance(x, y, 1) >= SIGNIFICANT or (peaks and _significance(x, y, 2) >= SIGNIFICANT)
+    return sloping and float(np.ptp(smooth)) >= PLATEAU_RISE
+
+
+def _is_bent(curves: Sequence[tuple[Array, Array]]) -> bool:
+    """Whether a channel is curved, or the distance of two of them, which no vertical shift changes, has a slope."""
+    if any(_significance(x, y, 2) >= SIGNIFICANT for x, y in curves):
+        return True
+    return len(curves) == 2 and _significance(curves[0][0], curves[1][1] - curves[0][1], 1) >= SIGNIFICANT
 
 
 def _significance(x: Array, y: Array, degree: int) -> float:
@@ -76,7 +110,7 @@ def _significance(x: Array, y: Array, degree: int) -> float:
         if found >= SIGNIFICANT:
             break
         typical = max(float(np.median(np.abs(rest))) / 0.6745, 1e-14)
-        weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-300)) ** 2)
+        weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-100)) ** 2)
     return found
 
 
@@ -102,16 +136,17 @@ def warn_if_law_misses(temperature: Array, shift: Array, stderr: Array, by_law: 
         )
 
 
-def warn_if_no_plateau(curve: Spline) -> None:
-    """The equilibrium modulus is read off the long end, which should be level."""
+def warn_if_no_plateau(curve: Spline, measurement: MeasurementName) -> None:
+    """The equilibrium modulus is read off the long end, which should be level; `curve` is that of a storage modulus for a sweep."""
     stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
     slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
     if abs(slope) > PLATEAU_SLOPE:
+        what, where = ("a relaxing", "long") if measurement != "oscillation" else ("a storage", "low-frequency")
         said = "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound"
         if slope > 0:
-            said = "a relaxing modulus does not rise, and the equilibrium modulus, its last value, is not to be trusted"
+            said = f"{what} modulus does not rise, and the equilibrium modulus, its last value, is not to be trusted"
         warn(
-            f"the master curve has no plateau at its long end, where it changes by {slope:.2g} decades of modulus per decade of "
+            f"the master curve has no plateau at its {where} end, where it changes by {slope:.2g} decades of modulus per decade of "
             f"time: {said}"
         )
 

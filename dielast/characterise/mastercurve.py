@@ -1,22 +1,23 @@
-"""Time-temperature superposition: from relaxation curves at several temperatures to one master curve.
+"""Time-temperature superposition: from measurements at several temperatures to one master curve.
 
 Every curve of log modulus over log time is slid along the time until all lie on one smooth curve (Sec. 2.3 of DOI
 10.1115/1.4030850). The shift factors, the smooth curve and, if asked for, vertical shifts are fitted together, with no starting
-values from the user. Reduced time is t / a, reduced modulus b E; log10 a > 0 below the reference temperature.
+values from the user. Reduced time is t / a, reduced angular frequency omega a, reduced moduli are b E, reduced compliances J / b;
+log10 a > 0 below the reference temperature.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.characterise.binning import Binned, bin_curves
+from dielast.characterise.condense import Condensed, condense
 from dielast.characterise.doubt import (
     Undetermined,
     find_undetermined,
@@ -26,102 +27,62 @@ from dielast.characterise.doubt import (
     warn_if_rising,
 )
 from dielast.characterise.gather import Gathered, gather
-from dielast.characterise.masterfit import MasterFit, Points, fit_master
-from dielast.characterise.measurement import RelaxationCurve
+from dielast.characterise.masterfit import fit_master
+from dielast.characterise.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.characterise.misfit import warn_if_misfit
 from dielast.characterise.overlap import starting_shifts
 from dielast.characterise.shiftfit import LawName, ShiftFit, fit_shift_law
+from dielast.characterise.superposed import MasterCurve
+from dielast.characterise.sweepfit import Basis, Superposition, fit_sweeps, points_of
 from dielast.errors import InputError, warn
 from dielast.shift import ShiftLaw
 from dielast.units import ZERO_CELSIUS
 
-__all__ = ["MasterCurve", "RelaxationCurve", "ShiftFit", "Undetermined", "build_master_curve"]
+__all__ = [
+    "CreepCurve",
+    "FrequencySweep",
+    "MasterCurve",
+    "Measurement",
+    "RelaxationCurve",
+    "ShiftFit",
+    "Undetermined",
+    "build_master_curve",
+]
 
 Array = NDArray[np.float64]
 Vertical = Literal["none", "density-temperature", "free"]
+ShiftOn = Basis | Literal["auto"]
 
 SMOOTH_POINTS = 400
 MIN_BINS = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MasterCurve:
-    """A master curve of m temperatures, ascending; SI units and degC.
-
-    `log10_shift_factor`, its standard error (both (m,)) and its `covariance` (m, m) are measured, relative to the reference
-    temperature. Where the data do not determine a shift it is NaN, its standard error infinite, and `undetermined` says why. The
-    errors hold noise, curves that do not superpose and, where the reference temperature was not measured, what the law leaves open
-    (infinite if it is 50 K and more below all data that do not determine C2).
-    `log10_shift_factor_fit` (m,) is the fitted law; NaN for a temperature that a table lacks. `vertical_shift` (m,) is b.
-
-    The points used, sorted by reduced time: `point_temperature`, `time`, `reduced_time` (s) and `relaxation_modulus` (Young's, Pa,
-    times b). Points of an undetermined temperature are placed by the law, or left out if that is a table. `smooth_reduced_time`
-    and `smooth_modulus` are the fitted curve, `equilibrium_modulus` its value at the longest reduced time, `glassy_modulus` its
-    maximum. `rms_residual_decades`, of log10 modulus, is that of the fitted points, which are averages over 1/20 decade of time.
-    """
-
-    reference_temperature: float
-    temperature: Array
-    log10_shift_factor: Array
-    log10_shift_factor_stderr: Array
-    log10_shift_factor_fit: Array
-    covariance: Array
-    vertical_shift: Array
-    vertical_shift_stderr: Array
-    shift_fit: ShiftFit
-    rms_residual_decades: float
-    point_temperature: Array
-    time: Array
-    reduced_time: Array
-    relaxation_modulus: Array
-    smooth_reduced_time: Array
-    smooth_modulus: Array
-    equilibrium_modulus: float
-    glassy_modulus: float
-    undetermined: tuple[Undetermined, ...]
-
-    @property
-    def law(self) -> ShiftLaw:
-        """The fitted shift law, about the reference temperature."""
-        return self.shift_fit.law
-
-    @property
-    def law_parameters(self) -> dict[str, float]:
-        """Parameters of the law by name: C1 and C2 (K), or activation_energy (J/mol); none for a table."""
-        return self.shift_fit.parameters
-
-    @property
-    def law_stderr(self) -> dict[str, float]:
-        """Standard errors of the parameters; infinite where the data do not determine them."""
-        return self.shift_fit.stderr
-
-    @property
-    def law_covariance(self) -> Array:
-        """Covariance of the parameters, in the order of `law_parameters`."""
-        return self.shift_fit.covariance
-
-
 def build_master_curve(
-    curves: Sequence[RelaxationCurve],
+    curves: Sequence[Measurement],
     *,
     reference_temperature: float,
     law: LawName = "wlf",
     vertical: Vertical = "none",
     thermal_expansion: float = 0.0,
+    on: ShiftOn = "auto",
 ) -> MasterCurve:
-    """Build the master curve of relaxation `curves`, in any order, at `reference_temperature` (degC), measured or not.
+    """Build the master curve of `curves` of one kind, in any order, at `reference_temperature` (degC), measured or not.
 
     `vertical` shifts the modulus too: "density-temperature" by b = rho_ref T_ref / (rho T), T in kelvin, with rho_ref / rho =
     1 + `thermal_expansion` (T - T_ref), where `thermal_expansion` (1/K) is that of the volume; "free" fits b with the shifts.
+    Frequency sweeps are shifted `on` storage and loss "moduli" together, on "tan-delta" alone, which no vertical shift changes (b
+    is then found from the moduli so shifted), or on the "storage" modulus alone; "auto" takes what determines the shifts best.
 
-    Raises `InputError` for fewer than two temperatures, for a curve that cannot be used, and for curves that do not overlap. Warns
-    of each temperature whose shift the data do not determine, and of results that look wrong.
+    Raises `InputError` for fewer than two temperatures, for curves of several kinds, for a curve that cannot be used, and for
+    curves that do not overlap. Warns of each temperature whose shift the data do not determine, and of results that look wrong.
     """
     reference = float(reference_temperature)
     if not -ZERO_CELSIUS < reference < np.inf:
         raise InputError(f"reference temperature {reference:g} degC is not a temperature above absolute zero")
     data = gather(curves)
-    temperature = data.temperature
+    temperature, swept = data.temperature, data.measurement == "oscillation"
+    if on != "auto" and not swept:
+        raise InputError(f'on = "{on}" is for frequency sweeps; {data.measurement} curves have one modulus only')
     if not temperature[0] <= reference <= temperature[-1]:
         warn(
             f"reference temperature {reference:g} degC is outside the measured {temperature[0]:g} to {temperature[-1]:g} degC: "
@@ -130,17 +91,24 @@ def build_master_curve(
     imposed = np.zeros(temperature.size)
     if vertical == "density-temperature":
         imposed = _density_temperature(temperature, reference, thermal_expansion)
-    binned = bin_curves(data.curve, data.time, data.modulus)
-    _check_usable(data, binned)
-    log_modulus = binned.log_modulus + imposed[binned.curve]
-    anchor = _steepest(temperature.size, binned.curve, log_modulus)
-    start = starting_shifts(temperature, binned.curve, binned.log_time, log_modulus, anchor)
-    points = Points(binned.curve, binned.log_time, log_modulus, binned.variance, temperature.size)
-    fit = fit_master(points, start, anchor, vertical == "free")
-    warn_if_misfit(temperature, fit.misfit, vertical == "free")
-    warn_if_offset(fit.offset_spread)
-    undetermined = find_undetermined(temperature, points, fit, vertical == "free")
-    return _finish(data, binned, imposed, fit, undetermined, anchor, law, reference)
+    condensed = condense(data)
+    _check_usable(data, condensed)
+    condensed = replace(condensed, log_modulus=condensed.log_modulus + imposed[condensed.curve])
+    falling = condensed.log_modulus[0]
+    anchor = _steepest(temperature.size, condensed.curve, falling)
+    start = starting_shifts(temperature, condensed.curve, condensed.log_time, falling, anchor)
+    free = vertical == "free"
+    if swept:
+        found = fit_sweeps(temperature, condensed, start, anchor, free, on)
+    else:
+        points = points_of(condensed, temperature.size)
+        fit = fit_master(points, start, anchor, free)
+        found = Superposition(fit, "moduli", points, fit.splines)
+    warn_if_misfit(temperature, found.fit.misfit, free, data.measurement)
+    warn_if_offset(found.fit.offset_spread)
+    filled = "its points are left out" if law == "table" else "its points are placed by the shift law"
+    undetermined = find_undetermined(temperature, found.points, found.splines, found.fit, free, swept, filled)
+    return _finish(data, condensed, imposed, found, undetermined, anchor, law, reference)
 
 
 def _density_temperature(temperature: Array, reference: float, expansion: float) -> Array:
@@ -151,18 +119,21 @@ def _density_temperature(temperature: Array, reference: float, expansion: float)
     return np.asarray(np.log10(expanded * (reference + ZERO_CELSIUS) / (temperature + ZERO_CELSIUS)))
 
 
-def _check_usable(data: Gathered, binned: Binned) -> None:
+def _check_usable(data: Gathered, condensed: Condensed) -> None:
     m = data.temperature.size
-    used = np.bincount(binned.curve, minlength=m)
-    dropped = np.bincount(data.curve[(binned.bin_of_point < 0) & (data.modulus > 0)], minlength=m)
+    used = np.bincount(condensed.curve, minlength=m)
+    dropped = np.bincount(data.curve[(condensed.bin_of_point < 0) & data.good], minlength=m)
+    axis, end = ("time", "short" if data.measurement == "creep" else "long")
+    if data.measurement == "oscillation":
+        axis, end = "frequency", "low-frequency"
     for k in np.flatnonzero(used < MIN_BINS)[:1]:
         floor = f" ({dropped[k]} are noise floor)" if dropped[k] else ""
         raise InputError(
-            f"{data.temperature[k]:g} degC: only {used[k]} distinct points in log time{floor}; at least {MIN_BINS} are needed"
+            f"{data.temperature[k]:g} degC: only {used[k]} distinct points in log {axis}{floor}; at least {MIN_BINS} are needed"
         )
     if np.any(dropped):
         where = ", ".join(f"{data.temperature[k]:g} degC ({dropped[k]})" for k in np.flatnonzero(dropped))
-        warn(f"points at the long end of curves that are lost in noise are left out: {where}")
+        warn(f"points at the {end} end of curves that are lost in noise are left out: {where}")
 
 
 def _steepest(curves: int, curve: NDArray[np.intp], log_modulus: Array) -> int:
@@ -173,16 +144,16 @@ def _steepest(curves: int, curve: NDArray[np.intp], log_modulus: Array) -> int:
 
 def _finish(
     data: Gathered,
-    binned: Binned,
+    condensed: Condensed,
     imposed: Array,
-    fit: MasterFit,
+    found: Superposition,
     undetermined: tuple[Undetermined, ...],
     anchor: int,
     law: LawName,
     reference: float,
 ) -> MasterCurve:
     """Fit the law and move everything from the curve that was held fast to the reference temperature."""
-    temperature, m = data.temperature, data.temperature.size
+    temperature, m, fit = data.temperature, data.temperature.size, found.fit
     sure = ~np.isin(temperature, [entry.temperature for entry in undetermined])
     if np.count_nonzero(sure) < 2:
         reasons = dict.fromkeys(entry.reason for entry in undetermined)
@@ -209,16 +180,20 @@ def _finish(
     by_law = _law_values(shift_fit.law, temperature)
     warn_if_rising(temperature[sure], shift[sure], stderr[sure])
     warn_if_law_misses(temperature[sure], shift[sure], stderr[sure], by_law[sure], shift_fit.misfit, len(shift_fit.names))
-    warn_if_no_plateau(fit.spline)
+    warn_if_no_plateau(fit.splines[0], data.measurement)
 
     placed = np.where(sure, shift, by_law)
-    used = (binned.bin_of_point >= 0) & (data.modulus > 0) & np.isfinite(placed)[data.curve]
-    curve, time = data.curve[used], data.time[used]
-    reduced = time / 10 ** placed[curve]
-    order = np.lexsort((time, reduced))
-    x = np.linspace(fit.spline.origin, fit.spline.end, SMOOTH_POINTS)
-    smooth = 10 ** (fit.spline(x) - raised)
+    used = (condensed.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
+    curve, abscissa = data.curve[used], data.abscissa[used]
+    swept, compliant = data.measurement == "oscillation", data.measurement == "creep"
+    factor = 10 ** placed[curve]
+    reduced = abscissa * factor if swept else abscissa / factor
+    order = np.lexsort((abscissa, reduced))
+    x = np.linspace(fit.splines[0].origin, fit.splines[0].end, SMOOTH_POINTS)
+    smooth = np.stack([10 ** (spline(x) - raised) for spline in fit.splines])
+    measured, level = data.ordinates[:, used], vertical[curve]
     return MasterCurve(
+        measurement=data.measurement,
         reference_temperature=reference,
         temperature=temperature,
         log10_shift_factor=shift,
@@ -228,15 +203,16 @@ def _finish(
         vertical_shift=vertical,
         vertical_shift_stderr=vertical * np.log(10) * np.sqrt(np.maximum(vertical_variance, 0.0)),
         shift_fit=shift_fit,
+        shifted_on=found.on,
         rms_residual_decades=float(np.sqrt(np.mean(fit.residual**2))),
         point_temperature=temperature[curve][order],
-        time=time[order],
-        reduced_time=reduced[order],
-        relaxation_modulus=(data.modulus[used] * vertical[curve])[order],
-        smooth_reduced_time=10 ** (x + origin),
-        smooth_modulus=smooth,
-        equilibrium_modulus=float(smooth[-1]),
-        glassy_modulus=float(np.max(smooth)),
+        abscissa=abscissa[order],
+        reduced_abscissa=reduced[order],
+        ordinates=(measured / level if compliant else measured * level)[:, order],
+        smooth_abscissa=10 ** -(x + origin)[::-1] if swept else 10 ** (x + origin),
+        smooth_ordinates=smooth[:, ::-1] if swept else 1 / smooth if compliant else smooth,
+        equilibrium_modulus=float(smooth[0, -1]),
+        glassy_modulus=float(np.max(smooth[0])),
         undetermined=undetermined,
     )
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.characterise.gather import MeasurementName
 from dielast.errors import warn
 
 Array = NDArray[np.float64]
@@ -17,6 +18,11 @@ VISIBLE = 0.01  # decades of modulus: a misfit below is below what specimens and
 SURE = 4.0  # standard errors of the correlation of neighbours
 WORST = 3  # temperatures named
 STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves is named
+CHECKS: dict[MeasurementName, str] = {
+    "relaxation": "check that time is counted from the strain step and that no ramp is left in (ramp, discard_before)",
+    "creep": "check that time is counted from the stress step and that no ramp is left in (ramp, discard_before)",
+    "oscillation": "check that the highest frequencies are free of resonance and inertia, and the stiffest readings of compliance",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,16 +42,16 @@ class Misfit:
     matters: bool
 
 
-def find_misfit(curve: Index, log_time: Array, residual: Array) -> Misfit:
-    """Misfit from the `residual` (n,) of points sorted by curve, then time.
+def find_misfit(series: Index, curve: Index, log_time: Array, residual: Array) -> Misfit:
+    """Misfit from the `residual` (n,) of points sorted by series, a channel of a curve, then time.
 
     Neighbours share the misfit but not the noise: the mean product of their residuals is its square, and noise is how they differ.
     """
-    bounds = np.searchsorted(curve, np.arange(curve[-1] + 2))
+    bounds = np.searchsorted(series, np.arange(series[-1] + 2))
     begin, end = log_time[bounds[:-1]], log_time[bounds[1:] - 1]
-    along = (log_time - begin[curve]) / np.maximum(end - begin, 1e-12)[curve]
+    along = (log_time - begin[series]) / np.maximum(end - begin, 1e-12)[series]
     part = np.minimum((PARTS * along).astype(np.intp), PARTS - 1)
-    joined = np.flatnonzero(curve[1:] == curve[:-1])
+    joined = np.flatnonzero(series[1:] == series[:-1])
     product = residual[joined] * residual[joined + 1]
     noise = float(np.sqrt(np.median(np.diff(residual)[joined] ** 2) / 2 / 0.455))
     rms = _root(float(np.mean(product)))
@@ -60,16 +66,17 @@ def _root(square: Array | float) -> Array:
     return np.sqrt(np.maximum(square, 0.0))
 
 
-def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool) -> None:
+def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool, measurement: MeasurementName) -> None:
     """Say how far the curves fail to superpose, where most, and what may mend it."""
     if not misfit.matters:
         return
     worst = sorted(k for k in np.argsort(-misfit.by_curve, kind="stable")[:WORST] if misfit.by_curve[k] > misfit.rms)
     where = "most at " + ", ".join(f"{temperature[k]:g}" for k in worst) + " degC" if worst else "at all temperatures alike"
     early, late = misfit.by_part[0] > STANDS_OUT * misfit.rms, misfit.by_part[-1] > STANDS_OUT * misfit.rms
-    where += " and at short times" if early else " and at long times" if late else ""
+    ends = ("high frequencies", "low frequencies") if measurement == "oscillation" else ("short times", "long times")
+    where += f" and at {ends[0]}" if early else f" and at {ends[1]}" if late else ""
     remedies = [
-        "check that time is counted from the strain step and that no ramp is left in (ramp, discard_before)",
+        CHECKS[measurement],
         "" if vertical else 'try vertical = "free"',
         "one shift factor for a temperature may be too little for this material",
     ]

@@ -54,16 +54,29 @@ def robust_weights(variance: Array, residual: Array, parameters: int, share: Arr
     return Weights(trust / total, trust, total, share, floor)
 
 
-def noise_shares(curve: Index, residual: Array) -> Array:
-    """Variance of each point's curve relative to all (n,), from the medians; one unless the difference is significant."""
-    square = residual**2
+def channel_shares(channel: Index, residual: Array) -> Array:
+    """Variance of each point's channel relative to all (n,), from the medians."""
+    if channel[-1] == 0:
+        return np.ones(channel.size)
+    typical = np.array([np.median(residual[channel == k] ** 2) for k in range(channel[-1] + 1)])
+    typical = np.maximum(typical, SMALLEST)
+    return np.asarray((typical / np.exp(np.mean(np.log(typical))))[channel])
+
+
+def noise_shares(curve: Index, residual: Array, channel: Index) -> Array:
+    """Variance of each point's curve relative to all (n,), from the medians; one unless the difference is significant.
+
+    Each channel has a noise of its own, with which its curves are compared.
+    """
+    among = channel_shares(channel, residual)
+    square = residual**2 / among
     order = np.lexsort((square, curve))
     count = np.bincount(curve)
     middle = np.cumsum(count) - count + count // 2
     typical = float(np.median(square))
     if typical <= 0:
-        return np.ones(square.size)
+        return among
     ratio = square[order][middle] / typical
     doubt = np.exp(7 / np.sqrt(count))  # three standard errors of the logarithm of a median of squares
     sure = (ratio > doubt) | (ratio < 1 / doubt)
-    return np.asarray(np.where(sure, np.clip(ratio, 0.01, 100.0), 1.0)[curve])
+    return np.asarray(among * np.where(sure, np.clip(ratio, 0.01, 100.0), 1.0)[curve])

@@ -11,9 +11,13 @@ from typing import Annotated
 
 import typer
 
+from dielast.cli.help import EXIT_CODES, START, Command, RecipeCommand
+
 app = typer.Typer(
     name="dielast",
     help="Dielectric elastomers: from relaxation measurements to a prediction of motion and failure.",
+    # the mark keeps lines as they are
+    epilog="\n\n".join(f"\b\n{text}" for text in (START, EXIT_CODES)),
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     no_args_is_help=True,
@@ -30,16 +34,26 @@ class PlotFormat(StrEnum):
     NONE = "none"
 
 
-Recipe = Annotated[Path, typer.Argument(metavar="RECIPE.toml", help="The recipe to run.", show_default=False)]
+Recipe = Annotated[Path, typer.Argument(metavar="RECIPE.toml", help="The recipe to run.", hidden=True)]
 Out = Annotated[
-    Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for the results [default: the recipe's name].")
+    Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for the results; by default the recipe's name.")
 ]
-Plot = Annotated[list[PlotFormat] | None, typer.Option("--plot", help="Format of the plot; repeatable. [default: png]")]
-Set = Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Override a recipe key; repeatable.")]
-Golden = Annotated[Path | None, typer.Option("--golden", metavar="DIR", help="Compare the result with the one in DIR.")]
-Rtol = Annotated[float, typer.Option("--rtol", help="Relative tolerance of --golden.", min=0.0)]
+Plot = Annotated[
+    list[PlotFormat] | None, typer.Option("--plot", metavar="FORMAT", help="png (default), svg, pdf or none; repeatable.")
+]
+Set = Annotated[
+    list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Override a recipe key, such as step.0.rate; repeatable.")
+]
+Golden = Annotated[Path | None, typer.Option("--golden", metavar="DIR", help="Compare every number with an earlier result.")]
+Rtol = Annotated[float, typer.Option("--rtol", metavar="NUMBER", help="Relative tolerance of --golden.", min=0.0)]
 Depfile = Annotated[Path | None, typer.Option("--depfile", metavar="FILE", help="Write a make dependency file.")]
-Jobs = Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for large sweeps.", min=1)]
+Jobs = Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for a failure map; the result is the same.", min=1)]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler", metavar="ADDRESS", help="Dask scheduler (or its .json file) for a failure map; the result is the same."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No summary, no progress.")]
 
@@ -73,10 +87,10 @@ def _exit_with(action: Callable[[], int]) -> None:
     raise typer.Exit(code)
 
 
-def _command(kind: str, text: str) -> None:
-    """Register the subcommand that runs recipes of `kind`."""
+def _command(kind: str, text: str, short: str) -> None:
+    """Register the subcommand that runs recipes of `kind`; `short` is its line in the list of commands."""
 
-    @app.command(kind, help=text)
+    @app.command(kind, help=text, short_help=short, cls=RecipeCommand)
     def command(
         recipe: Recipe,
         out: Out = None,
@@ -86,6 +100,7 @@ def _command(kind: str, text: str) -> None:
         rtol: Rtol = 1e-6,
         depfile: Depfile = None,
         jobs: Jobs = 1,
+        scheduler: Scheduler = None,
         json: Json = False,
         quiet: Quiet = False,
     ) -> None:
@@ -93,22 +108,38 @@ def _command(kind: str, text: str) -> None:
             from dielast.cli.run import Options, run
 
             formats = tuple(dict.fromkeys(form.value for form in plot or [PlotFormat.PNG] if form is not PlotFormat.NONE))
-            return run(kind, recipe, Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet))
+            options = Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet, scheduler)
+            return run(kind, recipe, options)
 
         _exit_with(action)
 
 
-_command("mastercurve", "Relaxation tests at several temperatures -> master curve and shift factors.")
-_command("spectrum", "Master curve -> discrete relaxation spectrum and material file.")
-_command("relax", "Prescribed stretch -> stress.")
-_command("creep", "Prescribed force or nominal stress -> stretch.")
-_command("actuate", "Voltage history -> stretch of a prestretched film, and its failure.")
-_command("failure-map", "Time to failure over voltage, prestretch and temperature.")
+_command(
+    "mastercurve",
+    "Relaxation tests, creep tests or frequency sweeps at several temperatures -> shift factors, shift law, master curve.",
+    "Tests at several temperatures -> shift factors, master curve.",
+)
+_command("spectrum", "Master curve -> discrete relaxation spectrum and material file.", "Master curve -> spectrum, material file.")
+_command("relax", "Prescribed stretch -> stress.", "Prescribed stretch -> stress.")
+_command("creep", "Prescribed force or nominal stress -> stretch.", "Prescribed force or stress -> stretch.")
+_command(
+    "actuate",
+    "Voltage history -> stretch of a prestretched film; breakdown, pull-in, loss of tension.",
+    "Voltage history -> stretch of a film, and its failure.",
+)
+_command(
+    "failure-map",
+    "Time to breakdown and to pull-in over voltage, prestretch and temperature.",
+    "Voltages, prestretches -> time to failure.",
+)
 
 
-@app.command()
-def new(kind: Annotated[str, typer.Argument(metavar="KIND", help="The kind of recipe, such as mastercurve.")]) -> None:
-    """Print a commented starter recipe that runs as it is."""
+@app.command(cls=Command)
+def new(kind: Annotated[str, typer.Argument(metavar="KIND", hidden=True)]) -> None:
+    """Print a commented starter recipe that runs as it is.
+
+    KIND is mastercurve, spectrum, relax, creep, actuate or failure-map.
+    """
 
     def action() -> int:
         from dielast.cli.helpers import print_starter
@@ -118,19 +149,22 @@ def new(kind: Annotated[str, typer.Argument(metavar="KIND", help="The kind of re
     _exit_with(action)
 
 
-@app.command()
-def validate(recipes: Annotated[list[Path], typer.Argument(metavar="RECIPE...", help="Recipes, or material files.")]) -> None:
-    """Check recipes without running them."""
+@app.command(cls=Command)
+def validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> None:
+    """Check recipes and the files they name.
+
+    Nothing is run. Load files and material files can be checked by themselves.
+    """
 
     def action() -> int:
         from dielast.cli.helpers import validate_files
 
-        return validate_files(recipes)
+        return validate_files(files)
 
     _exit_with(action)
 
 
-@app.command()
+@app.command(cls=Command)
 def schema() -> None:
     """Print the JSON Schema of recipes, for editors."""
 

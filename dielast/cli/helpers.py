@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
-from dielast.errors import InputError
-from dielast.recipe.models import KINDS, recipe_model
+from dielast.errors import DielastWarning, InputError
+from dielast.files import Inputs, read_file
+from dielast.recipe.models import KINDS
+from dielast.recipe.validate import parse_toml
 
 
 def print_starter(kind: str) -> int:
@@ -22,44 +24,48 @@ def print_starter(kind: str) -> int:
 
 
 def validate_files(paths: Sequence[Path]) -> int:
-    """Check recipes and material files; every mistake of every file is told before the error code."""
-    from dielast.recipe.cases import read_cases
-    from dielast.recipe.validate import parse_toml
-
+    """Check recipes, the files they name, load and material files; every mistake of every file is told before the error code."""
     mistakes: list[str] = []
     for path in paths:
         try:
-            if path.is_file() and "kind" not in parse_toml(path.read_bytes(), str(path)) and _looks_like_material(path):
-                from dielast.recipe.material import read_material
-
-                read_material(path)
-            else:
-                read_cases(path)
+            caught = _validate(path)
         except InputError as error:
             mistakes += error.messages
-        else:
-            print(f"{path}: ok")
+            continue
+        print(f"{path}: ok", flush=True)
+        for message in caught:
+            print(f"warning: {path}: {message}", file=sys.stderr)
     if mistakes:
         raise InputError(*mistakes)
     return 0
 
 
+def _validate(path: Path) -> list[str]:
+    """Warnings on the way; raises `InputError` with a line for every mistake."""
+    from dielast.recipe.cases import read_cases, read_load
+    from dielast.workflow.inspect import mistakes
+
+    keys = parse_toml(read_file(path, str(path)), str(path)).keys() if path.is_file() else set()
+    if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
+        from dielast.recipe.material import read_material
+
+        read_material(path)
+        return []
+    if keys == {"step"}:
+        read_load(path)
+        return []
+    cases = read_cases(path)
+    with warnings.catch_warnings(record=True) as record:
+        warnings.simplefilter("always", DielastWarning)
+        found = mistakes(cases, Inputs(path.parent))
+    if found:
+        raise InputError(*(f"{path}: {line}" for line in found))
+    return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
+
+
 def print_schema() -> int:
-    """Print one JSON Schema for recipes of every kind, told apart by `kind`."""
-    from pydantic.json_schema import models_json_schema
+    """Print the JSON Schema of recipes."""
+    from dielast.recipe.schema import recipe_schema
 
-    references, definitions = models_json_schema([(recipe_model(kind), "validation") for kind in KINDS])
-    schema: dict[str, Any] = {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "dielast recipe",
-        "oneOf": list(references.values()),
-        **definitions,
-    }
-    print(json.dumps(schema, indent=2, sort_keys=False))
+    print(json.dumps(recipe_schema(), indent=2))
     return 0
-
-
-def _looks_like_material(path: Path) -> bool:
-    from dielast.recipe.validate import parse_toml
-
-    return bool({"equilibrium", "nonequilibrium"} & parse_toml(path.read_bytes(), str(path)).keys())

@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from dielast.cli.summary import tell
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.files import STORE, Inputs, check_targets, depfile, write_files
 from dielast.recipe.cases import Case, read_cases
@@ -34,19 +35,20 @@ class Options:
     jobs: int = 1
     json: bool = False
     quiet: bool = False
+    scheduler: str | None = None
 
 
 def run(kind: str, path: Path, options: Options) -> int:
     """Run the recipe in `path`, write its results, and return the exit code; raises `InputError` and `NumericsError`."""
+    _check_scheduler(kind, options)
     cases = read_cases(path, kind, options.overrides)
     out = options.out or Path(path.stem)
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: is a file, a folder for the results is needed (see --out)")
     if options.golden is not None:
         _check_golden(options.golden, out)
-    files, summary, inputs, caught = compute(kind, cases, path, options.plots, Execution(options.jobs, out, _progress(options)))
-    for message in caught:
-        print(f"warning: {message}", file=sys.stderr)
+    execution = Execution(options.jobs, out, _progress(options), options.scheduler)
+    files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution)
     written = [out / name for name in files] + ([options.depfile] if options.depfile is not None else [])
     check_targets(written, [path, *inputs.paths])
     write_files(out, files)
@@ -57,7 +59,10 @@ def run(kind: str, path: Path, options: Options) -> int:
     if options.json:
         print(json.dumps(_plain(summary), indent=2, allow_nan=False))
     elif not options.quiet:
-        _tell(summary, out)
+        tell(summary, out)
+    sys.stdout.flush()
+    for message in caught:
+        print(f"warning: {message}", file=sys.stderr)
     for line in summary.get("unfinished", ()):
         print(f"{path}: {line}", file=sys.stderr)
     mismatch = _compare(files, options) if options.golden is not None else 0
@@ -75,7 +80,8 @@ def compute(
         try:
             report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(cases, inputs, execution)
         except (InputError, NumericsError) as error:
-            raise type(error)(*(_located(line, path, inputs) for line in error.messages)) from None
+            own = (path, *inputs.names, execution.scheduler)
+            raise type(error)(*(_located(line, own) for line in error.messages)) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, path.name, caught)
     return contents(kind, report, summary, plots), summary, inputs, caught
@@ -90,9 +96,19 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _located(line: str, path: Path, inputs: Inputs) -> str:
-    """The line with a file's name in front: that of the input it speaks of, or else the recipe's."""
-    return line if line.startswith(tuple(f"{name}: " for name in (path, *inputs.names))) else f"{path}: {line}"
+def _located(line: str, own: Sequence[Path | str | None]) -> str:
+    """The line with a name in front: that of what it speaks of, an input or a scheduler, or else the recipe's, the first."""
+    return line if line.startswith(tuple(f"{name}: " for name in own)) else f"{own[0]}: {line}"
+
+
+def _check_scheduler(kind: str, options: Options) -> None:
+    """Raise `InputError` for a scheduler that the run would have no use for."""
+    if options.scheduler is None:
+        return
+    if kind != "failure-map":
+        raise InputError(f"--scheduler: a failure map can be shared out to a cluster, {kind} runs here: leave the option out")
+    if options.jobs != 1:
+        raise InputError("--jobs and --scheduler: one or the other; the number of processes is the cluster's own")
 
 
 def _check_golden(golden: Path, out: Path) -> None:
@@ -134,29 +150,3 @@ def _compare(files: Mapping[str, bytes], options: Options) -> int:
         count = "1 difference" if len(lines) == 1 else f"{len(lines)} differences"
         print(f"{count} from {options.golden} beyond a relative {options.rtol:g}", file=sys.stderr)
     return GOLDEN_MISMATCH if lines else 0
-
-
-def _tell(summary: Mapping[str, Any], out: Path) -> None:
-    """The headline numbers: a table on a terminal, plain lines elsewhere."""
-    rows = [
-        (section, key, _shown(value))
-        for section, values in summary.items()
-        if isinstance(values, Mapping)
-        for key, value in values.items()
-        if value != []
-    ]
-    if sys.stdout is not None and sys.stdout.isatty():
-        from rich.console import Console
-        from rich.table import Table
-
-        table = Table(title=f"{summary['kind']} -> {out}", title_justify="left", show_header=False)
-        for section, key, value in rows:
-            table.add_row(section, key, value)
-        Console().print(table)
-    else:
-        for section, key, value in rows:
-            print(f"{section}.{key} = {value}")
-
-
-def _shown(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else ", ".join(map(_shown, value)) if isinstance(value, list) else str(value)

@@ -3,31 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from dielast.plots.style import COLOURS, LINES, MARKERS, TEMPERATURES, log_axis, panels, style
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
-MOST_LINES = 5
+Array = NDArray[np.float64]
+MOST_LINES = 6
 FEWEST_FOR_A_MAP = 5  # prestretches
 # what contour lines show: round times
 CONTOURS = {1.0: "1 s", 60.0: "1 min", 600.0: "10 min", 3600.0: "1 h", 21600.0: "6 h", 86400.0: "24 h"}
 
 
-def plot_failure_map(result: FailureMap, lines: Sequence[LifetimeLine], title: str | None = None) -> Figure:
-    """Time to failure over voltage for some films; for many prestretches of the first temperature also the map."""
+def plot_failure_map(
+    result: FailureMap, lines: Sequence[LifetimeLine], title: str | None = None, bounds: tuple[Array, Array] | None = None
+) -> Figure:
+    """Time to failure over voltage for some films; for many prestretches of the first temperature also the map.
+
+    `bounds`, lower and upper of the time to failure and of its shape, are drawn as bands; infinite is beyond the horizon.
+    """
     equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
     mapped = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP and equibiaxial
     with style():
-        figure, axes = panels(2 if mapped else 1, title, widths=(1.0, 1.2) if mapped else None)
-        _lifetimes(axes[0], result, lines)
+        rows = -(-len(_chosen(result)) // 2)
+        figure, axes = panels(2 if mapped else 1, title, widths=(1.0, 1.2) if mapped else None, height=2.75 + 0.15 * rows)
+        _lifetimes(axes[0], result, lines, bounds)
         if mapped:
             _map(figure, axes[1], result)
             for label, own in zip("ab", axes, strict=True):
@@ -35,36 +45,50 @@ def plot_failure_map(result: FailureMap, lines: Sequence[LifetimeLine], title: s
     return figure
 
 
-def _lifetimes(axes: Axes, result: FailureMap, lines: Sequence[LifetimeLine]) -> None:
-    films = [(i, j) for i in range(result.temperature.size) for j in range(len(result.prestretch))]
-    chosen = np.unique(np.linspace(0, len(films) - 1, MOST_LINES).astype(int))
-    for index, film in enumerate(chosen):
-        i, j = films[film]
-        time, line = result.time_to_failure[i, j], lines[film]
+def _chosen(result: FailureMap) -> list[tuple[int, int]]:
+    """Temperature and prestretch of the films to draw: all if they are few, else some prestretches, or one over temperature."""
+    temperatures, prestretches = result.failure_mode.shape[:2]
+    if temperatures * prestretches <= MOST_LINES:
+        return [(i, j) for i in range(temperatures) for j in range(prestretches)]
+    if temperatures == 1:
+        return [(0, j) for j in np.unique(np.linspace(0, prestretches - 1, MOST_LINES).astype(int)).tolist()]
+    return [(i, prestretches // 2) for i in np.unique(np.linspace(0, temperatures - 1, MOST_LINES).astype(int)).tolist()]
+
+
+def _lifetimes(axes: Axes, result: FailureMap, lines: Sequence[LifetimeLine], bounds: tuple[Array, Array] | None) -> None:
+    handles: list[Line2D] = []
+    fitted = False
+    for index, (i, j) in enumerate(_chosen(result)):
+        time, line = result.time_to_failure[i, j], lines[i * len(result.prestretch) + j]
         fails = np.isfinite(time) & (time > 0)
+        colour = COLOURS[index % len(COLOURS)]
+        if bounds is not None:
+            low, high = bounds[0][i, j], np.minimum(bounds[1][i, j], result.horizon)
+            within = np.isfinite(low) & (low > 0)
+            look: Any = {"color": colour, "alpha": 0.18, "linewidth": 0.0}
+            axes.fill_between(result.voltage / 1e3, low, high, where=within, **look)
         if not fails.any():
             continue
-        colour = COLOURS[index % len(COLOURS)]
         pair = result.prestretch[j]
         label = f"prestretch {pair[0]:g}" if pair[0] == pair[1] else f"prestretch {pair[0]:g} x {pair[1]:g}"
         if result.temperature.size > 1:
             label += f", {result.temperature[i]:g} °C"
-        axes.plot(
-            result.voltage[fails] / 1e3,
-            time[fails],
-            MARKERS[index % len(MARKERS)],
-            color=colour,
-            markerfacecolor="white",
-            label=label,
-        )
+        marker: Any = {"marker": MARKERS[index % len(MARKERS)], "color": colour, "markerfacecolor": "white"}
+        dashes: Any = LINES[index % len(LINES)] if np.isfinite(line.slope) else "none"
+        axes.plot(result.voltage[fails] / 1e3, time[fails], linestyle="none", zorder=3, **marker)
+        handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=label, **marker))
         if np.isfinite(line.slope):
+            fitted = True
             span = result.voltage[fails][[0, -1]]
-            axes.plot(span / 1e3, 10 ** (line.intercept + line.slope * span), linestyle=LINES[index % len(LINES)], color=colour)
+            axes.plot(span / 1e3, 10 ** (line.intercept + line.slope * span), linestyle=dashes, linewidth=0.9, color=colour)
     axes.set_xlabel("voltage [kV]")
     axes.set_ylabel("time to failure [s]")
     log_axis(axes, "y")
-    if axes.lines:
-        axes.legend(loc="upper right", title="lines: exponential law", title_fontsize=7, fontsize=6.5)
+    if handles:
+        # below the axes: within, the points of long and of short lives leave no corner free
+        said = "lines: exponential law" if fitted else None
+        place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": min(2, len(handles))}
+        axes.legend(handles=handles, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
 
 
 def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
@@ -101,8 +125,9 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
     pulled = mode == "pull-in"
     if pulled.any():
         cells = np.ma.masked_where(~pulled, np.ones(pulled.shape))
-        axes.pcolor(voltage, prestretch, cells, shading="nearest", hatch="////", alpha=0.0, linewidth=0.0)
-        handles.append(Patch(facecolor="none", edgecolor="black", hatch="////", linewidth=0.5, label="pull-in first"))
+        clear = ListedColormap([(0.0, 0.0, 0.0, 0.0)])
+        axes.pcolor(voltage, prestretch, cells, cmap=clear, shading="nearest", hatch="////", edgecolor="white", linewidth=0.0)
+        handles.append(Patch(facecolor=TEMPERATURES(0.2), edgecolor="white", hatch="////", linewidth=0.5, label="pull-in first"))
     if (mode == "breakdown").any() and (mode == "pull-in").any():
         handles.append(Patch(facecolor=TEMPERATURES(0.5), edgecolor="black", linewidth=0.5, label="breakdown first"))
     if handles:

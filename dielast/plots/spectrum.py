@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from dielast.characterise.continuous import ContinuousSpectrum
+from dielast.characterise.reduce import Reduction
 from dielast.characterise.spectrum import SpectrumFit
-from dielast.plots.style import COLOURS, log_axis, panels, spread, style
+from dielast.plots.style import COLOURS, headroom, log_axis, panels, spread, style
+
+ORDINATES = {
+    "relaxation": "Young's relaxation modulus [Pa]",
+    "oscillation": "Young's storage and loss modulus [Pa]",
+    "creep": "tensile creep compliance [1/Pa]",
+}
 
 
-def plot_spectrum(result: SpectrumFit, title: str | None = None) -> Figure:
-    """The discrete spectrum, and the model's relaxation modulus over the measured one."""
+def plot_spectrum(
+    result: SpectrumFit,
+    title: str | None = None,
+    *,
+    continuous: ContinuousSpectrum | None = None,
+    reduction: Reduction | None = None,
+) -> Figure:
+    """The discrete spectrum, with the continuous and the reduced one where given, and the model's answer over the measured one."""
     with style():
         figure, (lines, curve) = panels(2, title)
         spectrum = result.spectrum
@@ -18,31 +33,54 @@ def plot_spectrum(result: SpectrumFit, title: str | None = None) -> Figure:
         tau, mu = spectrum.relaxation_time[present], spectrum.shear_modulus[present]
         floor = 10 ** (np.floor(np.log10(mu.min())) - 0.5) if mu.size else 1.0
         lines.vlines(tau, floor, mu, color="0.6", linewidth=0.8)
-        lines.plot(tau, mu, "o", color=COLOURS[2], label=f"{len(spectrum)} branches")
+        zeros = len(spectrum) - tau.size
+        count = f"{len(spectrum)} branches" + (f", {zeros} of them zero" if zeros else "")
+        lines.plot(tau, mu, "o", color=COLOURS[2], markersize=3.5 if tau.size <= 60 else 2.0, label=count)
         if result.equilibrium_shear_modulus > 0:
             lines.axhline(result.equilibrium_shear_modulus, color=COLOURS[1], linestyle="--", label="equilibrium modulus")
         lines.set_xlabel("relaxation time [s]")
         lines.set_ylabel("shear modulus [Pa]")
-        shown = spread(np.log10(result.reduced_time), 80)
-        curve.plot(
-            result.reduced_time[shown],
-            result.measured[shown],
-            "o",
-            color="0.45",
-            markerfacecolor="white",
-            markersize=3.5,
-            markeredgewidth=0.7,
-            label="master curve",
-        )
-        curve.plot(result.reduced_time, result.model, "-", color=COLOURS[0], label="discrete model")
-        curve.set_xlabel("reduced time [s]")
-        curve.set_ylabel("Young's relaxation modulus [Pa]")
+        if continuous is not None:
+            seen = continuous.density > 10 * floor
+            density = np.where(seen, continuous.density, np.nan)
+            lines.plot(continuous.relaxation_time, density, "-", color=COLOURS[0], label="continuous, per unit of ln time")
+        if reduction is not None:
+            few = reduction.spectrum
+            kept = few.shear_modulus > 0
+            own, moduli = few.relaxation_time[kept], few.shear_modulus[kept]
+            lines.vlines(own, floor, moduli, color=COLOURS[3], linewidth=0.8)
+            lines.plot(own, moduli, "D", color=COLOURS[3], markersize=4.0, label=f"reduced to {len(few)}")
+        _draw_fit(curve, result)
         for axes in (lines, curve):
             log_axis(axes, "x")
             log_axis(axes, "y")
-        lines.set_ylim(floor, 3 * max(np.max(mu, initial=floor), result.equilibrium_shear_modulus))
-        lines.legend(loc="best")
+        lines.set_ylim(floor, 1.5 * max(np.max(mu, initial=floor), result.equilibrium_shear_modulus))
+        headroom(lines, 0.2)
+        lines.legend(loc="upper right")
         curve.legend(loc="best")
         lines.set_title("(a)", loc="left")
         curve.set_title("(b)", loc="left")
     return figure
+
+
+def _draw_fit(axes: Axes, result: SpectrumFit) -> None:
+    """The measured curve and the model's, over reduced time or angular frequency."""
+    sweep = result.test == "oscillation"
+    abscissa = 1 / result.reduced_time if sweep else result.reduced_time
+    shown = spread(np.log10(abscissa), 80)
+    channels = zip(np.atleast_2d(result.measured), np.atleast_2d(result.model), strict=True)
+    names = ("storage", "loss") if sweep else ("master curve",)
+    for index, ((measured, model), name) in enumerate(zip(channels, names, strict=True)):
+        axes.plot(
+            abscissa[shown],
+            measured[shown],
+            "os"[index],
+            color="0.45",
+            markerfacecolor="white",
+            markersize=3.5,
+            markeredgewidth=0.7,
+            label=name,
+        )
+        axes.plot(abscissa, model, "-", color=COLOURS[0], label=None if index else "discrete model")
+    axes.set_xlabel("reduced angular frequency [rad/s]" if sweep else "reduced time [s]")
+    axes.set_ylabel(ORDINATES[result.test])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import textwrap
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -20,9 +21,9 @@ from numpy.typing import NDArray
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-# viridis without its lightest end: the lightness still tells the order in grey
-TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.88, 256)))
-COLUMN_WIDTH = 3.4  # inches, one column of a journal page
+# viridis without its lightest end, which is lost on white: the lightness still tells the order in grey
+TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))
+COLUMN_WIDTH = 3.4  # inches, one column of a journal page: 86 mm
 
 STYLE: Any = {
     "font.size": 8,
@@ -65,13 +66,18 @@ def panels(
     count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7, width: float = 1.0
 ) -> tuple[Figure, list[Axes]]:
     """A figure with `count` panels in a row, each of so many column widths, below a title; call within `style()`."""
-    lines = textwrap.wrap(title or "", int(56 * width * count))
-    figure = Figure(figsize=(COLUMN_WIDTH * width * count, height + 0.17 * len(lines)), layout="constrained")
-    axes = figure.subplots(1, count, squeeze=False, width_ratios=widths)[0]
+    figure = sheet(title, width * count, height)
+    return figure, list(figure.subplots(1, count, squeeze=False, width_ratios=widths)[0])
+
+
+def sheet(title: str | None, columns: float, height: float) -> Figure:
+    """An empty figure of so many column widths, `height` in inches without the title; call within `style()`."""
+    lines = textwrap.wrap(title or "", int(56 * columns))
+    figure = Figure(figsize=(COLUMN_WIDTH * columns, height + 0.17 * len(lines)), layout="constrained")
     if lines:
         # a dollar sign is money here, not mathematics
         figure.suptitle("\n".join(lines), fontsize=8, parse_math=False)
-    return figure, list(axes)
+    return figure
 
 
 def log_axis(axes: Axes, which: str) -> None:
@@ -87,6 +93,17 @@ def log_axis(axes: Axes, which: str) -> None:
         axis.set_minor_locator(LogLocator(base=10, subs=tuple(np.arange(2, 10) / 10), numticks=60))
     if decades >= 1.5:
         axis.set_minor_formatter(NullFormatter())
+
+
+def headroom(axes: Axes, share: float) -> None:
+    """Raise the upper end of a log y axis, so that this share of its height is free for a legend."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, low * (high / low) ** (1 / (1 - share)))
+
+
+def degrees(temperature: float) -> str:
+    """A temperature as a label says it, to a tenth of a degree."""
+    return f"{round(temperature, 1) + 0.0:g} °C"
 
 
 def spread(position: NDArray[np.float64], count: int = 60) -> NDArray[np.intp]:
@@ -106,6 +123,8 @@ def render(figure: Figure, form: str) -> bytes:
         "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
     }
     buffer = io.BytesIO()
-    with style():
+    with style(), warnings.catch_warnings():
+        # a figure that matplotlib finds crowded, or a mark that its font lacks, is nothing a user could mend
+        warnings.simplefilter("ignore")
         figure.savefig(buffer, format=form, metadata=metadata[form])
     return buffer.getvalue()

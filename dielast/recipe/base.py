@@ -25,10 +25,10 @@ class RecipeBase(Section):
 class TextTable(Section):
     """How a table of numbers is written; what is left out is sniffed."""
 
-    separator: str | None = None
-    decimal: Literal[".", ","] | None = None
-    encoding: str | None = None
-    skip_rows: int = Field(0, ge=0)
+    separator: str | None = Field(None, description="One character between columns; sniffed if left out.")
+    decimal: Literal[".", ","] | None = Field(None, description="Decimal mark; sniffed if left out.")
+    encoding: str | None = Field(None, description="Such as utf-8 or latin-1; sniffed if left out.")
+    skip_rows: int = Field(0, ge=0, description="Lines to pass over at the top of the file.")
 
     @field_validator("separator")
     @classmethod
@@ -81,8 +81,12 @@ def units_of(**roles: Dimension | None) -> AfterValidator:
 class BreakdownField(Section):
     """Breakdown field, one for every prestretch or interpolated over prestretch."""
 
-    prestretch: list[Annotated[float, Field(ge=1)]] | None = None
-    field: BreakdownFields
+    prestretch: list[Annotated[float, Field(ge=1)]] | None = Field(
+        None, description="Ascending equibiaxial prestretches, one for each field; left out: one field for all."
+    )
+    field: BreakdownFields = Field(
+        description="True field that the film breaks down at, for each prestretch; interpolated in between."
+    )
 
     @model_validator(mode="after")
     def _paired(self) -> Self:
@@ -96,8 +100,8 @@ class BreakdownField(Section):
 class Dielectric(Section):
     """Permittivity, absolute or relative to that of vacuum."""
 
-    permittivity: Permittivity | None = None
-    relative_permittivity: float | None = Field(None, ge=1)
+    permittivity: Permittivity | None = Field(None, description="Absolute, of the ideal dielectric.")
+    relative_permittivity: float | None = Field(None, ge=1, description="The same over that of vacuum, instead.")
 
     @model_validator(mode="after")
     def _one(self) -> Self:

@@ -13,8 +13,8 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import create_model
 
-from dielast.errors import InputError
-from dielast.files import resolve, unreadable
+from dielast.errors import InputError, shown
+from dielast.files import read_file, resolve
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Section
 from dielast.recipe.models import recipe_model
@@ -97,9 +97,10 @@ def _take_load(values: dict[str, Any], model: type[RecipeBase], source: str, fol
         raise InputError(f"{source}: either [[step]] or load is needed, not both")
     path = resolve(folder, name)
     try:
-        history = parse_toml(path.read_bytes(), name)
-    except OSError as error:
-        raise InputError(f'{source}: load: "{name}": {unreadable(path, error)}') from None
+        content = read_file(path, shown(name))
+    except InputError as error:
+        raise InputError(f"{source}: load: {error}") from None
+    history = parse_toml(content, name)
     if set(history) != {"step"} or not isinstance(history["step"], list):
         raise InputError(f"{name}: a load file holds [[step]] and nothing else")
     # checked by itself first, so that a mistake is told of the file it is in
@@ -111,6 +112,19 @@ def load_file(model: type[RecipeBase]) -> type[Section]:
     """The model of a load file for recipes of `model`: their steps alone."""
     steps: Any = model.model_fields["step"].annotation
     return create_model("LoadFile", __base__=Section, step=(steps, ...))
+
+
+def read_load(path: Path) -> None:
+    """Check a load file by itself: whether it suits any kind of recipe. Raises `InputError` with the mistakes of the likeliest."""
+    history, found = parse_toml(read_file(path, str(path)), str(path)), []
+    for kind in ("relax", "creep", "actuate"):
+        try:
+            check(load_file(recipe_model(kind)), history, str(path), path.parent)
+        except InputError as error:
+            found.append(error)
+        else:
+            return
+    raise min(found, key=lambda error: len(error.messages))
 
 
 def _beside(step: dict[str, Any], home: Path, folder: Path) -> dict[str, Any]:

@@ -31,6 +31,10 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
+QUANTITY, UNIT = "x-quantity", "x-unit"
+"""Keys of the JSON Schema for what a quantity is and the unit it is kept in."""
+
+
 @dataclass(frozen=True, slots=True)
 class Quantity:
     """Marks a number in `dimension.unit`, given as text with a unit, optionally bounded; `many` marks one or a list, as a tuple."""
@@ -62,7 +66,8 @@ class Quantity:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         name, example = self.dimension.name, self.dimension.example
         text = f'{name[0].upper()}{name[1:]} with its unit, such as "{example}".'
-        one = {"type": "string", "description": text, "examples": [example]}
+        marks = {QUANTITY: name.split(" ", 1)[1], UNIT: self.dimension.unit}
+        one = {"type": "string", "description": text, "examples": [example], **marks}
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]} if self.many else one
 
 
@@ -86,6 +91,19 @@ MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
 BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 
+# files that one recipe makes for another, and the kind of recipe that makes them
+_MAKERS = {
+    "material.toml": "spectrum",
+    "spectrum.csv": "spectrum",
+    "mastercurve.csv": "mastercurve",
+    "shift-factors.csv": "mastercurve",
+    "relax.csv": "relax",
+    "creep.csv": "creep",
+    "actuate.csv": "actuate",
+    "failure-map.csv": "failure-map",
+}
+
+
 def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path], bool]) -> str:
     if not isinstance(name, str) or not name:
         raise InputError(f"the path of a {kind} is needed")
@@ -97,6 +115,9 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
         except (OSError, ValueError):  # too long, or not a path at all
             missing = True
         if missing:
+            maker = _MAKERS.get(path.name) if kind == "file" else "mastercurve"
+            if maker is not None:
+                raise InputError(f"{shown(name)} does not exist; run the recipe that makes it (dielast {maker})")
             raise InputError(f"{shown(name)}: no such {kind}")
         if not test(path):
             raise InputError(f"{shown(name)}: a {kind} is needed")
@@ -136,16 +157,43 @@ def _column(name: Any) -> str | int:
     return name
 
 
-_PATH = {"type": "string", "description": "Path relative to the recipe, or example:NAME for a file that ships with dielast."}
+_PATH = {
+    "type": "string",
+    "format": "path",
+    "description": "Path relative to the recipe, or example:NAME for a file that ships with dielast.",
+}
 InputFile = Annotated[str, PlainValidator(_file), WithJsonSchema(_PATH)]
 InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(_PATH)]
 InputFiles = Annotated[
-    tuple[str, ...], PlainValidator(_files), WithJsonSchema({"anyOf": [{"type": "array", "items": _PATH}, {"type": "string"}]})
+    tuple[str, ...],
+    PlainValidator(_files),
+    WithJsonSchema({"anyOf": [{"type": "array", "items": _PATH}, {"type": "string", "format": "glob pattern"}]}),
 ]
 ColumnName = Annotated[
     str | int,
     PlainValidator(_column),
     WithJsonSchema(
-        {"type": ["string", "integer"], "description": "A column's header, its name without the unit, or its number from 1."}
+        {
+            "anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}],
+            "description": "A column's header, its name without the unit, or its number from 1.",
+        }
+    ),
+]
+
+
+def _step(name: Any) -> str | int:
+    if isinstance(name, bool) or (not (isinstance(name, str) and name) and not (isinstance(name, int) and name >= 1)):
+        raise InputError(f"{shown(name)}: a step's name, or its number from 1, is needed")
+    return name
+
+
+Step = Annotated[
+    str | int,
+    PlainValidator(_step),
+    WithJsonSchema(
+        {
+            "anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}],
+            "description": "A step of an instrument's export: its name, in which * and ? stand for any text, or its number.",
+        }
     ),
 ]

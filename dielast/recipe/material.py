@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dielast.errors import InputError
+from dielast.files import read_file
 from dielast.gent import Gent
 from dielast.material import Breakdown, Material
 from dielast.prony import Spectrum
@@ -25,16 +26,16 @@ JLim = Annotated[float, Field(gt=0)]
 class Equilibrium(Section):
     """The spring that never relaxes; without J_lim it is neo-Hookean."""
 
-    shear_modulus: Modulus
-    J_lim: JLim | None = None
+    shear_modulus: Modulus = Field(description="Of the spring that never relaxes.")
+    J_lim: JLim | None = Field(None, description="Limit of stretch of the Gent spring; left out: neo-Hookean.")
 
 
 class Nonequilibrium(Section):
     """The relaxation processes at the reference temperature."""
 
-    J_lim: JLim | None = None
-    relaxation_time_s: list[float] = Field(min_length=1)
-    shear_modulus_Pa: list[float] = Field(min_length=1)
+    J_lim: JLim | None = Field(None, description="Limit of stretch of the Gent springs; left out: neo-Hookean.")
+    relaxation_time_s: list[float] = Field(min_length=1, description="Of each branch, in s, at the reference temperature.")
+    shear_modulus_Pa: list[float] = Field(min_length=1, description="Of each branch, in Pa.")
 
     @model_validator(mode="after")
     def _a_spectrum(self) -> Self:
@@ -49,12 +50,14 @@ class Nonequilibrium(Section):
 class ShiftSection(Section):
     """The shift law and its constants."""
 
-    law: Literal["wlf", "arrhenius", "table", "none"]
-    C1: Annotated[float, Field(gt=0)] | None = None
-    C2: TemperatureDifference | None = None
-    activation_energy: MolarEnergy | None = None
-    temperature_degC: list[float] | None = None
-    log10_shift_factor: list[float] | None = None
+    law: Literal["wlf", "arrhenius", "table", "none"] = Field(description="How relaxation times change with temperature.")
+    C1: Annotated[float, Field(gt=0)] | None = Field(None, description="Of WLF.")
+    C2: TemperatureDifference | None = Field(None, description="Of WLF.")
+    activation_energy: MolarEnergy | None = Field(None, description="Of Arrhenius.")
+    temperature_degC: list[float] | None = Field(None, description="Of a table, in degC.")
+    log10_shift_factor: list[float] | None = Field(
+        None, description="Of a table: of relaxation times, positive where it is colder."
+    )
 
     @model_validator(mode="after")
     def _constants(self) -> Self:
@@ -86,13 +89,16 @@ class ShiftSection(Section):
 class MaterialFile(Section):
     """A dielectric elastomer: springs, relaxation processes, shift law, dielectric."""
 
-    name: str = "unnamed"
-    reference_temperature: Temperature
-    equilibrium: Equilibrium
-    nonequilibrium: Nonequilibrium
-    shift: ShiftSection
-    dielectric: Dielectric = Dielectric()
-    breakdown: BreakdownField | None = None
+    name: str = Field("unnamed", description="Of the material, for legends.")
+    reference_temperature: Temperature = Field(description="Where the relaxation times hold.")
+    equilibrium: Equilibrium = Field(description="The spring that never relaxes.")
+    nonequilibrium: Nonequilibrium = Field(description="The relaxation processes.")
+    shift: ShiftSection = Field(description="The shift law and its constants.")
+    dielectric: Dielectric = Field(Dielectric(), description="Needed for voltages.")
+    breakdown: BreakdownField | None = Field(None, description="The field that the film breaks down at.")
+    draws: str | None = Field(
+        None, min_length=1, description="Table of draws of this material, for [uncertainty]; a path relative to this file."
+    )
 
     @model_validator(mode="after")
     def _carries(self) -> Self:
@@ -131,17 +137,18 @@ def parse_material(content: bytes, source: str) -> Material:
     return check(MaterialFile, parse_toml(content, source), source, Path()).material()
 
 
+def draws_file(content: bytes, source: str) -> str | None:
+    """The name that a material file gives the table of its draws, if there is one; raises as `parse_material`."""
+    return check(MaterialFile, parse_toml(content, source), source, Path()).draws
+
+
 def read_material(path: str | Path) -> Material:
     """The material in a material file; raises `InputError` with a line for every mistake."""
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {(error.strerror or 'cannot be read').lower()}") from None
-    return parse_material(content, str(path))
+    return parse_material(read_file(Path(path), str(path)), str(path))
 
 
-def write_material(material: Material) -> bytes:
-    """The material as a material file (TOML, UTF-8), numbers with 9 significant digits."""
+def write_material(material: Material, draws: str | None = None) -> bytes:
+    """The material as a material file (TOML, UTF-8), numbers with 9 significant digits; `draws` names the table of its draws."""
     import tomli_w
 
     equilibrium: dict[str, Any] = {"shear_modulus": f"{material.equilibrium_modulus:.9g} Pa"}
@@ -156,6 +163,7 @@ def write_material(material: Material) -> bytes:
     document: dict[str, Any] = {
         "name": material.name,
         "reference_temperature": f"{material.reference_temperature:.9g} degC",
+        **({} if draws is None else {"draws": draws}),
         "equilibrium": equilibrium,
         "nonequilibrium": nonequilibrium,
         "shift": _shift_section(material.shift),

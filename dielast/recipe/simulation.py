@@ -9,6 +9,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 from dielast.errors import InputError, shown
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import Force, InputFile, Length, PositiveTime, Section, StrainRate, Stress, Temperature, Time
+from dielast.recipe.uncertainty import Uncertainty
 from dielast.units import FORCE_RATE, STRESS_RATE, Dimension, parse
 
 Stretch = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -17,24 +18,26 @@ Stretch = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 class Comparison(TextTable):
     """Measured points to lay over the plot; their misfit goes into the summary."""
 
-    file: InputFile
+    file: InputFile = Field(description="The measured points.")
     x: str = Field(description="A column of the result, such as time [s].")
     y: str = Field(description="A column of the result, such as nominal_stress_1 [Pa].")
     x_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
     y_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
-    units: Annotated[dict[str, str], units_of(x=None, y=None)] = Field({})
+    units: Annotated[dict[str, str], units_of(x=None, y=None)] = Field(
+        {}, description="Units of x and y, where the header does not say them."
+    )
     where: dict[str, str | int | float] = Field({}, description="Use only the rows where these columns have these values.")
     case: int = Field(0, ge=0, description="The case that was measured.")
-    label: str | None = None
+    label: str | None = Field(None, description="For the legend; by default the file's name.")
 
 
 class Output(Section):
     """Where the result is given, and noise for making test data."""
 
-    points_per_decade: int = Field(30, ge=1, le=10000)
+    points_per_decade: int = Field(30, ge=1, le=10000, description="Of time, from the start of each step.")
     times: list[Time] | None = Field(None, min_length=1, description="Times since the start, instead of log-spaced ones.")
     noise: float | None = Field(None, ge=0, le=1, description="Relative Gaussian noise on the measured quantity.")
-    seed: int = Field(1, ge=0)
+    seed: int = Field(1, ge=0, description="Of the noise; the same seed makes the same noise.")
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
@@ -46,37 +49,38 @@ class Output(Section):
 class Solver(Section):
     """How exactly the equations are solved."""
 
-    rtol: float = Field(1e-6, ge=1e-12, le=1e-2)
+    rtol: float = Field(1e-6, ge=1e-12, le=1e-2, description="Relative tolerance of each time step.")
 
 
 class PlotAxes(Section):
     """What the plot shows; columns of the result."""
 
-    x: str | None = None
-    y: str | None = None
-    x_scale: Literal["linear", "log"] | None = None
-    y_scale: Literal["linear", "log"] = "linear"
+    x: str | None = Field(None, description="A column of the result; by default time [s], or what is compared.")
+    y: str | None = Field(None, description="A column of the result; by default what the kind predicts, or what is compared.")
+    x_scale: Literal["linear", "log"] | None = Field(None, description="By default log for times of relax and creep.")
+    y_scale: Literal["linear", "log"] = Field("linear", description="Of the vertical axis.")
 
 
 class SimulationRecipe(RecipeBase):
     """What every simulation has."""
 
-    material: InputFile
+    material: InputFile = Field(description="A material file, written by spectrum or by hand.")
     temperature: Temperature | None = Field(None, description="Default: the material's reference temperature.")
     load: InputFile | None = Field(None, description="A TOML file that holds the steps instead.")
     sweep: dict[str, Any] | None = Field(None, description="Lists of values by key path; every combination is one case.")
-    compare: list[Comparison] = Field([])
-    output: Output = Output()
-    solver: Solver = Solver()
-    plot: PlotAxes = PlotAxes()
+    compare: list[Comparison] = Field([], description="Measured points over the plot; their misfit goes into the summary.")
+    output: Output = Field(Output(), description="Where the result is given.")
+    solver: Solver = Field(Solver(), description="How exactly the equations are solved.")
+    plot: PlotAxes = Field(PlotAxes(), description="What the plot shows.")
+    uncertainty: Uncertainty | None = Field(None, description="Intervals about all results, from draws of the material.")
 
 
 class HistoryStep(Section):
     """A step holds for a time, follows a table, or goes to a target at a rate, within a duration, or at once."""
 
-    hold: PositiveTime | None = None
-    table: InputFile | None = Field(None, description="Columns time and the prescribed quantity.")
-    duration: Time | None = None
+    hold: PositiveTime | None = Field(None, description="Keep what is there for so long.")
+    table: InputFile | None = Field(None, description="Follow measured points: columns time and the prescribed quantity.")
+    duration: Time | None = Field(None, description="Time to reach the target, instead of rate; with neither: at once.")
 
     def details(self) -> tuple[str, ...]:
         """Keys that go with an action, and are none themselves."""
@@ -124,8 +128,8 @@ LoadRate = Annotated[
 class LoadStep(HistoryStep):
     """A step of prescribed force or nominal stress."""
 
-    force: Force | None = None
-    stress: Stress | None = Field(None, description="Nominal.")
+    force: Force | None = Field(None, description="Force to reach; needs the specimen.")
+    stress: Stress | None = Field(None, description="Nominal stress to reach.")
     rate: LoadRate | None = Field(None, description="Of the force or the stress; negative to unload.")
 
     @model_validator(mode="after")
@@ -141,8 +145,8 @@ class LoadStep(HistoryStep):
 class Specimen(Section):
     """The undeformed section that a force acts on."""
 
-    width: Length
-    thickness: Length
+    width: Length = Field(description="Undeformed.")
+    thickness: Length = Field(description="Undeformed.")
 
     @property
     def area(self) -> float:
@@ -156,18 +160,18 @@ Mode = Literal["uniaxial", "equibiaxial", "pure-shear"]
 class RelaxRecipe(SimulationRecipe):
     """Prescribed stretch -> stress."""
 
-    kind: Literal["relax"]
-    mode: Mode = "uniaxial"
-    step: list[StretchStep] = Field(min_length=1)
+    kind: Literal["relax"] = Field(description="The subcommand that runs this recipe.")
+    mode: Mode = Field("uniaxial", description="How the specimen is stretched.")
+    step: list[StretchStep] = Field(min_length=1, description="What happens, step by step.")
 
 
 class CreepRecipe(SimulationRecipe):
     """Prescribed force or nominal stress -> stretch."""
 
-    kind: Literal["creep"]
-    mode: Mode = "uniaxial"
-    specimen: Specimen | None = None
-    step: list[LoadStep] = Field(min_length=1)
+    kind: Literal["creep"] = Field(description="The subcommand that runs this recipe.")
+    mode: Mode = Field("uniaxial", description="How the specimen is loaded.")
+    specimen: Specimen | None = Field(None, description="The section that a force acts on; not needed with stress.")
+    step: list[LoadStep] = Field(min_length=1, description="What happens, step by step.")
 
     @model_validator(mode="after")
     def _a_section_for_forces(self) -> Self:

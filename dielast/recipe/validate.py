@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from dielast.errors import InputError, shown
-from dielast.files import unreadable
+from dielast.files import read_file
 from dielast.recipe.models import KINDS
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -39,6 +39,7 @@ _PLAIN = {
     "too_short": "at least {min_length} entry is needed",
     "literal_error": "one of {expected} is needed",
 }
+LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 
 
 def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = ()) -> dict[str, Any]:
@@ -46,11 +47,7 @@ def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = 
 
     Raises `InputError` if it is no TOML, its kind is unknown or not the `kind` given, or an override leads nowhere.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: {unreadable(path, error)}") from None
-    values = parse_toml(content, str(path))
+    values = parse_toml(read_file(path, str(path)), str(path))
     for override in overrides:
         _apply(values, override)
     stated = values.get("kind")
@@ -66,6 +63,8 @@ def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = 
 
 def parse_toml(content: bytes, source: str) -> dict[str, Any]:
     """The TOML text `content`; raises `InputError` naming `source` and the line."""
+    if len(content) > LARGEST_TOML:
+        raise InputError(f"{source}: larger than {LARGEST_TOML >> 20} MiB: recipes and material files are not; tables go into CSV")
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:

@@ -23,6 +23,7 @@ from dielast.recipe.fields import (
     Voltages,
 )
 from dielast.recipe.simulation import HistoryStep, SimulationRecipe, Solver
+from dielast.recipe.uncertainty import FilmUncertainty
 from dielast.units import STRAIN, TIME, parse
 
 BOUNDARIES = ("dead-load", "clamped")
@@ -88,25 +89,32 @@ TimeScale = Annotated[
 class PullIn(Section):
     """The pull-in criterion: det H = 0 with branches weighted by how much of them outlasts the time scale."""
 
-    timescale: TimeScale = Field(default_factory=lambda: (0.01, True), description='"0 s" is the literal det H.')
+    timescale: TimeScale = Field(
+        default_factory=lambda: (0.01, True),
+        description="How long a disturbance is watched: a share of the time since the voltage came on, or a time; "
+        "0 s is det H = 0 to the letter.",
+        json_schema_extra={"default": "1 %"},
+    )
 
 
 class Stop(Section):
     """Where a simulation ends."""
 
-    at: Literal["breakdown", "pull-in", "end"] = "breakdown"
+    at: Literal["breakdown", "pull-in", "end"] = Field(
+        "breakdown", description="The event to stop at, or the end of the last step."
+    )
 
 
 class VoltageStep(HistoryStep):
     """A step of prescribed voltage."""
 
-    voltage: Voltage | None = None
+    voltage: Voltage | None = Field(None, description="Voltage to reach.")
     rate: VoltageRate | None = Field(None, description="Of the voltage; negative to lower it.")
     waveform: Literal["triangle", "sine"] | None = Field(None, description="Cycles between low and high, starting from low.")
-    low: Voltage | None = None
-    high: Voltage | None = None
-    period: PositiveTime | None = None
-    cycles: int | None = Field(None, ge=1, le=100_000)
+    low: Voltage | None = Field(None, description="Of a waveform; by default 0 V.")
+    high: Voltage | None = Field(None, description="Of a waveform.")
+    period: PositiveTime | None = Field(None, description="Of a waveform.")
+    cycles: int | None = Field(None, ge=1, le=100_000, description="Of a waveform; by default 1.")
 
     def details(self) -> tuple[str, ...]:
         """Keys that go with a waveform."""
@@ -128,40 +136,49 @@ class FilmBase(Section):
     thickness: Length = Field(description="Undeformed.")
     prestretch_rate: StrainRate | None = Field(None, gt=0, description="Of the larger axis; both ramp together. Left out: at once.")
     relax: Time = Field(0.0, validate_default=False, description="At constant prestretch, before the voltage.")
-    boundary: Boundary = Field(default_factory=lambda: ("dead-load", "dead-load"))
+    boundary: Boundary = Field(
+        default_factory=lambda: ("dead-load", "dead-load"),
+        description="What is held while the voltage is on: the nominal stress or the stretch; one for both axes, or a pair.",
+        json_schema_extra={"default": "dead-load"},
+    )
 
 
 class Film(FilmBase):
     """The film of an actuation experiment."""
 
-    prestretch: Prestretch = Field(default_factory=lambda: (1.0, 1.0))
+    prestretch: Prestretch = Field(
+        default_factory=lambda: (1.0, 1.0),
+        description="Equibiaxial, or a pair such as [3.0, 1.0].",
+        json_schema_extra={"default": 1.0},
+    )
     electrode_diameter: Length | None = Field(None, description="On the prestretched film; for measured axes in mm.")
 
 
 class ActuateRecipe(SimulationRecipe):
     """Voltage history -> stretch of a prestretched film, and its failure."""
 
-    kind: Literal["actuate"]
-    film: Film
-    step: list[VoltageStep] = Field(min_length=1)
+    kind: Literal["actuate"] = Field(description="The subcommand that runs this recipe.")
+    film: Film = Field(description="The film and what is done to it before the voltage.")
+    step: list[VoltageStep] = Field(min_length=1, description="What happens, step by step.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
-    pull_in: PullIn = Field(default_factory=PullIn)
-    stop: Stop = Stop()
+    pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
+    stop: Stop = Field(Stop(), description="Where the simulation ends.")
+    uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
 
 
 class MapFilm(FilmBase):
     """The film of a failure map."""
 
-    prestretch: Prestretches
+    prestretch: Prestretches = Field(description="The axis of the grid: equibiaxial prestretches, or pairs.")
 
 
 class VoltageAxis(Section):
     """The voltages of a map: values, or points from one to another, evenly spaced."""
 
-    values: Voltages | None = None
-    start: Voltage | None = Field(None, alias="from")
-    to: Voltage | None = None
-    points: int | None = Field(None, ge=1, le=100_000)
+    values: Voltages | None = Field(None, description="Ascending; instead of from, to and points.")
+    start: Voltage | None = Field(None, alias="from", description="The lowest.")
+    to: Voltage | None = Field(None, description="The highest.")
+    points: int | None = Field(None, ge=1, le=100_000, description="How many, evenly spaced.")
     ramp: Time = Field(0.0, validate_default=False, description="How long each voltage takes to come on.")
 
     @model_validator(mode="after")
@@ -169,8 +186,11 @@ class VoltageAxis(Section):
         spaced = [value is not None for value in (self.start, self.to, self.points)]
         if (self.values is None) != all(spaced) or (self.values is not None and any(spaced)):
             raise InputError("either values, or from, to and points, are needed")
-        if self.start is not None and self.to is not None and not 0 <= self.start < self.to:
-            raise InputError(f"from ({self.start:g} V) must be below to ({self.to:g} V)")
+        if self.start is not None and self.to is not None:
+            if self.points == 1 and self.start != self.to:
+                raise InputError(f"points = 1 is a single voltage: from ({self.start:g} V) and to ({self.to:g} V) must be the same")
+            if not 0 <= self.start <= self.to or (self.start == self.to and self.points != 1):
+                raise InputError(f"from ({self.start:g} V) must be below to ({self.to:g} V)")
         if self.values is not None and any(b <= a for a, b in pairwise(self.values)):
             raise InputError("values must ascend")
         return self
@@ -179,12 +199,13 @@ class VoltageAxis(Section):
 class FailureMapRecipe(RecipeBase):
     """Time to failure over voltage, prestretch and temperature."""
 
-    kind: Literal["failure-map"]
-    material: InputFile
+    kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
+    material: InputFile = Field(description="A material file, written by spectrum or by hand.")
     temperature: Temperatures | None = Field(None, description="Default: the material's reference temperature.")
-    horizon: PositiveTime
-    film: MapFilm
-    voltage: VoltageAxis
+    horizon: PositiveTime = Field(description="How long the voltage stays on; what lives longer survives.")
+    film: MapFilm = Field(description="The films and what is done to them before the voltage.")
+    voltage: VoltageAxis = Field(description="The axis of voltages.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
-    pull_in: PullIn = Field(default_factory=PullIn)
-    solver: Solver = Solver()
+    pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
+    solver: Solver = Field(Solver(), description="How exactly the equations are solved.")
+    uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")

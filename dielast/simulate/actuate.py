@@ -33,7 +33,7 @@ STOPS: dict[str, tuple[Kind, ...]] = {"breakdown": (Kind.BREAKDOWN,), "pull-in":
 @dataclass(frozen=True, slots=True)
 class Event:
     """Something that happened to a film: `name` is breakdown, pull-in or loss-of-tension; `time` in s since the voltage programme
-    began, V, V/m.
+    began, V, V/m. Where two held axes lose their tension at different times, those are two events.
     """
 
     name: str
@@ -78,7 +78,7 @@ def actuate(
     material: Material | Sequence[Material],
     steps: Sequence[VoltageStep],
     *,
-    thickness: float,
+    thickness: ArrayLike,
     prestretch: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] = 1.0,
     prestretch_rate: ArrayLike | None = None,
     relax: float = 0.0,
@@ -124,7 +124,7 @@ def actuate(
     happened, reached, status = Happened.nothing(cases), np.empty(cases), np.empty(cases, dtype=np.intp)
     for part in setup.groups():
         film = setup.film(part, rtol)
-        watch = Watch(setup.controls, setup.breakdown_field[part], pull_in_timescale, STOPS[stop_at])
+        watch = Watch(setup.controls, setup.breakdown_field[part], pull_in_timescale, STOPS[stop_at], rtol)
         trace = Trace.on(grid.take(part), watch)
         relaxed = film.condition
         begin[:2, part] = np.exp(0.5 * relaxed.log_squared_stretch)
@@ -160,7 +160,7 @@ def _history(
     return ActuationHistory(
         temperature=setup.temperature,
         time=time,
-        voltage=values[4] * setup.thickness,
+        voltage=values[4] * setup.thickness[:, None],
         stretch_1=stretch[0],
         stretch_2=stretch[1],
         relative_stretch_1=stretch[0] / begin[0, :, None],
@@ -169,18 +169,19 @@ def _history(
         nominal_stress_2=values[3],
         true_field=values[4] * stretch[0] * stretch[1],
         stability=values[5] / begin[2, :, None],
-        events=tuple(_events(happened, case, setup.thickness, float(end)) for case, end in enumerate(reached)),
+        events=tuple(_events(happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
         outcome=outcome,
     )
 
 
 def _events(happened: Happened, case: int, thickness: float, end: float) -> tuple[Event, ...]:
     """The events of one case up to its end, in order of time."""
-    events = []
+    events: list[Event] = []
     for kind, name in NAMES.items():
         time, field, first, second = (
             float(x[kind, case]) for x in (happened.time, happened.field, happened.stretch_1, happened.stretch_2)
         )
-        if time <= end:
+        # what both axes lose at one moment is lost once
+        if time <= end and not any(event.name == name and event.time == time for event in events):
             events.append(Event(name, time, field * thickness, first, second, field * first * second))
     return tuple(sorted(events, key=lambda event: event.time))

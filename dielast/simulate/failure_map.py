@@ -7,11 +7,12 @@ solved in chunks of cells that know nothing of each other, and assembled; no res
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from dielast.ensemble import Sample
 from dielast.errors import InputError
 from dielast.events import Kind, Watch
 from dielast.gent import Floats
@@ -20,10 +21,11 @@ from dielast.load import Control, Piece
 from dielast.material import Breakdown, Material
 from dielast.simulate.film import Film, programme
 from dielast.simulate.history import REASONS
-from dielast.simulate.setup import set_up
+from dielast.simulate.setup import Setup, set_up
 from dielast.stability import ONE_PERCENT, TimeScale
 
 CHUNK = 2048  # cells
+DRAWN_RTOL = 5e-4  # of draws: their times are then exact to 0.1 %, far less than they differ by
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,12 +57,14 @@ class FailureMap:
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
     """Relaxed films (one for each column) that run together: `films` says which of the map's each is, temperatures times
-    prestretches.
+    prestretches, and then those of each draw. `rtol` is how exactly they are solved.
     """
 
     film: Film
     films: NDArray[np.intp]
     breakdown_field: Floats
+    thickness: Floats
+    rtol: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,19 +76,18 @@ class MapPlan:
     temperature: Floats
     prestretch: Floats
     voltage: Floats
-    thickness: float
     ramp: float
     horizon: float
     breakdown_field: Floats
     controls: tuple[Control, Control]
     timescale: TimeScale
-    rtol: float
     groups: tuple[Group, ...]
+    draws: int = 0
 
     @property
     def cells(self) -> int:
-        """Number of cells."""
-        return self.temperature.size * len(self.prestretch) * self.voltage.size
+        """Number of cells, those of the draws too."""
+        return (1 + self.draws) * self.temperature.size * len(self.prestretch) * self.voltage.size
 
     def chunks(self, size: int = CHUNK) -> list[tuple[int, int]]:
         """First cell and end of each chunk; no chunk spans two groups."""
@@ -146,12 +149,17 @@ def failure_map(
         pull_in_timescale=pull_in_timescale,
         rtol=rtol,
     )
+    return solve_map(plan, progress)[0]
+
+
+def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None) -> list[FailureMap]:
+    """The planned map, and then that of each draw; `progress` as in `failure_map`."""
     solved = []
     for first, end in plan.chunks():
         solved.append(solve_cells(plan, first, end))
         if progress is not None:
             progress(end, plan.cells)
-    return assemble(plan, solved)
+    return assemble_all(plan, solved)
 
 
 def plan_failure_map(
@@ -169,8 +177,9 @@ def plan_failure_map(
     breakdown_field: ArrayLike | Breakdown | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
+    sample: Sample | None = None,
 ) -> MapPlan:
-    """Check the arguments of `failure_map`, and stretch and relax its films."""
+    """Check the arguments of `failure_map`, and stretch and relax its films; with a `sample`, also those of all its draws."""
     volts = _axis(voltage, "voltage")
     if not np.all(volts >= 0):
         raise InputError(f"voltage {volts.min():g} V: it must not be negative")
@@ -184,41 +193,58 @@ def plan_failure_map(
         raise InputError(f"horizon {horizon:g} s: it must be positive")
     if not 0 <= ramp <= horizon:
         raise InputError(f"voltage ramp of {ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s")
-    count = len(pairs)
+    films = temperatures.size * len(pairs)
     if breakdown_field is not None and not isinstance(breakdown_field, Breakdown):
         given = np.asarray(breakdown_field, dtype=float).reshape(-1)
-        if given.size not in (1, count):
-            raise InputError(f"{given.size} breakdown fields for {count} prestretches: one, or one for each is needed")
-        breakdown_field = np.tile(np.broadcast_to(given, (count,)), temperatures.size)
-    setup = set_up(
-        material,
-        (np.tile(pairs[:, 0], temperatures.size), np.tile(pairs[:, 1], temperatures.size)),
-        spanning=(),
-        thickness=thickness,
-        prestretch_rate=prestretch_rate,
-        relax=relax,
-        boundary=boundary,
-        temperature=np.repeat(temperatures, count),
-        breakdown_field=breakdown_field,
-        breakdown_needed=True,
-        rtol=rtol,
-    )
-    groups = tuple(
-        Group(setup.film(films, rtol), np.unique(films), setup.breakdown_field[np.unique(films)]) for films in setup.groups()
-    )
+        if given.size not in (1, len(pairs)):
+            raise InputError(f"{given.size} breakdown fields for {len(pairs)} prestretches: one, or one for each is needed")
+        breakdown_field = np.tile(np.broadcast_to(given, (len(pairs),)), temperatures.size)
+
+    def films_of(materials: Sequence[Material], field: Floats | Breakdown | None, thick: ArrayLike, tolerance: float) -> Setup:
+        """The map's films of each material, one material after the other."""
+        return set_up(
+            [each for each in materials for _ in range(films)] if len(materials) > 1 else materials,
+            (np.tile(pairs[:, 0], temperatures.size * len(materials)), np.tile(pairs[:, 1], temperatures.size * len(materials))),
+            spanning=(),
+            thickness=thick,
+            prestretch_rate=prestretch_rate,
+            relax=relax,
+            boundary=boundary,
+            temperature=np.tile(np.repeat(temperatures, len(pairs)), len(materials)),
+            breakdown_field=field,
+            breakdown_needed=True,
+            rtol=tolerance,
+        )
+
+    setup = films_of([material], breakdown_field, thickness, rtol)
+    groups = _groups(setup, 0, rtol)
+    if sample is not None:
+        field = None if breakdown_field is None else np.tile(setup.breakdown_field, len(sample))
+        tolerance, thick = max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
+        drawn = films_of(sample.materials, field, thick, tolerance)
+        scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
+        groups += _groups(replace(drawn, breakdown_field=scaled), films, tolerance)
     return MapPlan(
         temperatures,
         pairs,
         volts,
-        thickness,
         ramp,
         horizon,
-        setup.breakdown_field[:count],
+        setup.breakdown_field[: len(pairs)],
         setup.controls,
         pull_in_timescale,
-        rtol,
         groups,
+        0 if sample is None else len(sample),
     )
+
+
+def _groups(setup: Setup, first: int, rtol: float) -> tuple[Group, ...]:
+    """The films of a setup, numbered from `first`."""
+    groups = []
+    for columns in setup.groups():
+        own = np.unique(columns)
+        groups.append(Group(setup.film(columns, rtol), first + own, setup.breakdown_field[own], setup.thickness[own], rtol))
+    return tuple(groups)
 
 
 def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
@@ -231,21 +257,27 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     count = end - first
     # numbers in a lone column round differently
     column, volt = np.divmod(np.resize(np.arange(first - begin, end - begin), max(2, count)), plan.voltage.size)
-    field = plan.voltage[volt] / plan.thickness
-    watch = Watch(plan.controls, group.breakdown_field[column], plan.timescale, (Kind.BREAKDOWN, Kind.PULL_IN), tension=False)
+    field = plan.voltage[volt] / group.thickness[column]
+    both = (Kind.BREAKDOWN, Kind.PULL_IN)
+    watch = Watch(plan.controls, group.breakdown_field[column], plan.timescale, both, group.rtol, tension=False)
     pieces = [Piece(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
     if plan.horizon > plan.ramp:
         pieces.append(Piece(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
-    status = programme(group.film.take(column), pieces, watch, rtol=plan.rtol)[1]
+    status = programme(group.film.take(column), pieces, watch, rtol=group.rtol)[1]
     times = watch.happened.time[:, :count]
     return Cells(first, times[Kind.BREAKDOWN], times[Kind.PULL_IN], status[:count])
 
 
 def assemble(plan: MapPlan, solved: Sequence[Cells]) -> FailureMap:
-    """The map from all of its cells, in any order."""
+    """The map from all of its cells, in any order, without its draws."""
+    return assemble_all(plan, solved)[0]
+
+
+def assemble_all(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
+    """The map, and then that of each draw."""
     ordered = sorted(solved, key=lambda cells: cells.first)
     films = np.concatenate([group.films for group in plan.groups])
-    shape = (plan.temperature.size, len(plan.prestretch), plan.voltage.size)
+    shape = (1 + plan.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size)
 
     def grid(parts: list[NDArray[np.float64]] | list[NDArray[np.intp]]) -> Floats:
         rows = np.concatenate(parts).reshape(films.size, plan.voltage.size)
@@ -255,10 +287,14 @@ def assemble(plan: MapPlan, solved: Sequence[Cells]) -> FailureMap:
 
     breakdown, pull_in = grid([c.time_to_breakdown for c in ordered]), grid([c.time_to_pull_in for c in ordered])
     status = grid([c.status for c in ordered]).astype(int)
+    return [_map(plan, *parts) for parts in zip(breakdown, pull_in, status, strict=True)]
+
+
+def _map(plan: MapPlan, breakdown: Floats, pull_in: Floats, status: NDArray[np.intp]) -> FailureMap:
     failure = np.fmin(breakdown, pull_in)
     gave_up = ~np.isin(status, (Status.COMPLETED, Status.STOPPED))
     mode = np.select([breakdown == failure, pull_in == failure, gave_up], ["breakdown", "pull-in", "unfinished"], default="none")
-    outcome = np.full(shape, "completed", dtype=object)
+    outcome = np.full(status.shape, "completed", dtype=object)
     for state in np.unique(status[gave_up]):
         outcome[status == state] = REASONS[Status(int(state))]
     return FailureMap(

@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import NumericsError
 from dielast.events import Films, Kind, Watch
 from dielast.gent import Cases, Floats
 from dielast.integrate import Status, Stride, integrate
 from dielast.jump import jump
 from dielast.load import Control, Piece, Ramp
 from dielast.point import LoadedPoints, Points
-from dielast.simulate.history import REASONS, apply_at_once, at_rest, check_reach, prescribed
+from dielast.simulate.history import apply_at_once, at_rest, prescribed
 from dielast.simulate.output import Condition
 from dielast.simulate.trace import PieceTrace, Trace
 from dielast.stability import damped
@@ -41,7 +40,12 @@ class Film:
         """The same for some of the cases."""
         c = self.condition
         some = Condition(
-            c.internal[:, :, cases], c.log_squared_stretch[:, cases], c.nominal_stress[:, cases], c.field[cases], c.time[cases]
+            c.internal[:, :, cases],
+            c.log_squared_stretch[:, cases],
+            c.nominal_stress[:, cases],
+            c.field[cases],
+            c.time[cases],
+            c.next_step[cases],
         )
         return Film(self.points.take(cases), some, self.alike)
 
@@ -54,20 +58,17 @@ def prestretch(
     *,
     alike: bool,
     rtol: float,
-) -> Film:
+) -> tuple[Film, NDArray[np.intp]]:
     """Films stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free, and held for `relax`
-    s.
-
-    `InputError` for a stretch beyond the Gent limit, `NumericsError` if a case does not get through.
+    s; and the `Status` (cases,) of each, which is worth nothing unless completed.
     """
     controls = tuple(Control.STRESS if target is None else Control.STRETCH for target in stretch)
     zero = np.zeros_like(duration)
     targets = tuple(zero if target is None else target for target in stretch)
     pieces = [Piece((controls[0], controls[1]), (targets[0], targets[1], None), duration)]
-    check_reach(points, pieces)
     if relax > 0:
         pieces.append(Piece((controls[0], controls[1]), (None, None, None), np.full_like(duration, relax)))
-    condition = at_rest(points)
+    condition, status = at_rest(points), np.zeros(duration.size, dtype=np.intp)
     # only the viscous stretches at the end matter, not the stress on the way
     relaxing = replace(points, stress_floor=np.full_like(points.stress_floor, np.inf))
     for piece in pieces:
@@ -76,15 +77,14 @@ def prestretch(
         at_once = (lasting == 0) & np.any(end != present, axis=0)
         condition, lost = apply_at_once(points, piece.controls, end, condition, at_once)
         ramp = Ramp.between(piece.controls, np.where(at_once, end, present), end, lasting)
-        condition, status = _traverse(_system(relaxing, ramp, alike), condition, lasting, rtol, None, None)
         status = np.where(lost, Status.STEP_VANISHED, status)
-        if status.any():
-            raise NumericsError(
-                f"the prestretch of case {int(np.argmax(status > 0))} cannot be computed: {REASONS[Status(int(status.max()))]}"
-            )
+        alive = status == Status.COMPLETED
+        condition, ended = _traverse(_system(relaxing, ramp, alike), condition, np.where(alive, lasting, 0.0), rtol, None, None)
+        status = np.where(alive, ended, status)
     damper = condition.log_squared_stretch[:, None]
-    condition = replace(condition, internal=np.concatenate((condition.internal, damper), axis=1), time=np.zeros_like(duration))
-    return Film(damped(points), condition, alike)
+    internal = np.concatenate((condition.internal, damper), axis=1)
+    condition = replace(condition, internal=internal, time=zero, next_step=zero)
+    return Film(damped(points), condition, alike), status
 
 
 def programme(
@@ -105,7 +105,7 @@ def programme(
         system = _system(points, ramp, film.alike)
         state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
         alive = status == Status.COMPLETED
-        watch.begin(system, state, condition.time, alive)
+        watch.begin(system, state, condition.time, alive & (at_once | (index == 0)))
         piece_trace = None if trace is None else trace.pieces[index]
         if piece_trace is not None:
             piece_trace.start(system, state, alive)
@@ -164,7 +164,7 @@ def _at_once(
         log_squared, nominal, found = jump(points.take(lost), piece.controls, end[:, lost], internal[:, :, lost], stretch[:, lost])
         status[lost[~found]] = Status.STEP_VANISHED
         stretch[:, lost[found]], stress[:, lost[found]] = log_squared[:, found], nominal[:, found]
-    return Condition(internal, stretch, stress, field, condition.time)
+    return Condition(internal, stretch, stress, field, condition.time, np.where(at_once, 0.0, condition.next_step))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -247,8 +247,10 @@ def _traverse(
         return watch(stride) if watch is not None else None
 
     state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
-    result = integrate(system, state, duration, rtol=rtol, observe=observe)
+    result = integrate(system, state, duration, rtol=rtol, observe=observe, first_step=condition.next_step)
     driven = system.load.value(result.time)
     log_squared, nominal = system.membrane(result.state, driven)
-    reached = Condition(system.internal(result.state), log_squared, nominal, driven[2], condition.time + result.time)
+    reached = Condition(
+        system.internal(result.state), log_squared, nominal, driven[2], condition.time + result.time, result.next_step
+    )
     return reached, result.status

@@ -12,7 +12,7 @@ from dielast.errors import InputError
 from dielast.gent import Floats
 from dielast.integrate import Status, integrate
 from dielast.jump import jump
-from dielast.load import Control, Piece, Ramp
+from dielast.load import Control, Piece, Ramp, of_case
 from dielast.point import LoadedPoints, Points
 from dielast.simulate.output import Condition, Output, Recorder
 from dielast.symmetric import EQUIBIAXIAL, UNIAXIAL, SymmetricPoints, Symmetry
@@ -20,6 +20,7 @@ from dielast.symmetric import EQUIBIAXIAL, UNIAXIAL, SymmetricPoints, Symmetry
 REASONS = {
     Status.STEP_VANISHED: "the rates grow beyond all bounds",
     Status.TOO_MANY_STEPS: "the integration takes too many steps",
+    Status.STALLED: "the integration comes to a standstill",
 }
 
 
@@ -93,7 +94,8 @@ def run(
     time, border, inner = output.collect()
     for case, outcome in enumerate(outcomes):
         if outcome.completed and time[case].max() > outcome.time * (1 + 1e-12):
-            raise InputError(f"output time {time[case].max():g} s lies after the end of the history at {outcome.time:g} s")
+            late = f"{of_case(case, cases)}output time {time[case].max():g} s"
+            raise InputError(f"{late} lies after the end of the history at {outcome.time:g} s")
     return Record(time, border[:2], border[2:], inner, outcomes, steps)
 
 
@@ -116,33 +118,45 @@ def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
 
 def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
     """`InputError` for a stretch beyond the equilibrium spring's limit, or the branches' if at once from rest."""
+    for index, piece in enumerate(pieces):
+        held = [
+            np.asarray(target)
+            for control, target in zip(piece.controls, piece.target, strict=False)
+            if control is Control.STRETCH and target is not None
+        ]
+        at_once = np.zeros(points.stress_floor.shape, dtype=bool)
+        if index == 0 and piece.duration is not None:
+            at_once |= piece.duration == 0
+        beyond, limit = out_of_reach(points, held, at_once)
+        if beyond.any():
+            case = int(np.argmax(beyond))
+            stretch = max(float(value[case]) for value in held)
+            raise InputError(
+                f"step {index}: {of_case(case, beyond.size)}stretch {stretch:g} is beyond the Gent limit, J_lim = {limit[case]:g}"
+            )
+
+
+def out_of_reach(points: Points, held: Sequence[Floats], at_once: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], Floats]:
+    """Which cases the stretches of the axes that are `held`, each (cases,), lead beyond a Gent limit, and that J_lim (cases,).
+
+    It is the equilibrium spring's, or also the branches' where the stretches are reached `at_once` from rest.
+    """
     limit = points.law.largest_invariant()
     limit = limit.reshape(limit.shape[0], -1)
-    equilibrium, branches = (
-        np.broadcast_to(rows.min(axis=0, initial=np.inf), points.stress_floor.shape) for rows in (limit[:1], limit[1:])
-    )
-    for index, piece in enumerate(pieces):
-        squared = [
-            np.asarray(target) ** 2 if control is Control.STRETCH and target is not None else None
-            for control, target in zip(piece.controls, piece.target, strict=False)
-        ]
-        held = [value for value in squared if value is not None]
-        if not held:
-            continue
-        # an axis left open settles where I1 is least
-        invariant = held[0] + held[1] + 1 / (held[0] * held[1]) if len(held) == 2 else held[0] + 2 / np.sqrt(held[0])
-        at_once = index == 0 and piece.duration is not None and not np.any(piece.duration)
-        reach = np.minimum(equilibrium, branches) if at_once else equilibrium
-        if np.any(invariant >= reach):
-            case = int(np.argmax(invariant >= reach))
-            stretch = np.sqrt(max(value[case] for value in held))
-            raise InputError(f"step {index}: stretch {stretch:g} is beyond the Gent limit, J_lim = {reach[case] - 3:g}")
+    equilibrium, branches = (np.broadcast_to(rows.min(axis=0, initial=np.inf), at_once.shape) for rows in (limit[:1], limit[1:]))
+    reach = np.where(at_once, np.minimum(equilibrium, branches), equilibrium)
+    if not held:
+        return np.zeros(at_once.shape, dtype=bool), reach - 3
+    squared = [np.square(stretch) for stretch in held]
+    # an axis left open settles where I1 is least
+    invariant = sum(squared) + (1 / (squared[0] * squared[1]) if len(squared) == 2 else 2 / np.sqrt(squared[0]))
+    return np.asarray(invariant >= reach), reach - 3
 
 
 def at_rest(points: Points) -> Condition:
     """Undeformed and relaxed at time 0."""
     springs, cases = points.rate.shape
-    return Condition(np.zeros((2, springs, cases)), np.zeros((2, cases)), np.zeros((2, cases)), np.zeros(cases), np.zeros(cases))
+    return Condition(np.zeros((2, springs, cases)), *np.zeros((2, 2, cases)), *np.zeros((3, cases)))
 
 
 def prescribed(condition: Condition, controls: tuple[Control, Control]) -> Floats:
@@ -168,7 +182,8 @@ def apply_at_once(
     some = some[found]
     stretch, stress, field = condition.log_squared_stretch.copy(), condition.nominal_stress.copy(), condition.field.copy()
     stretch[:, some], stress[:, some], field[some] = log_squared[:, found], nominal[:, found], end[2, some]
-    return Condition(condition.internal, stretch, stress, field, condition.time), lost
+    next_step = np.where(at_once, 0.0, condition.next_step)
+    return Condition(condition.internal, stretch, stress, field, condition.time, next_step), lost
 
 
 def _traverse(
@@ -179,8 +194,10 @@ def _traverse(
         return condition, np.zeros(duration.size, dtype=np.intp), np.zeros(duration.size, dtype=np.intp)
     system = LoadedPoints(points, ramp) if symmetry is None else SymmetricPoints(points, ramp, symmetry)
     state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
-    result = integrate(system, state, duration, rtol=rtol, observe=recorder)
+    result = integrate(system, state, duration, rtol=rtol, observe=recorder, first_step=condition.next_step)
     driven = ramp.value(result.time)
     log_squared, nominal = system.membrane(result.state, driven)
-    reached = Condition(system.internal(result.state), log_squared, nominal, driven[2], condition.time + result.time)
+    reached = Condition(
+        system.internal(result.state), log_squared, nominal, driven[2], condition.time + result.time, result.next_step
+    )
     return reached, result.status, result.steps + result.rejected

@@ -18,13 +18,16 @@ HOLD_DECADES = 6  # of output before the end of a hold
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Condition:
-    """Where all cases stand: x (2, n, cases), Lambda and nominal stress (2, cases), nominal field and time (cases,)."""
+    """Where all cases stand: x (2, n, cases), Lambda and nominal stress (2, cases), nominal field and time (cases,), and the
+    `next_step` (cases,) in s that the stepper would take if all went on smoothly, 0 where nothing is known of it.
+    """
 
     internal: Floats
     log_squared_stretch: Floats
     nominal_stress: Floats
     field: Floats
     time: Floats
+    next_step: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

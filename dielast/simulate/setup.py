@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, NumericsError
 from dielast.gent import Floats
-from dielast.load import Control
+from dielast.integrate import Status
+from dielast.load import Control, of_case
 from dielast.material import Breakdown, Material
 from dielast.point import Points
 from dielast.simulate.film import Film, prestretch
+from dielast.simulate.history import REASONS, out_of_reach
 
 Prestretch = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]
 
@@ -22,13 +24,13 @@ BOUNDARIES = {"dead-load": Control.STRESS, "clamped": Control.STRETCH}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
-    """Films before they are stretched: `prestretch` of both axes (cases,), None for an axis left free; `ramp` (cases,) the time in
-    s that takes.
+    """Films before they are stretched: `thickness` (cases,) in m; `prestretch` of both axes (cases,), None for an axis left free;
+    `ramp` (cases,) the time in s that takes.
     """
 
     points: Points
     temperature: Floats
-    thickness: float
+    thickness: Floats
     prestretch: tuple[Floats | None, Floats | None]
     ramp: Floats
     relax: float
@@ -50,10 +52,16 @@ class Setup:
         return [np.resize(group, max(2, group.size)) for group in groups]
 
     def film(self, cases: NDArray[np.intp], rtol: float) -> Film:
-        """Some of the films, one of `groups`, stretched and relaxed."""
+        """Some of the films, one of `groups`, stretched and relaxed; `NumericsError` if one does not get through."""
         first, second = (None if axis is None else axis[cases] for axis in self.prestretch)
         alike = first is not None and second is not None and bool(np.all(first == second)) and self.controls[0] is self.controls[1]
-        return prestretch(self.points.take(cases), (first, second), self.ramp[cases], self.relax, alike=alike, rtol=rtol)
+        points = self.points.take(cases)
+        film, status = prestretch(points, (first, second), self.ramp[cases], self.relax, alike=alike, rtol=rtol)
+        if status.any():
+            lost = int(np.argmax(status > 0))
+            which = f"{of_case(int(cases[lost]), self.temperature.size)}prestretch {_pair(first, second, lost)}"
+            raise NumericsError(f"{which} cannot be computed: {REASONS[Status(int(status[lost]))]}")
+        return film
 
 
 def set_up(
@@ -61,7 +69,7 @@ def set_up(
     prestretch: Prestretch,
     *,
     spanning: Sequence[ArrayLike],
-    thickness: float,
+    thickness: ArrayLike,
     prestretch_rate: ArrayLike | None,
     relax: float,
     boundary: str | tuple[str, str],
@@ -85,7 +93,7 @@ def set_up(
         if isinstance(breakdown_field, Breakdown) or breakdown_field is None
         else np.asarray(breakdown_field, dtype=float)
     )
-    given = [*axes, temperature, prestretch_rate, None if isinstance(field, Breakdown) else field, *spanning]
+    given = [*axes, temperature, prestretch_rate, thickness, None if isinstance(field, Breakdown) else field, *spanning]
     sizes = {np.size(value) for value in given if value is not None} | {len(materials)}
     sizes.discard(1)
     if len(sizes) > 1:
@@ -94,29 +102,44 @@ def set_up(
     first, second = (None if axis is None else _spread(axis, cases, "prestretch") for axis in axes)
     for axis in (first, second):
         if axis is not None and np.any(axis < 1):
-            raise InputError(f"prestretch {float(axis.min()):g}: it must not be below 1 (1 is undeformed)")
+            case = int(np.argmin(axis))
+            raise InputError(f"{of_case(case, cases)}prestretch {axis[case]:g}: it must not be below 1 (1 is undeformed)")
     temperatures = _spread(temperature, cases, "temperature")
+    points, ramp = Points.of(materials, temperatures, rtol), _ramp(first, second, prestretch_rate, cases)
+    beyond, limit = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
+    if beyond.any():
+        case = int(np.argmax(beyond))
+        raise InputError(
+            f"{of_case(case, cases)}prestretch {_pair(first, second, case)} is beyond the Gent limit, J_lim = {limit[case]:g}"
+        )
     return Setup(
-        Points.of(materials, temperatures, rtol),
+        points,
         temperatures,
-        thickness,
+        _spread(thickness, cases, "thickness"),
         (first, second),
-        _ramp(first, second, prestretch_rate, cases),
+        ramp,
         relax,
         _controls(boundary),
         _breakdown_field(materials, field, first, second, cases, breakdown_needed),
     )
 
 
-def _check(materials: Sequence[Material], thickness: float, relax: float, rtol: float) -> None:
+def _pair(first: Floats | None, second: Floats | None, case: int) -> str:
+    """The prestretch of a case in words."""
+    axes = ["free" if axis is None else f"{axis[case]:g}" for axis in (first, second)]
+    return axes[0] if axes[0] == axes[1] else " x ".join(axes)
+
+
+def _check(materials: Sequence[Material], thickness: ArrayLike, relax: float, rtol: float) -> None:
     """`InputError` for a number that makes no sense."""
     if not materials:
         raise InputError("a material is needed")
     for each in materials:
         if not each.permittivity:
             raise InputError(f"material {each.name!r} has no permittivity, which a film under voltage needs")
-    if not (np.isfinite(thickness) and thickness > 0):
-        raise InputError(f"thickness {thickness:g} m: it must be positive")
+    for value in np.atleast_1d(np.asarray(thickness, dtype=float)).tolist():
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"thickness {value:g} m: it must be positive")
     if not (np.isfinite(relax) and relax >= 0):
         raise InputError(f"relaxation for {relax:g} s: it must not be negative")
     if not 1e-12 <= rtol <= 0.1:
@@ -164,23 +187,22 @@ def _breakdown_field(
         own = slice(None) if len(materials) == 1 else slice(index, index + 1)
         known = field or each.breakdown
         if known is not None:
-            fields[own] = breakdown_at(known, equibiaxial[own])
+            if np.any(outside := _outside(known, equibiaxial[own])):
+                case = index + int(np.argmax(outside))
+                raise InputError(
+                    f"{of_case(case, cases)}prestretch {_pair(first, second, case)}: the breakdown field is known for prestretches "
+                    f"of {known.prestretch[0]:g} to {known.prestretch[-1]:g}, not of {equibiaxial[case]:g}"
+                )
+            fields[own] = np.interp(equibiaxial[own], known.prestretch, known.field)
         elif needed:
             raise InputError(f"a breakdown field is needed: material {each.name!r} has none, and none is given")
     return fields
 
 
-def breakdown_at(breakdown: Breakdown, prestretch: Floats) -> Floats:
-    """Breakdown field in V/m at equibiaxial prestretches of any shape; `InputError` where it is not known."""
+def _outside(breakdown: Breakdown, prestretch: Floats) -> NDArray[np.bool_]:
+    """Which equibiaxial prestretches (cases,) the breakdown field is not known for."""
     known = np.asarray(breakdown.prestretch)
-    if known.size > 1:
-        outside = (prestretch < known[0] * (1 - 1e-9)) | (prestretch > known[-1] * (1 + 1e-9))
-        if np.any(outside):
-            raise InputError(
-                f"the breakdown field is known for prestretches of {known[0]:g} to {known[-1]:g}, "
-                f"not of {float(prestretch[outside][0]):g}"
-            )
-    return np.asarray(np.interp(prestretch, known, breakdown.field))
+    return np.asarray((known.size > 1) & ((prestretch < known[0] * (1 - 1e-9)) | (prestretch > known[-1] * (1 + 1e-9))))
 
 
 def _spread(value: ArrayLike, cases: int, name: str) -> Floats:

@@ -12,7 +12,7 @@ from dielast.errors import InputError
 from dielast.events import Films, Watch
 from dielast.gent import Cases, Floats
 from dielast.integrate import Stride
-from dielast.load import Piece
+from dielast.load import Piece, of_case
 from dielast.point import Points
 from dielast.simulate.output import Output
 
@@ -87,7 +87,8 @@ class Grid:
             start, field = start + duration, end[2]
         if times is not None and np.any(times[:, -1] > start * (1 + 1e-12)):
             case = int(np.argmax(times[:, -1] > start * (1 + 1e-12)))
-            raise InputError(f"output time {times[case, -1]:g} s lies after the end of the programme at {start[case]:g} s")
+            late = f"{of_case(case, start.size)}output time {times[case, -1]:g} s"
+            raise InputError(f"{late} lies after the end of the programme at {start[case]:g} s")
         return cls(output.collect()[0], tuple(relative), times is not None)
 
     def take(self, cases: NDArray[np.intp]) -> Grid:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
 from dielast.gent import Floats
-from dielast.load import Control, Piece
+from dielast.load import Control, Piece, of_case
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +83,7 @@ def voltage_table(time: ArrayLike, voltage: ArrayLike) -> tuple[VoltageStep, ...
     return tuple(VoltageStep(value, duration=gap) for value, gap in zip(values, gaps, strict=True))
 
 
-def voltage_pieces(steps: Sequence[VoltageStep], controls: tuple[Control, Control], thickness: float, cases: int) -> list[Piece]:
+def voltage_pieces(steps: Sequence[VoltageStep], controls: tuple[Control, Control], thickness: Floats, cases: int) -> list[Piece]:
     """The steps as pieces of load for so many cases, from 0 V. Raises `InputError` naming the step (counted from 0) that is
     wrong.
     """
@@ -121,7 +121,7 @@ def _resolve(step: VoltageStep, present: Floats, cases: int) -> tuple[Floats, Fl
     if np.any(move * rate < 0):
         case = int(np.argmax(move * rate < 0))
         raise InputError(
-            f"rate {rate[case]:g} V/s leads away from the voltage: {move[case]:+g} V are to go, "
+            f"{of_case(case, cases)}rate {rate[case]:g} V/s leads away from the voltage: {move[case]:+g} V are to go, "
             f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
         )
     return voltage, move / rate

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, NumericsError
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.recipe.cases import Case
@@ -30,10 +30,12 @@ from dielast.workflow.cases import (
     matches,
     read_materials,
     result_columns,
+    swept,
     temperature_of,
 )
 from dielast.workflow.history import Entry, in_recipe_terms, output_times, values_of
 from dielast.workflow.report import Execution, Report
+from dielast.workflow.uncertainty import band, bounded_event_columns, bounded_films, uncertainty_headline
 from dielast.workflow.waveform import voltage_entries
 
 if TYPE_CHECKING:
@@ -50,6 +52,9 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     recipe = cases[0].recipe
     materials = read_materials(cases, inputs)
     results, events = simulate_cases(cases, materials, inputs)
+    told, told_events = bounded_films(
+        cases, materials, results, events, inputs, lambda own, drawn, thickness: simulate_cases(own, drawn, inputs, thickness)
+    )
     columns = [result.columns for result in results]
     seen = [dict(own) | electrode_axes(case.recipe, own) for case, own in zip(cases, columns, strict=True)]
 
@@ -82,10 +87,14 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
             scales,
             recipe.title,
             marks,
+            swept(cases),
+            [band(one.columns, x, y) for one in told],
         )
 
-    tables = {"actuate.csv": result_columns(results), "events.csv": event_columns(events), "cases.csv": case_columns(cases)}
-    return Report(tables, headline(results, events, found), figure, failures=failures(results))
+    happened = event_columns(events) if recipe.uncertainty is None else bounded_event_columns(told_events)
+    tables = {"actuate.csv": result_columns(told), "events.csv": happened, "cases.csv": case_columns(cases)}
+    sections = headline(results, events, found) | uncertainty_headline(recipe.uncertainty)
+    return Report(tables, sections, figure, failures=failures(results))
 
 
 def _at(event: Event, columns: Mapping[str, Array], header: str, recipe: ActuateRecipe) -> float:
@@ -152,10 +161,15 @@ def electrode_axes(recipe: ActuateRecipe, columns: Mapping[str, Array]) -> dict[
 
 
 def simulate_cases(
-    cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], inputs: Inputs
+    cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Array | None = None
 ) -> tuple[list[CaseResult], list[tuple[Event, ...]]]:
-    """The result and the events of every case; those with programmes of one shape run together."""
-    programmes = [voltage_entries(case.recipe, inputs) for case in cases]
+    """The result and the events of every case; those with programmes of one shape run together.
+
+    `thickness_factor` (cases,), if given, is one on the thickness of each film.
+    """
+    # a case that stands in the list many times, once for each draw, is read once
+    known = {id(case): voltage_entries(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
+    programmes = [known[id(case)] for case in cases]
     groups: dict[Any, list[int]] = {}
     for index, (case, programme) in enumerate(zip(cases, programmes, strict=True)):
         recipe = case.recipe
@@ -184,7 +198,7 @@ def simulate_cases(
             history = actuate(
                 own[0] if all(material is own[0] for material in own) else own,
                 [_joined([programmes[index][position] for index in members]) for position in range(len(programmes[members[0]]))],
-                thickness=recipe.film.thickness,
+                thickness=recipe.film.thickness * (1.0 if thickness_factor is None else thickness_factor[members]),
                 prestretch=(np.array([film.prestretch[0] for film in films]), np.array([film.prestretch[1] for film in films])),
                 prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
                 relax=recipe.film.relax,
@@ -197,9 +211,9 @@ def simulate_cases(
                 points_per_decade=recipe.output.points_per_decade,
                 rtol=recipe.solver.rtol,
             )
-        except InputError as error:
+        except (InputError, NumericsError) as error:
             origin = [entry.origin for entry in programmes[members[0]]]
-            raise InputError(*(in_recipe_terms(line, origin) for line in error.messages)) from None
+            raise type(error)(*(in_recipe_terms(line, origin, members, len(cases)) for line in error.messages)) from None
         for row, index in enumerate(members):
             results[index], events[index] = _case(history, row), history.events[row]
     return [results[index] for index in range(len(cases))], [events[index] for index in range(len(cases))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from dielast.table import Column
 from dielast.units import recognise
 
 if TYPE_CHECKING:
+    from dielast.plots.simulation import Swept
     from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
@@ -139,6 +141,35 @@ def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
     return columns
 
 
+def swept(cases: Sequence[Case[SimulationRecipe]]) -> list[Swept]:
+    """The swept quantities for the scales of a figure, in the recipe's own unit; none if one of them is no number."""
+    from dielast.plots.simulation import Swept
+
+    found = []
+    for key, name in _short(list(cases[0].settings)).items():
+        values = [case.settings[key] for case in cases]
+        if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+            found.append(Swept(name, tuple(float(value) for value in values)))
+            continue
+        stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", value) if isinstance(value, str) else None for value in values]
+        units = {one[2] for one in stated if one is not None}
+        try:
+            si = [recognise(value) for value in values]
+            own = [float(one[1]) for one in stated if one is not None]
+        except (InputError, TypeError, ValueError):
+            return []
+        numbers, unit = (own, units.pop()) if len(units) == 1 and len(own) == len(si) else ([number for number, _ in si], si[0][1])
+        found.append(Swept(f"{name} [{unit.replace('degC', '°C')}]", tuple(numbers)))
+    return found
+
+
+def _short(keys: Sequence[str]) -> dict[str, str]:
+    """What a figure calls the keys: their last part, if that tells them apart."""
+    ends = [key.split(".")[-1] for key in keys]
+    short = zip(keys, ends, strict=True)
+    return {key: (end if ends.count(end) == 1 else key.replace(".", " ")).replace("_", " ") for key, end in short}
+
+
 def labels(cases: Sequence[Case[SimulationRecipe]], materials: Sequence[Material]) -> list[str]:
     """What tells each case from the others, for a legend; a material by what its name does not share with the others."""
     parts = [material.name.split(", ") for material in materials]
@@ -147,9 +178,7 @@ def labels(cases: Sequence[Case[SimulationRecipe]], materials: Sequence[Material
     names = [", ".join(own) for own in parts]
     telling = len(set(names)) == len({case.recipe.material for case in cases})
 
-    keys = list(cases[0].settings)
-    ends = [key.split(".")[-1] for key in keys]
-    short = {key: end if ends.count(end) == 1 else key.replace(".", " ") for key, end in zip(keys, ends, strict=True)}
+    short = _short(list(cases[0].settings))
 
     def label(case: Case[SimulationRecipe], name: str) -> str:
         said = []

@@ -58,12 +58,7 @@ def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, 
     for header in (comparison.x, comparison.y):
         if header not in columns:
             raise InputError(f'compare: "{header}" is no column of the result; there are {", ".join(columns)}')
-    table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
-    rows = _rows(table, comparison)
-    x, y = (
-        table.column(own or split_header(header)[0], role, DIMENSIONS[split_header(header)[1] or "1"], rows)
-        for role, header, own in (("x", comparison.x, comparison.x_column), ("y", comparison.y, comparison.y_column))
-    )
+    x, y = read_points(comparison, inputs)
     found = fine(measured_times(x) if comparison.x == "time [s]" else None)
     model = _interpolate(comparison.file, x, found[comparison.x], found[comparison.y])
     missed = int(np.count_nonzero(np.isnan(model)))
@@ -74,6 +69,17 @@ def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, 
     if missed:
         warn(f"{comparison.file}: the simulation does not reach {missed} of {x.size} points; they are left out of the misfit")
     return Match(comparison.label or _label(comparison), comparison.case, (comparison.x, comparison.y), x, y, model)
+
+
+def read_points(comparison: Comparison, inputs: Inputs) -> tuple[Array, Array]:
+    """The measured x and y (n,) of a comparison in SI; raises `InputError` naming file and line, column or what `where` misses."""
+    table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
+    rows = _rows(table, comparison)
+    x, y = (
+        table.column(own or split_header(header)[0], role, DIMENSIONS.get(split_header(header)[1] or "1", NUMBER), rows)
+        for role, header, own in (("x", comparison.x, comparison.x_column), ("y", comparison.y, comparison.y_column))
+    )
+    return x, y
 
 
 def _label(comparison: Comparison) -> str:

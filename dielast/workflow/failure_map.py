@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from dielast.ensemble import Sample
+from dielast.errors import InputError, NumericsError
 from dielast.files import Inputs
+from dielast.material import Material
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown, parse_material
 from dielast.recipe.voltage import FailureMapRecipe, VoltageAxis
-from dielast.simulate.failure_map import FailureMap, assemble, plan_failure_map
+from dielast.simulate.failure_map import FailureMap, MapPlan, assemble_all, plan_failure_map
 from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
 from dielast.stability import TimeScale
 from dielast.table import Column
+from dielast.workflow.history import in_keys
 from dielast.workflow.partial import fingerprint, solve
 from dielast.workflow.report import Execution, Report
+from dielast.workflow.uncertainty import bounded_line_columns, bounded_map_columns, map_bounds, sample_of, uncertainty_headline
 
 MODES = ("breakdown", "pull-in", "none", "unfinished")
 
@@ -24,29 +30,17 @@ MODES = ("breakdown", "pull-in", "none", "unfinished")
 def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Plan the map, solve its cells, report."""
     recipe = cases[0].recipe
-    share, by_share = recipe.pull_in.timescale
-    plan = plan_failure_map(
-        parse_material(inputs.read(recipe.material), recipe.material),
-        voltage=voltages(recipe.voltage),
-        prestretch=np.array(recipe.film.prestretch),
-        thickness=recipe.film.thickness,
-        horizon=recipe.horizon,
-        temperature=None if recipe.temperature is None else np.array(recipe.temperature),
-        prestretch_rate=recipe.film.prestretch_rate,
-        relax=recipe.film.relax,
-        ramp=recipe.voltage.ramp,
-        boundary=recipe.film.boundary,
-        breakdown_field=breakdown(recipe.breakdown),
-        pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
-        rtol=recipe.solver.rtol,
-    )
-    result = assemble(plan, solve(plan, fingerprint(recipe, inputs), execution))
+    material, wanted = parse_material(inputs.read(recipe.material), recipe.material), recipe.uncertainty
+    sample = None if wanted is None else sample_of(recipe.material, material, wanted, inputs)
+    plan = _plan(recipe, material, sample)
+    result, *drawn = assemble_all(plan, solve(plan, fingerprint(recipe, inputs), execution))
     lines = fit_lifetime(result)
 
     def figure() -> Any:
         from dielast.plots.failure_map import plot_failure_map
 
-        return plot_failure_map(result, lines, recipe.title)
+        bounds = None if wanted is None else map_bounds(drawn, wanted.level)["time_to_failure"]
+        return plot_failure_map(result, lines, recipe.title, bounds)
 
     unfinished = np.argwhere(result.outcome != "completed")
     failures = [
@@ -54,8 +48,47 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         f"given up: {result.outcome[i, j, k]}"
         for i, j, k in unfinished
     ]
-    tables = {"failure-map.csv": map_columns(result), "fit.csv": fit_columns(lines)}
-    return Report(tables, headline(result, lines), figure, failures=failures)
+    cells, fits = map_columns(result), fit_columns(lines)
+    if wanted is not None:
+        cells = bounded_map_columns(cells, drawn, wanted.level)
+        fits = bounded_line_columns(fits, [fit_lifetime(each) for each in drawn], wanted.level)
+    sections = headline(result, lines) | uncertainty_headline(wanted)
+    return Report({"failure-map.csv": cells, "fit.csv": fits}, sections, figure, failures=failures)
+
+
+def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
+    """The map that the recipe asks for; errors speak of the recipe's keys."""
+    share, by_share = recipe.pull_in.timescale
+    films, temperatures = recipe.film.prestretch, recipe.temperature or [material.reference_temperature]
+    try:
+        return plan_failure_map(
+            material,
+            voltage=voltages(recipe.voltage),
+            prestretch=np.array(films),
+            thickness=recipe.film.thickness,
+            horizon=recipe.horizon,
+            temperature=np.array(temperatures),
+            prestretch_rate=recipe.film.prestretch_rate,
+            relax=recipe.film.relax,
+            ramp=recipe.voltage.ramp,
+            boundary=recipe.film.boundary,
+            breakdown_field=breakdown(recipe.breakdown),
+            pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            rtol=recipe.solver.rtol,
+            sample=sample,
+        )
+    except (InputError, NumericsError) as error:
+        raise type(error)(*(_in_recipe_terms(line, len(films), temperatures) for line in error.messages)) from None
+
+
+def _in_recipe_terms(line: str, films: int, temperatures: Sequence[float]) -> str:
+    """An error of the solver, whose cases are the films at one temperature after the other, as one of the recipe's key."""
+    found = re.match(r"case (\d+): (prestretch )?", line)
+    if found is None or found[2] is None:
+        return in_keys(line if found is None else line[found.end() :])
+    temperature, film = divmod(int(found[1]), films)
+    at = f"{temperatures[temperature]:g} degC: " if len(temperatures) > 1 else ""
+    return f"film.prestretch[{film}]: {at}{line[found.end() :]}"
 
 
 def voltages(axis: VoltageAxis) -> np.ndarray:

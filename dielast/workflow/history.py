@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,18 @@ from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, Output
 from dielast.simulate.output import HOLD_DECADES, RAMP_DECADES
 from dielast.units import FORCE, NUMBER, STRESS, TIME
 
+if TYPE_CHECKING:
+    from dielast.measured import MeasuredTable
+
 Array = NDArray[np.float64]
+# what an error of the solver begins with -> the key that it is about
+KEYS = {
+    "prestretch rate": "film.prestretch_rate",
+    "prestretch": "film.prestretch",
+    "output time": "output.times",
+    "temperature": "temperature",
+    "material": "material",
+}
 Recipe = RelaxRecipe | CreepRecipe
 
 
@@ -115,7 +126,7 @@ def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: 
     from dielast.measured import read_measured
 
     points = read_measured(inputs.read(name), name)
-    time = points.column("time", "time", TIME)
+    time = ascending_times(points, name)
     if isinstance(step, StretchStep):
         control, values = "stretch", points.column("stretch", "stretch", NUMBER)
         ramps = table(time, stretch=values)
@@ -137,6 +148,34 @@ def _area(recipe: Recipe) -> float:
     return specimen.area
 
 
-def in_recipe_terms(line: str, origin: Sequence[int]) -> str:
-    """An error of the solver's step n as one of the recipe's step it came from."""
-    return re.sub(r"^step (\d+): ", lambda found: f"step[{origin[int(found[1])]}]: ", line)
+def in_recipe_terms(line: str, origin: Sequence[int], members: Sequence[int], cases: int) -> str:
+    """An error of the solver in the recipe's terms: the key, and of so many `cases` the one that is meant.
+
+    `origin` says which of the recipe's steps each of the solver's came from, `members` which cases the solver was given.
+    """
+    found = re.match(r"(?:step (\d+): )?(?:case (\d+): )?", line)
+    assert found is not None
+    step, case = found.groups()
+    told = in_keys(line[found.end() :]) if step is None else f"step[{origin[int(step)]}]: {line[found.end() :]}"
+    one = int(case) if case is not None else 0 if len(members) == 1 else None
+    return told if one is None or cases == 1 else f"case {members[one]}: {told}"
+
+
+def in_keys(said: str) -> str:
+    """What the solver says of one of its arguments, said of the recipe's key for it."""
+    for words, key in KEYS.items():
+        if said.startswith(f"{words} "):
+            return f"{key}: {said.removeprefix(f'{words} ')}"
+    return f"breakdown: {said}" if said.startswith("a breakdown field") else said
+
+
+def ascending_times(points: MeasuredTable, name: str) -> Array:
+    """The times of a table of load in s; `InputError` naming the line unless they ascend from 0 or later."""
+    time = points.column("time", "time", TIME)
+    before = np.append(-1.0, time[:-1])
+    wrong = np.flatnonzero((time <= before) | (time < 0))
+    if wrong.size:
+        row = int(wrong[0])
+        what = f"does not come after {before[row]:g} s" if row and time[row] >= 0 else "is negative"
+        raise InputError(f"{name}: line {points.lines[row]}: time {time[row]:g} s {what}; the times of a load must ascend from 0 s")
+    return time

@@ -1,48 +1,77 @@
-"""`mastercurve`: relaxation tests at several temperatures -> master curve and shift factors."""
+"""`mastercurve`: relaxation tests, creep tests or frequency sweeps at several temperatures -> master curve and shift factors."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
-from dielast.errors import InputError
+from dielast.characterise.bootstrap import bootstrap_master_curve
+from dielast.characterise.mastercurve import FrequencySweep, MasterCurve, build_master_curve
 from dielast.files import Inputs
-from dielast.measured import MeasuredTable, read_measured
 from dielast.recipe.cases import Case
-from dielast.recipe.mastercurve import MasterCurveRecipe, RelaxationData
+from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.shift import WLF, Arrhenius
 from dielast.table import Column
-from dielast.units import STRAIN, STRESS, TEMPERATURE, TIME, ZERO_CELSIUS
+from dielast.workflow.draws import curve_tables, draws_headline
+from dielast.workflow.measurements import Reading, read_all, read_curves
 from dielast.workflow.report import Execution, Report
 
-Array = NDArray[np.float64]
+__all__ = ["headline", "read_curves", "run", "tables"]
+
+COLUMNS = {
+    "relaxation": (("time", "s"), ("reduced_time", "s"), ("relaxation_modulus", "Pa")),
+    "creep": (("time", "s"), ("reduced_time", "s"), ("creep_compliance", "1/Pa")),
+    "oscillation": (
+        ("angular_frequency", "rad/s"),
+        ("reduced_angular_frequency", "rad/s"),
+        ("storage_modulus", "Pa"),
+        ("loss_modulus", "Pa"),
+    ),
+}
+"""Names and units of the abscissa, the reduced abscissa and the ordinates."""
 
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the tests, shift them, report."""
     recipe = cases[0].recipe
-    curves = read_curves(recipe.data, inputs)
-    shift = recipe.shift
+    reading = read_all(recipe.data, inputs)
+    shift, uncertainty = recipe.shift, recipe.uncertainty
     result = build_master_curve(
-        curves,
+        reading.measurements,
         reference_temperature=shift.reference_temperature,
         law=shift.law,
         vertical=shift.vertical,
         thermal_expansion=shift.thermal_expansion,
+        on=shift.on,
     )
+    drawn = None
+    if uncertainty is not None:
+        drawn = bootstrap_master_curve(
+            reading.measurements,
+            result,
+            draws=uncertainty.draws,
+            seed=uncertainty.seed,
+            law=shift.law,
+            vertical=shift.vertical,
+            thermal_expansion=shift.thermal_expansion,
+        )
 
     def figure() -> Any:
+        if result.measurement == "oscillation":
+            from dielast.plots.oscillation import plot_oscillation
+
+            sweeps = [curve for curve in reading.measurements if isinstance(curve, FrequencySweep)]
+            return plot_oscillation(result, sweeps, recipe.title)
         from dielast.plots.mastercurve import plot_master_curve
 
-        return plot_master_curve(result, curves, recipe.title)
+        return plot_master_curve(result, reading.measurements, recipe.title)
 
-    return Report(tables(result), headline(result, recipe), figure)
+    if drawn is None or uncertainty is None:
+        return Report(tables(result), headline(result, recipe, reading), figure)
+    found = {**headline(result, recipe, reading), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
+    return Report({**tables(result), **curve_tables(drawn, result.measurement)}, found, figure)
 
 
 def tables(result: MasterCurve) -> dict[str, list[Column]]:
@@ -57,14 +86,17 @@ def tables(result: MasterCurve) -> dict[str, list[Column]]:
         ],
         "mastercurve.csv": [
             Column("temperature", "degC", result.point_temperature),
-            Column("time", "s", result.time),
-            Column("reduced_time", "s", result.reduced_time),
-            Column("relaxation_modulus", "Pa", result.relaxation_modulus),
+            *(
+                Column(name, unit, values)
+                for (name, unit), values in zip(
+                    COLUMNS[result.measurement], (result.abscissa, result.reduced_abscissa, *result.ordinates), strict=True
+                )
+            ),
         ],
     }
 
 
-def headline(result: MasterCurve, recipe: MasterCurveRecipe) -> Mapping[str, Mapping[str, Any]]:
+def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -> Mapping[str, Mapping[str, Any]]:
     """The headline numbers of a master curve by section of the summary."""
     fit = result.shift_fit
     constants: dict[str, Any] = {}
@@ -88,112 +120,17 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe) -> Mapping[str, Map
             "reference_temperature_degC": result.reference_temperature,
             "law": recipe.shift.law,
             "vertical": recipe.shift.vertical,
+            **({"on": result.shifted_on} if result.measurement == "oscillation" else {}),
             **constants,
             "law_misfit": fit.misfit,
             "rms_residual_decades": result.rms_residual_decades,
         },
         "modulus": {"equilibrium_Pa": result.equilibrium_modulus, "glassy_Pa": result.glassy_modulus},
         "data": {
+            **reading.summary,
             "temperatures": int(result.temperature.size),
-            "points": int(result.time.size),
-            "decades": float(np.log10(result.reduced_time[-1] / result.reduced_time[0])),
+            "points": int(result.abscissa.size),
+            "decades": float(np.log10(result.reduced_abscissa[-1] / result.reduced_abscissa[0])),
             "undetermined_temperatures_degC": [entry.temperature for entry in result.undetermined],
         },
     }
-
-
-def read_curves(data: RelaxationData, inputs: Inputs) -> list[RelaxationCurve]:
-    """The relaxation curves that `data` describes, by ascending temperature, ramps dropped.
-
-    Raises `InputError` naming file and line, column or temperature.
-    """
-    temperatures, times, moduli, sources = [], [], [], []
-    for index, name in enumerate([data.file] if data.file else data.files or ()):
-        table = read_measured(inputs.read(name), name, data.text_format(), data.units)
-        time = table.column(data.columns.time, "time", TIME)
-        modulus = _modulus(table, data)
-        if data.columns.temperature is not None:
-            temperature = table.column(data.columns.temperature, "temperature", TEMPERATURE)
-            _refuse(table, temperature <= -ZERO_CELSIUS, "temperature", "is at or below absolute zero")
-        else:
-            temperature = np.full(time.size, _temperature_of(data, index, name))
-        kept = time >= data.first_time if data.first_time > 0 else np.ones(time.size, dtype=bool)
-        _refuse(table, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
-        if not np.any(kept):
-            raise InputError(f"{name}: no points are left from {data.first_time:g} s on (see discard_before and ramp)")
-        temperatures.append(temperature[kept])
-        # A ramp acts like a step at its middle, to second order in ramp/time: L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur.
-        # Stand. A 75 (1971) 33. Counted from its start, the shift factors would come out wrong by tenths of a decade.
-        times.append(time[kept] - 0.5 * (data.ramp or 0.0))
-        moduli.append(modulus[kept])
-        sources.append(np.full(np.count_nonzero(kept), index))
-    return _curves(
-        np.concatenate(temperatures),
-        np.concatenate(times),
-        np.concatenate(moduli),
-        np.concatenate(sources),
-        data.temperature_tolerance,
-    )
-
-
-def _modulus(table: MeasuredTable, data: RelaxationData) -> Array:
-    """Young's relaxation modulus in Pa; stress over strain is the paper's definition (Sec. 2.1.1)."""
-    columns = data.columns
-    if columns.modulus is not None:
-        modulus = table.column(columns.modulus, "modulus", STRESS)
-    else:
-        assert columns.strain is not None
-        assert columns.stress is not None
-        strain = table.column(columns.strain, "strain", STRAIN)
-        _refuse(table, strain == 0, "strain", "is zero, so stress / strain is no modulus")
-        modulus = table.column(columns.stress, "stress", STRESS) / strain
-    return modulus * (3.0 if data.test == "shear" else 1.0)
-
-
-def _refuse(table: MeasuredTable, wrong: NDArray[np.bool_], role: str, why: str) -> None:
-    if np.any(wrong):
-        first = int(np.flatnonzero(wrong)[0])
-        count = int(np.count_nonzero(wrong))
-        raise InputError(
-            f"{table.source}: line {table.lines[first]}: {role} {why}" + (f" ({count} such rows)" if count > 1 else "")
-        )
-
-
-def _temperature_of(data: RelaxationData, index: int, name: str) -> float:
-    if data.temperatures is not None:
-        return float(data.temperatures[index])
-    pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
-    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
-    if match is None:
-        raise InputError(f'{name}: the name does not fit temperature_in_name = "{data.temperature_in_name}"')
-    groups = match.groupdict()
-    return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
-
-
-def _curves(temperature: Array, time: Array, modulus: Array, source: NDArray[np.intp], tolerance: float) -> list[RelaxationCurve]:
-    """One curve for each run of a temperature; sorted temperatures part where a gap is wider than `tolerance` (K)."""
-    order = np.argsort(temperature, kind="stable")
-    starts = np.flatnonzero(np.diff(temperature[order], prepend=-np.inf) > tolerance)
-    curves = []
-    for members in np.split(order, starts[1:]):
-        readings = temperature[members]
-        if np.ptp(readings) > 4 * tolerance:
-            raise InputError(
-                f"temperatures from {readings.min():g} to {readings.max():g} degC run into one another: "
-                f"no two are more than temperature_tolerance = {tolerance:g} K apart"
-            )
-        # readings of one thermostat setting scatter; where they do not, their mean must not add rounding
-        level = float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
-        rows = np.sort(members)
-        curves += [RelaxationCurve(level, time[run], modulus[run]) for run in _runs(rows, time, source)]
-    return curves
-
-
-def _runs(rows: NDArray[np.intp], time: Array, source: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """The `rows` of one temperature as the runs they were measured in: another file, or a time that starts anew, is another run.
-
-    Points in no order at all are one run.
-    """
-    anew = (np.diff(source[rows]) != 0) | (time[rows][1:] < 0.5 * time[rows][:-1])
-    runs = np.split(rows, np.flatnonzero(anew) + 1)
-    return runs if min(run.size for run in runs) >= 3 else [rows]

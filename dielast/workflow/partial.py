@@ -1,10 +1,13 @@
-"""Solve the cells of a map chunk by chunk, in several processes if asked to, and go on where an interrupted run stopped."""
+"""Solve the cells of a map chunk by chunk, in several processes or on a cluster if asked to, and go on where an interrupted
+run stopped.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import io
 import signal
+import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -18,7 +21,8 @@ from dielast.recipe.base import RecipeBase
 from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
 from dielast.workflow.report import Execution
 
-CHUNK = 1024  # cells: small enough to lose little and to share evenly, large enough to be fast
+CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
+PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than a disk saves
 
 _plan: MapPlan | None = None  # of a worker process
 
@@ -35,22 +39,33 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
     known = _load(store, key)
     waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
     done = sum(cells.status.size for cells in known.values())
-    for cells in _solved(plan, waiting, execution.jobs):
-        known[cells.first] = cells
-        done += cells.status.size
-        if store is not None and done < plan.cells:
+    saved, due = len(known), 0.0
+    try:
+        for cells in _solved(plan, waiting, execution):
+            known[cells.first] = cells
+            done += cells.status.size
+            if store is not None and done < plan.cells and time.monotonic() >= due:
+                _save(store, key, list(known.values()))
+                saved, due = len(known), time.monotonic() + PAUSE
+            if execution.progress is not None:
+                execution.progress(done, plan.cells)
+    finally:
+        if store is not None and len(known) > saved and done < plan.cells:
             _save(store, key, list(known.values()))
-        if execution.progress is not None:
-            execution.progress(done, plan.cells)
     return list(known.values())
 
 
-def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], jobs: int) -> Iterator[Cells]:
-    if jobs == 1 or len(chunks) < 2:
+def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Iterator[Cells]:
+    if execution.scheduler is not None and chunks:
+        from dielast.workflow.cluster import solve_on
+
+        yield from solve_on(execution.scheduler, solve_cells, plan, chunks)
+        return
+    if execution.jobs == 1 or len(chunks) < 2:
         for first, end in chunks:
             yield solve_cells(plan, first, end)
         return
-    with ProcessPoolExecutor(min(jobs, len(chunks)), initializer=_receive, initargs=(plan,)) as pool:
+    with ProcessPoolExecutor(min(execution.jobs, len(chunks)), initializer=_receive, initargs=(plan,)) as pool:
         try:
             for future in as_completed([pool.submit(_solve_own, *chunk) for chunk in chunks]):
                 yield future.result()

@@ -20,11 +20,14 @@ Summary = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """How a run is carried out, which no result depends on: processes, a folder for unfinished work, who hears of progress."""
+    """How a run is carried out, which no result depends on: processes, a folder for unfinished work, who hears of progress, the
+    Dask scheduler of the cluster to use instead of processes.
+    """
 
     jobs: int = 1
     folder: Path | None = None
     progress: Callable[[int, int], None] | None = None
+    scheduler: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,10 +25,12 @@ from dielast.workflow.cases import (
     matches,
     read_materials,
     result_columns,
+    swept,
     temperature_of,
 )
 from dielast.workflow.history import Recipe, in_recipe_terms, joined, output_times, solver_steps
 from dielast.workflow.report import Execution, Report
+from dielast.workflow.uncertainty import band, bounded_cases, uncertainty_headline
 
 if TYPE_CHECKING:
     from dielast.workflow.compare import Match
@@ -51,18 +53,20 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
         output = one.output.model_copy(update={"times": times.tolist()})
         return simulate_cases([Case(one.model_copy(update={"output": output}))], [materials[case]], inputs)[0].columns
 
+    told = bounded_cases(cases, materials, results, inputs, lambda own, drawn: simulate_cases(own, drawn, inputs))
     found = matches(recipe, columns, inputs, again)
     x, y, scales = axes_of(recipe, columns[0], MEASURED[kind])
 
     def figure() -> Any:
         from dielast.plots.simulation import plot_cases
 
-        return plot_cases(
-            columns, labels(cases, materials), [entry for entry in found if entry.headers == (x, y)], x, y, scales, recipe.title
-        )
+        here = [entry for entry in found if entry.headers == (x, y)]
+        bands = [band(one.columns, x, y) for one in told]
+        return plot_cases(columns, labels(cases, materials), here, x, y, scales, recipe.title, swept=swept(cases), bands=bands)
 
-    tables = {f"{kind}.csv": result_columns(results), "cases.csv": case_columns(cases)}
-    return Report(tables, headline(kind, results, found), figure, failures=failures(results))
+    tables = {f"{kind}.csv": result_columns(told), "cases.csv": case_columns(cases)}
+    sections = headline(kind, results, found) | uncertainty_headline(recipe.uncertainty)
+    return Report(tables, sections, figure, failures=failures(results))
 
 
 def headline(kind: str, results: Sequence[CaseResult], found: Sequence[Match]) -> dict[str, dict[str, Any]]:
@@ -85,7 +89,9 @@ def headline(kind: str, results: Sequence[CaseResult], found: Sequence[Match]) -
 
 def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs) -> list[CaseResult]:
     """The result of every case; those with histories of one shape run together."""
-    histories = [solver_steps(case.recipe, inputs) for case in cases]
+    # a case that stands in the list many times, once for each draw, is read once
+    known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
+    histories = [known[id(case)] for case in cases]
     groups: dict[Any, list[int]] = {}
     for index, (case, history) in enumerate(zip(cases, histories, strict=True)):
         recipe = case.recipe
@@ -109,7 +115,7 @@ def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material],
             )
         except InputError as error:
             origin = [entry.origin for entry in histories[members[0]]]
-            raise InputError(*(in_recipe_terms(line, origin) for line in error.messages)) from None
+            raise InputError(*(in_recipe_terms(line, origin, members, len(cases)) for line in error.messages)) from None
         for row, index in enumerate(members):
             finished = np.isfinite(result.stretch_1[row])
             columns = {

@@ -3,88 +3,190 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.characterise.continuous import ContinuousSpectrum, continuous_spectrum
+from dielast.characterise.creep import fit_creep
+from dielast.characterise.oscillation import fit_oscillation
+from dielast.characterise.reduce import Reduction, reduce_spectrum
 from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
-from dielast.errors import InputError
+from dielast.errors import DielastWarning, InputError
+from dielast.export.card import export_cards
 from dielast.files import Inputs
 from dielast.gent import Gent
 from dielast.material import Material
-from dielast.measured import read_measured
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown, permittivity, write_material
-from dielast.recipe.spectrum import CurveData, MaterialConstants, SpectrumRecipe
-from dielast.recipe.validate import parse_toml
-from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
-from dielast.table import Column, number_columns
-from dielast.units import STRESS, TIME
+from dielast.recipe.spectrum import Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
+from dielast.shift import ShiftLaw
+from dielast.table import Column
+from dielast.workflow.curve import Curve, read_curve, read_master_curve
+from dielast.workflow.draws import DRAWS, DrawnMaterials, drawn_materials, read_curve_draws
 from dielast.workflow.report import Execution, Report
 
+__all__ = ["Curve", "headline", "make_material", "read_curve", "read_master_curve", "run", "tables"]
+
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Curve:
-    """A master curve to be fitted: `reduced_time` (s) and `modulus` (Young's, Pa), both (n,), and its shift law."""
-
-    reduced_time: Array
-    modulus: Array
-    shift: ShiftLaw
-    equilibrium_modulus: float | None = None
-    glassy_modulus: float | None = None
 
 
 def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the master curve, fit the spectrum, report."""
     recipe = cases[0].recipe
     curve = read_master_curve(recipe.mastercurve, inputs) if recipe.mastercurve is not None else read_curve(recipe.data, inputs)
-    fit = recipe.fit
-    result = fit_spectrum(
-        curve.reduced_time,
-        curve.modulus,
-        method=fit.method,
-        branches=fit.branches,
-        polynomial_degree=fit.polynomial_degree,
-        relaxation_time=(fit.relaxation_time.min, fit.relaxation_time.max),
-        equilibrium_modulus=fit.equilibrium_modulus,
-        glassy_modulus=fit.glassy_modulus,
-        keep=recipe.truncate.keep if recipe.truncate else None,
-    )
-    material = make_material(result, curve.shift, recipe.material)
+    result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
+    reduction = reduced(result, curve.shift, recipe.reduce) if recipe.reduce else None
+    continuous = continuous_spectrum(result) if recipe.fit.continuous else None
+    material = make_material(result, curve.shift, recipe.material, reduction)
 
     def figure() -> Any:
         from dielast.plots.spectrum import plot_spectrum
 
-        return plot_spectrum(result, recipe.title)
+        return plot_spectrum(result, recipe.title, continuous=continuous, reduction=reduction)
 
-    return Report(tables(result), headline(result), figure, {"material.toml": write_material(material)})
+    drawn = None
+    if recipe.mastercurve is not None:
+        drawn = draw_materials(recipe.mastercurve, curve, result, material, recipe.fit, inputs)
+    files = {"material.toml": write_material(material, None if drawn is None else DRAWS)}
+    if recipe.export is not None:
+        cards = export_cards(material, tuple(recipe.export.formats), recipe.export.options())
+        files |= {name: text.encode() for name, text in cards.items()}
+    found, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
+    if drawn is None:
+        return Report(found, numbers, figure, files)
+    return Report({**found, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
 
 
-def tables(result: SpectrumFit) -> dict[str, list[Column]]:
-    """The tables of a spectrum by file name."""
-    return {
+def fit_curve(curve: Curve, fit: Fit, keep: int | None = None) -> SpectrumFit:
+    """The spectrum of a master curve of any kind; raises `InputError` where the method does not go with it."""
+    ends, first, last = (fit.relaxation_time.min, fit.relaxation_time.max), fit.equilibrium_modulus, fit.glassy_modulus
+    if curve.test == "relaxation":
+        return fit_spectrum(
+            *curve.columns,
+            method=fit.method or "schwarzl-staverman",
+            branches=fit.branches,
+            polynomial_degree=fit.polynomial_degree,
+            relaxation_time=ends,
+            equilibrium_modulus=first,
+            glassy_modulus=last,
+            keep=keep,
+        )
+    if fit.method == "schwarzl-staverman":
+        raise InputError(f'fit.method: "schwarzl-staverman" reads a relaxation modulus; {curve.test} needs "nnls"')
+    if curve.test == "creep":
+        return fit_creep(
+            *curve.columns,
+            branches=fit.branches,
+            retardation_time=ends,
+            equilibrium_modulus=first,
+            glassy_modulus=last,
+            keep=keep,
+        )
+    return fit_oscillation(
+        *curve.columns,
+        branches=fit.branches,
+        relaxation_time=ends,
+        equilibrium_modulus=first,
+        glassy_modulus=last,
+        keep=keep,
+    )
+
+
+def draw_materials(
+    folder: str, curve: Curve, result: SpectrumFit, material: Material, fit: Fit, inputs: Inputs
+) -> DrawnMaterials | None:
+    """The draws of the material, if the folder of the master curve has draws."""
+    read = read_curve_draws(folder, curve, inputs)
+    if read is None:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)  # said of the fit itself
+        whole = result if len(result.spectrum) == fit.branches else fit_curve(curve, fit)
+    tau = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time
+    held = fit
+    if tau.size > 1:
+        held = fit.model_copy(update={"relaxation_time": RelaxationTimes.model_construct(min=float(tau[-1]), max=float(tau[0]))})
+
+    def refit(abscissa: Array, ordinates: Array) -> SpectrumFit:
+        return fit_curve(Curve(curve.test, (abscissa, *ordinates), curve.shift), held)
+
+    return drawn_materials(material, curve, read, whole, refit)
+
+
+def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
+    """The reduced spectrum that a recipe asks for; raises `InputError` as `reduce_spectrum` does."""
+    first, last = reduce.window
+    try:
+        return reduce_spectrum(
+            result.spectrum,
+            result.equilibrium_shear_modulus,
+            shift,
+            window=(first, last),
+            temperatures=reduce.temperatures,
+            tolerance=reduce.tolerance,
+        )
+    except InputError as error:
+        raise InputError(*(f"reduce: {message}" for message in error.messages)) from None
+
+
+def tables(
+    result: SpectrumFit, continuous: ContinuousSpectrum | None = None, reduction: Reduction | None = None
+) -> dict[str, list[Column]]:
+    """The tables of a spectrum by file name; all moduli of a reduced one's proof are shear."""
+    spectrum = result.spectrum if reduction is None else reduction.spectrum
+    found = {
         "spectrum.csv": [
-            Column("relaxation_time", "s", result.spectrum.relaxation_time),
-            Column("shear_modulus", "Pa", result.spectrum.shear_modulus),
+            Column("relaxation_time", "s", spectrum.relaxation_time),
+            Column("shear_modulus", "Pa", spectrum.shear_modulus),
         ],
-        "fit.csv": [
-            Column("reduced_time", "s", result.reduced_time),
-            Column("measured", "Pa", result.measured),
-            Column("model", "Pa", result.model),
-        ],
+        "fit.csv": _fit_table(result),
     }
+    if continuous is not None:
+        found["continuous-spectrum.csv"] = [
+            Column("relaxation_time", "s", continuous.relaxation_time),
+            Column("H", "Pa", continuous.density),
+        ]
+    if reduction is not None:
+        found["reduction.csv"] = [
+            Column("temperature", "degC", reduction.test_temperature),
+            Column("time", "s", reduction.test_time),
+            Column("full", "Pa", reduction.full),
+            Column("reduced", "Pa", reduction.reduced),
+        ]
+    return found
 
 
-def headline(result: SpectrumFit) -> dict[str, dict[str, Any]]:
+def _fit_table(result: SpectrumFit) -> list[Column]:
+    if result.test == "oscillation":
+        ascending = slice(None, None, -1)
+        return [
+            Column("reduced_angular_frequency", "rad/s", 1 / result.reduced_time[ascending]),
+            Column("measured_storage", "Pa", result.measured[0, ascending]),
+            Column("model_storage", "Pa", result.model[0, ascending]),
+            Column("measured_loss", "Pa", result.measured[1, ascending]),
+            Column("model_loss", "Pa", result.model[1, ascending]),
+        ]
+    unit = "1/Pa" if result.test == "creep" else "Pa"
+    return [
+        Column("reduced_time", "s", result.reduced_time),
+        Column("measured", unit, result.measured),
+        Column("model", unit, result.model),
+    ]
+
+
+def headline(
+    result: SpectrumFit, continuous: ContinuousSpectrum | None = None, reduction: Reduction | None = None
+) -> dict[str, dict[str, Any]]:
     """The headline numbers of a spectrum by section of the summary."""
-    return {
+    spectrum = result.spectrum if reduction is None else reduction.spectrum
+    found: dict[str, dict[str, Any]] = {
         "fit": {
             "method": result.method,
+            "measurement": None if result.test == "relaxation" else result.test,
             "branches": len(result.spectrum),
             "rms_relative_error": result.rms_relative_error,
             "max_relative_error": result.max_relative_error,
@@ -94,62 +196,40 @@ def headline(result: SpectrumFit) -> dict[str, dict[str, Any]]:
         },
         "moduli": {
             "equilibrium_shear_Pa": result.equilibrium_shear_modulus,
-            "nonequilibrium_shear_Pa": float(np.sum(result.spectrum.shear_modulus)),
-            "relaxation_time_min_s": float(result.spectrum.relaxation_time[-1]),
-            "relaxation_time_max_s": float(result.spectrum.relaxation_time[0]),
+            "nonequilibrium_shear_Pa": float(np.sum(spectrum.shear_modulus)),
+            "relaxation_time_min_s": float(spectrum.relaxation_time[-1]),
+            "relaxation_time_max_s": float(spectrum.relaxation_time[0]),
         },
     }
+    if continuous is not None:
+        found["continuous"] = {
+            "integral_Pa": continuous.integral,
+            "rms_relative_error": continuous.rms_relative_error,
+            "smoothing": continuous.smoothing,
+        }
+    if reduction is not None:
+        found["reduce"] = {
+            "branches": len(reduction.spectrum),
+            "max_relative_error": reduction.max_relative_error,
+            "tolerance": reduction.tolerance,
+            "temperature_degC": reduction.temperature,
+            "time_s": reduction.time,
+            "ramp_max_relative_error": reduction.max_relative_error_ramp,
+        }
+    return found
 
 
-def make_material(result: SpectrumFit, shift: ShiftLaw, constants: MaterialConstants) -> Material:
+def make_material(
+    result: SpectrumFit, shift: ShiftLaw, constants: MaterialConstants, reduction: Reduction | None = None
+) -> Material:
     """The material that the simulations read: the spectrum, its shift law, and constants that no relaxation test gives."""
     return Material(
         name=constants.name,
         equilibrium_modulus=result.equilibrium_shear_modulus,
-        spectrum=result.spectrum,
+        spectrum=result.spectrum if reduction is None else reduction.spectrum,
         shift=shift,
         equilibrium_law=Gent(constants.J_lim.equilibrium or math.inf),
         nonequilibrium_law=Gent(constants.J_lim.nonequilibrium or math.inf),
         permittivity=permittivity(constants),
         breakdown=breakdown(constants.breakdown),
     )
-
-
-def read_master_curve(folder: str, inputs: Inputs) -> Curve:
-    """The master curve in a folder that `mastercurve` wrote; raises `InputError` if it is not one."""
-    name = f"{folder}/summary.toml"
-    summary = parse_toml(inputs.read(name), name)
-    if summary.get("kind") != "mastercurve":
-        raise InputError(f'{name}: kind: "{summary.get("kind")}": a folder written by mastercurve is needed')
-    name = f"{folder}/mastercurve.csv"
-    time, modulus = number_columns(inputs.read(name), name, ["reduced_time [s]", "relaxation_modulus [Pa]"])
-    for row in np.flatnonzero(~(np.isfinite(time) & np.isfinite(modulus)))[:1]:
-        raise InputError(f"{name}: row {row + 2}: an empty cell")
-    try:
-        shift, moduli = summary["shift"], summary["modulus"]
-        constants = [value for value in shift.values() if isinstance(value, float)]
-        if not all(map(math.isfinite, constants)):
-            raise ValueError("[shift] has a constant that is not finite")
-        reference = float(shift["reference_temperature_degC"])
-        law: ShiftLaw
-        if shift["law"] == "wlf":
-            law = WLF(reference, float(shift["C1"]), float(shift["C2_K"]))
-        elif shift["law"] == "arrhenius":
-            law = Arrhenius(reference, float(shift["activation_energy_J_per_mol"]))
-        else:
-            name = f"{folder}/shift-factors.csv"
-            temperature, factor = number_columns(inputs.read(name), name, ["temperature [degC]", "log10_shift_factor [1]"])
-            known = dict(zip(temperature.tolist(), factor.tolist(), strict=True)) | {reference: 0.0}
-            rows = sorted((own, value) for own, value in known.items() if math.isfinite(value))
-            law = ShiftTable(reference, *zip(*rows, strict=True))
-        return Curve(time, modulus, law, float(moduli["equilibrium_Pa"]), float(moduli["glassy_Pa"]))
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{folder}/summary.toml: {error}: a folder written by mastercurve is needed") from None
-
-
-def read_curve(data: CurveData | None, inputs: Inputs) -> Curve:
-    """A master curve from elsewhere, without a shift law; raises `InputError` naming file and line or column."""
-    assert data is not None
-    table = read_measured(inputs.read(data.file), data.file, data.text_format(), data.units)
-    modulus = table.column(data.columns.modulus, "modulus", STRESS) * (3.0 if data.test == "shear" else 1.0)
-    return Curve(table.column(data.columns.time, "time", TIME), modulus, NoShift(data.reference_temperature))

@@ -9,8 +9,8 @@ from dielast.files import Inputs
 from dielast.measured import read_measured
 from dielast.recipe.voltage import ActuateRecipe, VoltageStep
 from dielast.simulate.voltage import voltage_table
-from dielast.units import TIME, VOLTAGE
-from dielast.workflow.history import Entry, marked_still
+from dielast.units import VOLTAGE
+from dielast.workflow.history import Entry, ascending_times, marked_still
 
 SINE_POINTS = 100  # a period; straight lines between them stay within 0.05 % of the amplitude
 
@@ -25,7 +25,7 @@ def voltage_entries(recipe: ActuateRecipe, inputs: Inputs) -> list[Entry]:
             entries.append(Entry(index, None, None, None, step.hold))
         elif step.table is not None:
             points = read_measured(inputs.read(step.table), step.table)
-            ramps = voltage_table(points.column("time", "time", TIME), points.column("voltage", "voltage", VOLTAGE))
+            ramps = voltage_table(ascending_times(points, step.table), points.column("voltage", "voltage", VOLTAGE))
             entries += [Entry(index, "voltage", _number(ramp.voltage), None, _number(ramp.duration)) for ramp in ramps]
         elif step.waveform is not None:
             entries += _cycles(index, step)

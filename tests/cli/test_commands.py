@@ -259,7 +259,7 @@ def test_validate_tells_every_mistake_of_every_recipe(dielast: Run, starter: Sta
     assert done.returncode == 2
     assert done.stdout.endswith("spectrum.toml: ok\n")
     assert done.stderr.splitlines() == [
-        f'{bad}: mastercurve: "nowhere": no such folder',
+        f'{bad}: mastercurve: "nowhere" does not exist; run the recipe that makes it (dielast mastercurve)',
         f'{bad}: fitt: unknown key; did you mean "fit"?',
         "gone.toml: no such file",
     ]

@@ -95,8 +95,8 @@ class Bookkeeper(Watch):
 def test_energy_is_conserved(first: float, second: float, controls: tuple[Control, Control]) -> None:
     points = Points.of(SOLID, np.array([20.0]), 1e-9)
     alike = first == second and controls[0] is controls[1]
-    film = prestretch(points, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, alike=alike, rtol=1e-9)
-    watch = Bookkeeper(controls, np.array([np.inf]), ONE_PERCENT, ())
+    film, _ = prestretch(points, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, alike=alike, rtol=1e-9)
+    watch = Bookkeeper(controls, np.array([np.inf]), ONE_PERCENT, (), 1e-9)
     steps = [VoltageStep(2e3, duration=3.0), VoltageStep.hold(200.0), VoltageStep(-1e3, duration=10.0), VoltageStep.hold(50.0)]
     programme(film, voltage_pieces(steps, controls, THICKNESS, 1), watch, rtol=1e-9)
     gained = watch.stored[-1] - watch.stored[0]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from dielast import integrate as module
 from dielast.integrate import Status, Stride, integrate
 from dielast.rosenbrock import RODAS5P
 
@@ -160,3 +161,27 @@ def test_a_solution_that_ceases_to_exist_is_reported_where_it_does() -> None:
     assert result.status.tolist() == [Status.STEP_VANISHED, Status.COMPLETED]
     assert result.time[0] == pytest.approx(1.0, rel=1e-6)
     assert result.state[0, 1] == pytest.approx(0.2, rel=1e-6)
+
+
+def test_what_gets_nowhere_is_given_up_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "STALL_STEPS", 500)
+    # a tenth of a second a step, and 1e15 s to go
+    result = integrate(Oscillating(np.ones(2)), np.zeros((2, 2)), np.array([1e15, 2.0]), rtol=1e-6)
+    assert result.status.tolist() == [Status.STALLED, Status.COMPLETED]
+    assert result.steps[0] + result.rejected[0] == 500
+    assert result.state[0, 1] == pytest.approx(np.sin(2.0), abs=1e-5)
+
+
+def test_a_first_step_is_shortened_where_the_rates_have_a_transient() -> None:
+    stiff, start = Oscillating(np.full(2, 1e6)), np.array([[0.0, 1e-3], [0.0, 0.0]])
+    first: list[float] = []
+
+    def look(stride: Stride) -> None:
+        if not first:
+            first.extend(stride.step.tolist())
+
+    result = integrate(stiff, start, np.full(2, 1.0), rtol=1e-6, observe=look, first_step=np.full(2, 0.1))
+    assert np.all(result.status == Status.COMPLETED)
+    assert first[0] > 1e-3  # nothing decays
+    assert first[1] < 1e-5  # 1e-3 decays within microseconds
+    assert np.all(result.next_step > 0)

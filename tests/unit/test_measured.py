@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dielast.errors import InputError
-from dielast.measured import MeasuredTable, TextFormat, read_measured
-from dielast.units import STRESS, TEMPERATURE, TIME
+from dielast.measured import MeasuredTable, TextFormat, decode, read_measured
+from dielast.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMPERATURE, TIME, VISCOSITY, Dimension, conversion
 
 DATA = [(0.1, 2.5), (1.0, 2.0), (10.5, 1.25)]
 
@@ -167,3 +167,52 @@ def test_old_macintosh_line_ends_and_typeset_signs_are_read() -> None:
 def test_a_unit_stated_in_other_words_is_no_contradiction() -> None:
     table = read_measured("T [°C],x\n1,2\n".encode(), "dma.csv", units={"temperature": "degC"})
     assert table.column("T", "temperature", TEMPERATURE).tolist() == [1]
+
+
+@given(st.text(st.characters(min_codepoint=32, max_codepoint=255), min_size=1))
+def test_text_survives_every_encoding(text: str) -> None:
+    for encoding in ("utf-8", "utf-8-sig", "utf-16"):
+        assert decode(text.encode(encoding), "dma.csv") == text
+    assert decode(text.encode("latin-1"), "dma.csv", "latin-1") == text
+
+
+def test_utf_16_is_seen_without_its_mark() -> None:
+    text = "\n".join(["Project:\tmodel", "time [s]\tE [MPa]", *(f"{k}\t{k}" for k in range(1, 40))])
+    assert read_measured(text.encode("utf-16-le"), "dma.csv").column("time", "time", TIME)[:2].tolist() == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("unit", "dimension", "scale"),
+    [
+        ("Hz", FREQUENCY, 1.0),
+        ("kHz", FREQUENCY, 1e3),
+        ("rad/s", ANGULAR_FREQUENCY, 1.0),
+        ("rad/min", ANGULAR_FREQUENCY, 1 / 60),
+        ("rad.s^-1", ANGULAR_FREQUENCY, 1.0),
+        ("1/MPa", COMPLIANCE, 1e-6),
+        ("Pa⁻¹", COMPLIANCE, 1.0),
+        ("cm²/dyn", COMPLIANCE, 10.0),
+        ("mPa·s", VISCOSITY, 1e-3),
+        ("Pa.s", VISCOSITY, 1.0),
+        ("dyn/cm²", STRESS, 0.1),
+    ],
+)
+def test_units_of_instruments(unit: str, dimension: Dimension, scale: float) -> None:
+    assert conversion(unit, dimension) == (pytest.approx(scale, rel=1e-12), 0.0)
+
+
+@pytest.mark.parametrize("dimension", [FREQUENCY, ANGULAR_FREQUENCY])
+@pytest.mark.parametrize("unit", ["1/s", "/s", "s^-1", "1/min", "s⁻¹"])
+def test_what_may_be_hz_or_radians_per_second_is_neither(unit: str, dimension: Dimension) -> None:
+    with pytest.raises(InputError, match="may mean a frequency or an angular frequency: say Hz or rad/s"):
+        conversion(unit, dimension)
+
+
+def test_the_recipe_may_settle_what_a_header_leaves_open() -> None:
+    table = read_measured(b"w [1/s],E [Pa]\n1,2\n", "dma.csv", units={"frequency": "Hz"})
+    assert table.column("w", "frequency", FREQUENCY).tolist() == [1]
+    with pytest.raises(InputError, match=r'column "w" \[1/s\]: 1/s may mean'):
+        table.column("w", "angular_frequency", ANGULAR_FREQUENCY)
+    table = read_measured(b"w [rad/s],E [Pa]\n1,2\n", "dma.csv", units={"frequency": "Hz"})
+    with pytest.raises(InputError, match=r"the header says \[rad/s\], the recipe's units say \[Hz\]; leave one out"):
+        table.column("w", "frequency", FREQUENCY)

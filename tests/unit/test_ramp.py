@@ -9,7 +9,7 @@ from dielast import WLF, Gent, Material, Spectrum, build_master_curve
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.load import Step
-from dielast.recipe.mastercurve import RelaxationData
+from dielast.recipe.measurements import MeasurementData
 from dielast.simulate.relax import relax
 from dielast.workflow.mastercurve import read_curves
 
@@ -37,7 +37,7 @@ def test_with_a_ramp(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def curves(path: Path, **options: str) -> list:
     columns = {"temperature": "T", "time": "t", "strain": "strain", "stress": "stress"}
-    data = RelaxationData.model_validate({"file": path.name, "columns": columns, **options}, context={"folder": path.parent})
+    data = MeasurementData.model_validate({"file": path.name, "columns": columns, **options}, context={"folder": path.parent})
     return read_curves(data, Inputs(path.parent))
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dielast.characterise.nnls import Curve, fit_moduli
+from dielast.characterise.nnls import Curve, fit_strengths
 from dielast.characterise.spectrum import Method, fit_spectrum
 from dielast.errors import InputError
 from dielast.prony import Spectrum
@@ -62,8 +62,8 @@ def test_nnls_copes_with_any_scattered_curve(seed: int, noise: float, branches: 
     x = np.sort(rng.uniform(-4, 4, 60))
     modulus = 1e5 * 10 ** (1 - np.tanh(x)) * np.exp(noise * rng.standard_normal(x.size))
     tau = np.logspace(4, -4, branches)
-    solution = fit_moduli(Curve(10**x, modulus, np.ones(x.size)), tau)
-    model = Spectrum(tau, solution.shear_modulus).relaxation_modulus(10**x, solution.equilibrium_modulus)
-    assert np.all(solution.shear_modulus >= 0)
-    assert solution.equilibrium_modulus >= 0
+    solution = fit_strengths(Curve(10**x, modulus[None], np.ones(x.size)), tau, (None,))
+    model = Spectrum(tau, solution.strength).relaxation_modulus(10**x, float(solution.constants[0]))
+    assert np.all(solution.strength >= 0)
+    assert solution.constants[0] >= 0
     assert np.mean((model / modulus - 1) ** 2) <= 1  # never worse than no model at all

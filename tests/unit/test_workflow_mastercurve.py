@@ -8,7 +8,7 @@ import pytest
 from dielast import RelaxationCurve, build_master_curve
 from dielast.errors import InputError
 from dielast.files import Inputs
-from dielast.recipe.mastercurve import RelaxationData
+from dielast.recipe.measurements import MeasurementData
 from dielast.workflow.mastercurve import read_curves
 
 COLUMNS = {"temperature": "T", "time": "t", "modulus": "E"}
@@ -21,7 +21,7 @@ def rows(temperature: float, factor: float = 1.0) -> list[str]:
 
 def read(folder: Path, lines: list[str], **options: object) -> list[RelaxationCurve]:
     (folder / "dma.csv").write_text("\n".join(["T [degC],t [s],E [Pa]", *lines]) + "\n")
-    data = RelaxationData.model_validate({"file": "dma.csv", "columns": COLUMNS, **options}, context={"folder": folder})
+    data = MeasurementData.model_validate({"file": "dma.csv", "columns": COLUMNS, **options}, context={"folder": folder})
     return read_curves(data, Inputs(folder))
 
 
@@ -73,10 +73,10 @@ def test_files_state_their_temperature_in_a_list_or_in_their_name(tmp_path: Path
         {"files": "run_*.csv", "temperature_in_name": "run_{degC}C"},
         {"files": "abs_*.csv", "temperature_in_name": "abs_{K}K"},
     ):
-        data = RelaxationData.model_validate({"columns": columns, **options}, context={"folder": tmp_path})
+        data = MeasurementData.model_validate({"columns": columns, **options}, context={"folder": tmp_path})
         found = read_curves(data, Inputs(tmp_path))
         assert [round(curve.temperature, 6) for curve in found] == [0, 20]
-    data = RelaxationData.model_validate(
+    data = MeasurementData.model_validate(
         {"columns": columns, "files": "run_*.csv", "temperature_in_name": "x{degC}"}, context={"folder": tmp_path}
     )
     with pytest.raises(InputError, match="the name does not fit"):

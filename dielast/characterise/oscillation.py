@@ -1,0 +1,70 @@
+"""From a frequency sweep, shifted to one temperature, to the discrete relaxation spectrum."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.characterise.curve import long_time_end, votes
+from dielast.characterise.judge import Ends, check_counts, check_ends, check_moduli, judge_equilibrium, judge_fit, sorted_points
+from dielast.characterise.nnls import Curve, Total, fit_strengths
+from dielast.characterise.response import OSCILLATION
+from dielast.characterise.spectrum import SpectrumFit, placed_times
+from dielast.prony import Spectrum
+
+
+def fit_oscillation(
+    reduced_angular_frequency: ArrayLike,
+    storage_modulus: ArrayLike,
+    loss_modulus: ArrayLike,
+    *,
+    branches: int = 30,
+    relaxation_time: Ends = (None, None),
+    equilibrium_modulus: float | None = None,
+    glassy_modulus: float | None = None,
+    keep: int | None = None,
+) -> SpectrumFit:
+    """Discrete relaxation spectrum of a master curve of storage and loss modulus (Young's, Pa) over angular frequency (rad/s).
+
+    All of shape (n,), in any order. Non-negative moduli are fitted to the relative errors of both moduli together, as smooth as the
+    data ask for; relaxation times, prescribed moduli (Young's, Pa) and `keep` are those of `fit_spectrum`. `equilibrium_modulus` is
+    by default fitted, too.
+
+    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, the storage modulus at the lowest
+    frequencies being what has levelled off or not.
+    """
+    frequency, storage, loss = sorted_points(
+        ("reduced angular frequency", "rad/s", reduced_angular_frequency),
+        ("storage modulus", "Pa", storage_modulus),
+        ("loss modulus", "Pa", loss_modulus),
+    )
+    check_counts("nnls", branches, 1, keep)
+    check_ends(relaxation_time)
+    time, measured = 1 / frequency[::-1], np.stack([storage, loss])[:, ::-1]
+    curve = Curve(time, measured / 3, votes(np.log10(time)), OSCILLATION)
+    plateau = long_time_end(np.log10(time), curve.values[0])
+    check_moduli(equilibrium_modulus, glassy_modulus, 3 * plateau.modulus)
+    known = None if equilibrium_modulus is None else equilibrium_modulus / 3
+    tau = placed_times(curve, branches, relaxation_time, (known,))
+    solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (0.0,)))
+    equilibrium = float(solution.constants[0])
+    judge_equilibrium(known, equilibrium, plateau)
+
+    spectrum = Spectrum(tau[:keep], solution.strength[:keep])
+    model = np.stack([spectrum.storage_modulus(1 / time, equilibrium), spectrum.loss_modulus(1 / time)])
+    truncated = keep is not None and keep < branches
+    mean, worst = judge_fit(model / curve.values - 1, time, float(tau[:keep][-1]) if truncated else None)
+    return SpectrumFit(
+        method="nnls",
+        spectrum=spectrum,
+        equilibrium_shear_modulus=equilibrium,
+        branches=len(spectrum),
+        clipped_branches=0,
+        rms_relative_error=mean,
+        max_relative_error=worst,
+        reduced_time=time,
+        measured=measured,
+        model=3 * model,
+        smoothing=solution.smoothing,
+        test="oscillation",
+    )

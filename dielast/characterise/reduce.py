@@ -1,0 +1,226 @@
+"""The smallest spectrum that answers like a full one over a window of times, at stated temperatures.
+
+What is asked to agree is the stress after a strain step, G(t), and at the end of a steady ramp of duration t, the mean of G from 0
+to t, for every t in the window: whatever is loaded and held within the window is made of these. The second also keeps count of
+processes faster than the window, which have no part in G(t) there but, as viscosities, in the force of a ramp.
+
+For a given number of branches the relaxation times and moduli of least greatest relative error are sought by successive linear
+programmes (K. Madsen, J. Inst. Maths Applics 16 (1975) 321) from a row of relaxation times even in log time, and from one even in
+relaxed modulus; the number is the smallest whose error is within the tolerance. The equilibrium modulus is untouched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, NumericsError
+from dielast.prony import Spectrum
+from dielast.shift import NoShift, ShiftLaw
+
+Array = NDArray[np.float64]
+
+_PER_DECADE, _PROOF_PER_DECADE = 16, 60  # times at which the error is made small, and at which it is then measured
+_LEAST_TOLERANCE = 1e-5  # linear programmes are solved to little more, and no spectrum is known as well
+_ROUNDS = 40
+_WIDEST, _LEAST = 1.2, 1e-4  # a move of ln tau in one round, and one too small to go on with
+_GAIN = 1e-3  # of the error: less progress in a round is none
+_REACH = 10.0  # relaxation times are sought from the window's first time over this to its last time times this
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reduction:
+    """A reduced `spectrum` and the proof of what it is good for.
+
+    `max_relative_error` is the greatest of G(t) over the window at all temperatures, found at `temperature` (degC) and `time` (s),
+    and `max_relative_error_ramp` that of the mean modulus of a ramp. `full` and `reduced` (m,) are the moduli G (shear, Pa) that
+    were compared at `test_temperature` and `test_time`.
+    """
+
+    spectrum: Spectrum
+    tolerance: float
+    max_relative_error: float
+    max_relative_error_ramp: float
+    temperature: float
+    time: float
+    test_temperature: Array
+    test_time: Array
+    full: Array
+    reduced: Array
+
+
+def reduce_spectrum(
+    spectrum: Spectrum,
+    equilibrium_modulus: float,
+    shift: ShiftLaw,
+    *,
+    window: tuple[float, float],
+    temperatures: Sequence[float] | None = None,
+    tolerance: float = 0.01,
+) -> Reduction:
+    """The smallest spectrum within `tolerance` of the full one over `window` (s, s) at each of `temperatures` (degC).
+
+    `temperatures` is by default the reference temperature; `equilibrium_modulus` is shear, Pa. Raises `InputError` for a window or
+    tolerance that makes no sense, a temperature that the shift law does not reach, a spectrum that has relaxed to nothing within
+    the window, and where no smaller spectrum will do.
+    """
+    temperatures = (shift.reference_temperature,) if temperatures is None else tuple(temperatures)
+    log10_shift = _check(window, temperatures, tolerance, shift)
+    wanted = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE)
+    proof = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE)
+    few, many, found = 0, len(spectrum), None
+    while many - few > 1:  # the least error falls with the number of branches
+        number = min((few + many) // 2, 2 * few + 4)
+        trials = _candidates(wanted, number, spectrum)
+        trial = next((own for own in trials if np.max(np.abs(proof.error(own))) <= tolerance), None)
+        if trial is None:
+            few = number
+        else:
+            many, found = number, trial
+    if found is None:
+        raise InputError(
+            f"no spectrum of fewer than {len(spectrum)} branches stays within {tolerance:.3g} of the full one from {window[0]:g} "
+            f"to {window[1]:g} s: a larger tolerance or a narrower window is needed"
+        )
+    step, ramp = np.abs(proof.error(found)).reshape(2, -1)
+    worst, each = int(np.argmax(step)), step.size // len(temperatures)
+    of_step = slice(step.size)
+    return Reduction(
+        spectrum=found,
+        tolerance=tolerance,
+        max_relative_error=float(step[worst]),
+        max_relative_error_ramp=float(ramp.max()),
+        temperature=float(temperatures[worst // each]),
+        time=float(proof.time[worst] * 10 ** log10_shift[worst // each]),
+        test_temperature=np.repeat(temperatures, each),
+        test_time=proof.time[of_step] * 10 ** np.repeat(log10_shift, each),
+        full=proof.full[of_step],
+        reduced=found.relaxation_modulus(proof.time, equilibrium_modulus),
+    )
+
+
+def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance: float, shift: ShiftLaw) -> Array:
+    """log10 of the shift factors at the temperatures, or a refusal."""
+    first, last = window
+    if not 0 < first < last < np.inf:
+        raise InputError(f"window from {first:g} to {last:g} s: two positive times, the shorter one first, are needed")
+    if not _LEAST_TOLERANCE <= tolerance < 1:
+        raise InputError(f"tolerance = {tolerance:g}: a relative error from {_LEAST_TOLERANCE:g} to 1 is needed, such as 0.01")
+    if not temperatures:
+        raise InputError("at least one temperature is needed to reduce a spectrum for")
+    elsewhere = [own for own in temperatures if own != shift.reference_temperature]
+    if isinstance(shift, NoShift) and elsewhere:
+        raise InputError(
+            f"temperature {elsewhere[0]:g} degC: the curve comes without a shift law, so that a spectrum can be reduced for its "
+            f"reference temperature, {shift.reference_temperature:g} degC, only"
+        )
+    return shift.log10_shift_factor(np.array(temperatures, dtype=float))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Wanted:
+    """The answers of the full spectrum (2m,), first to steps and then to ramps, at the reduced times `time` (m,)."""
+
+    time: Array
+    full: Array
+    equilibrium: float
+
+    @classmethod
+    def over(cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Array, dense: int) -> _Wanted:
+        count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
+        time = (np.geomspace(*window, max(count, 3)) / 10 ** log10_shift[:, None]).reshape(-1)
+        full = equilibrium + _answers(time, spectrum.relaxation_time) @ spectrum.shear_modulus
+        least = 1e-12 * (equilibrium + spectrum.shear_modulus.sum())
+        if np.any(full <= least):
+            at = int(np.argmax(full <= least)) % time.size
+            raise InputError(
+                f"the full spectrum has relaxed to nothing at a reduced time of {time[at]:.3g} s: end the window before"
+            )
+        return cls(time, full, equilibrium)
+
+    def error(self, spectrum: Spectrum) -> Array:
+        return (self.equilibrium + _answers(self.time, spectrum.relaxation_time) @ spectrum.shear_modulus) / self.full - 1
+
+
+def _answers(time: Array, tau: Array) -> Array:
+    """exp(-t/tau) and its mean from 0 to t, one below the other, (2m, branches)."""
+    share = time[:, None] / tau
+    return np.concatenate([np.exp(-share), -np.expm1(-share) / share])
+
+
+def _slopes(time: Array, tau: Array) -> Array:
+    """The derivatives of `_answers` by ln tau."""
+    share = time[:, None] / tau
+    decay = np.exp(-share)
+    return np.concatenate([share * decay, -np.expm1(-share) / share - decay])
+
+
+def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Spectrum]:
+    """Spectra of `number` branches whose greatest error no small change makes less, each from another start."""
+    low = max(float(np.log(wanted.time.min() / _REACH)), float(np.log(spectrum.relaxation_time[-1])))
+    high = min(float(np.log(wanted.time.max() * _REACH)), float(np.log(spectrum.relaxation_time[0])))
+    low, high = min(low, high), max(low, high)
+    for start in _starts(wanted, number, spectrum, low, high):
+        yield _improved(wanted, start, low, high)
+
+
+def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: float) -> list[Array]:
+    """ln tau to begin with."""
+    share = (np.arange(number) + 0.5) / number
+    fine = np.linspace(low, high, 400)
+    step = wanted.full[: wanted.time.size]
+    order = np.argsort(wanted.time)
+    # the square root of relaxed modulus over modulus: between even in time and even in modulus
+    level = np.interp(fine, np.log(wanted.time[order]), step[order])
+    present = np.exp(-((fine[:, None] - np.log(spectrum.relaxation_time)) ** 2)) @ spectrum.shear_modulus / level
+    relaxed = np.cumsum(np.sqrt(present) + 1e-12)
+    return [low + share * (high - low), np.interp(share * relaxed[-1], relaxed, fine)]
+
+
+def _improved(wanted: _Wanted, log_tau: Array, low: float, high: float) -> Spectrum:
+    """The spectrum near `log_tau` where no small move of times and moduli makes the greatest relative error less."""
+    moduli, best = _programme(wanted, log_tau, None, 0.0, low, high)[1:]
+    trust = _WIDEST
+    for _ in range(_ROUNDS):
+        moved, _, _ = _programme(wanted, log_tau, moduli, trust, low, high)
+        trial_moduli, error = _programme(wanted, moved, None, 0.0, low, high)[1:]
+        if error < best * (1 - _GAIN):
+            log_tau, moduli, best = moved, trial_moduli, error
+            trust = min(1.5 * trust, _WIDEST)
+        else:
+            trust /= 3
+            if trust < _LEAST:
+                break
+    return Spectrum(np.exp(log_tau), moduli)
+
+
+def _programme(
+    wanted: _Wanted, log_tau: Array, moduli: Array | None, trust: float, low: float, high: float
+) -> tuple[Array, Array, float]:
+    """ln tau, moduli and the greatest relative error of a linear programme: on fixed times, or, about given moduli, with times that
+    move by up to `trust`."""
+    from scipy.optimize import linprog
+
+    tau = np.exp(log_tau)
+    answers = _answers(wanted.time, tau) / wanted.full[:, None]
+    scale = 1 / answers.max(axis=0)
+    columns, bounds = answers * scale, [(0.0, None)] * tau.size
+    if moduli is not None:
+        columns = np.column_stack([columns, _slopes(wanted.time, tau) * moduli / wanted.full[:, None]])
+        bounds += [(max(low - own, -trust), min(high - own, trust)) for own in log_tau.tolist()]
+    target = 1 - wanted.equilibrium / wanted.full
+    ones = np.ones((target.size, 1))
+    found = linprog(
+        np.append(np.zeros(columns.shape[1]), 1.0),
+        A_ub=np.block([[columns, -ones], [-columns, -ones]]),
+        b_ub=np.concatenate([target, -target]),
+        bounds=[*bounds, (0.0, None)],
+        method="highs",
+    )
+    if found.x is None:
+        raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {found.message}")
+    moved = log_tau + found.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
+    return moved, found.x[: tau.size] * scale, float(found.x[-1])

@@ -1,0 +1,87 @@
+"""The figure of a master curve of frequency sweeps: measurements, shift factors with the law, moduli and tan delta superposed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator
+
+from dielast.characterise.mastercurve import MasterCurve
+from dielast.characterise.measurement import FrequencySweep
+from dielast.plots.mastercurve import MOST_IN_LEGEND, POINTS, _points, _shift_factors
+from dielast.plots.style import MARKERS, TEMPERATURES, log_axis, sheet, style
+
+
+def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], title: str | None = None) -> Figure:
+    """The measured `curves`, the shift factors with error bars and fitted law, and the master curves of moduli and tan delta."""
+    with style():
+        figure = sheet(title, 2.0, 5.9)
+        parts = figure.subplot_mosaic("rs;mm;tt", height_ratios=(1.0, 1.15, 0.7))
+        raw, shift, moduli, tangent = (parts[name] for name in "rsmt")
+        tangent.sharex(moduli)
+        colour = ScalarMappable(Normalize(result.temperature.min(), result.temperature.max()), TEMPERATURES)
+        for curve in sorted(curves, key=lambda curve: curve.temperature):
+            index = int(np.argmin(np.abs(result.temperature - curve.temperature)))
+            for filled, modulus in ((True, curve.storage_modulus), (False, curve.loss_modulus)):
+                _points(raw, curve.angular_frequency, modulus, colour, curve.temperature, index, filled=filled)
+        _superposed(moduli, tangent, result, colour)
+        for axes in (raw, moduli):
+            log_axis(axes, "x")
+            log_axis(axes, "y")
+        log_axis(tangent, "y")
+        if np.divide(*tangent.get_ylim()[::-1]) < 100:
+            tangent.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            tangent.yaxis.set_major_formatter("{x:g}")
+        raw.set_xlabel("angular frequency [rad/s]")
+        raw.set_ylabel("Young's moduli [Pa]")
+        shifted = not np.all(result.vertical_shift == 1)
+        moduli.set_ylabel("Young's moduli" + (", shifted [Pa]" if shifted else " [Pa]"))
+        moduli.tick_params(labelbottom=False)
+        tangent.set_ylabel("tan δ")
+        tangent.set_xlabel(f"reduced angular frequency at {result.reference_temperature:g} °C [rad/s]")
+        _legend(moduli, result)
+        if result.temperature.size > MOST_IN_LEGEND:
+            figure.colorbar(colour, ax=[moduli, tangent], label="temperature [°C]", pad=0.01, aspect=40)
+        _shift_factors(shift, result)
+        for letter, axes in zip("abcd", (raw, shift, moduli, tangent), strict=True):
+            axes.set_title(f"({letter})", loc="left")
+    return figure
+
+
+def _superposed(moduli: Axes, tangent: Axes, result: MasterCurve, colour: ScalarMappable) -> None:
+    storage, loss = result.storage_modulus, result.loss_modulus
+    most = max(8, POINTS // result.temperature.size)
+    for index, temperature in enumerate(result.temperature):
+        here = result.point_temperature == temperature
+        across = result.reduced_angular_frequency[here]
+        for axes, value, filled in ((moduli, storage, True), (moduli, loss, False), (tangent, loss / storage, True)):
+            _points(axes, across, value[here], colour, float(temperature), index, most, filled=filled)
+    for axes, value in (
+        (moduli, result.smooth_ordinates[0]),
+        (moduli, result.smooth_ordinates[1]),
+        (tangent, result.smooth_ordinates[1] / result.smooth_ordinates[0]),
+    ):
+        axes.plot(result.smooth_abscissa, value, "-", color="black", linewidth=0.8)
+
+
+def _legend(axes: Axes, result: MasterCurve) -> None:
+    """What full and open markers mean, and the temperatures if they are few, above the axes, where no point can be."""
+    entries = [
+        Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", label="storage"),
+        Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", markerfacecolor="white", label="loss"),
+        Line2D([], [], color="black", linewidth=0.8, label="fitted"),
+    ]
+    if result.temperature.size <= MOST_IN_LEGEND:
+        places = (result.temperature - result.temperature[0]) / np.ptp(result.temperature)
+        for index, (temperature, place) in enumerate(zip(result.temperature, places, strict=True)):
+            own, marker = TEMPERATURES(float(place)), MARKERS[index % len(MARKERS)]
+            label = f"{temperature:g} °C"
+            entries.append(Line2D([], [], color=own, marker=marker, markersize=3, linestyle="none", label=label))
+    spacing = {"columnspacing": 1.0, "handletextpad": 0.2, "borderaxespad": 0.2}
+    axes.legend(handles=entries, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(entries), **spacing)

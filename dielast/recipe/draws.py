@@ -1,0 +1,96 @@
+"""The draws of a material: a table beside the material file, one draw a row."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.files import EXAMPLE, read_file
+from dielast.material import Material
+from dielast.prony import Spectrum
+from dielast.recipe.material import draws_file, parse_material
+from dielast.shift import WLF, Arrhenius, ShiftLaw, ShiftTable
+from dielast.table import Column, Table, number_columns
+
+EQUILIBRIUM = "equilibrium_shear_modulus"
+
+
+def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Table:
+    """The table of draws of one material, which share their relaxation times; `number` (draws,) says which draw each is."""
+    laws = [_constants(each.shift) for each in materials]
+    moduli = np.array([each.spectrum.shear_modulus for each in materials])
+    return [
+        Column("draw", None, number),
+        Column(EQUILIBRIUM, "Pa", np.array([each.equilibrium_modulus for each in materials])),
+        *(Column(name, unit, np.array([law[name, unit] for law in laws])) for name, unit in laws[0]),
+        *(Column(f"shear_modulus_{k + 1}", "Pa", column) for k, column in enumerate(moduli.T)),
+    ]
+
+
+def parse_draws(content: bytes, source: str, material: Material) -> tuple[Material, ...]:
+    """The draws of `material` in the bytes of their table; raises `InputError` if they are not of this material."""
+    law = [f"{name} [{unit}]" for name, unit in _constants(material.shift)]
+    count = len(material.spectrum)
+    if f",shear_modulus_{count + 1} [Pa]" in content.split(b"\n", 1)[0].decode(errors="replace"):
+        raise InputError(f"{source}: draws of more than the material's {count} branches: make both anew")
+    headers = [f"{EQUILIBRIUM} [Pa]", *law, *(f"shear_modulus_{k + 1} [Pa]" for k in range(count))]
+    columns = np.array(number_columns(content, source, headers))
+    for column, row in np.argwhere(~np.isfinite(columns))[:1]:
+        raise InputError(f'{source}: row {row + 2}: column "{headers[column]}": a number is needed')
+    if not columns.size:
+        raise InputError(f"{source}: no draws")
+    members = []
+    for row, values in enumerate(columns.T):
+        try:
+            shift = with_constants(material.shift, values[1 : 1 + len(law)].tolist())
+            spectrum = Spectrum(material.spectrum.relaxation_time, values[1 + len(law) :])
+        except InputError as error:
+            raise InputError(f"{source}: row {row + 2}: {error}") from None
+        members.append(replace(material, equilibrium_modulus=float(values[0]), spectrum=spectrum, shift=shift))
+    return tuple(members)
+
+
+def beside(source: str, name: str) -> str:
+    """The path of the file that a material file called `source` calls `name`."""
+    if source.startswith(EXAMPLE):
+        return EXAMPLE + str(PurePosixPath(source.removeprefix(EXAMPLE)).parent / name)
+    return str(Path(source).parent / name)
+
+
+def read_draws(path: str | Path) -> tuple[Material, ...]:
+    """The draws of the material in a material file; raises `InputError` with a line for every mistake, and if it has none."""
+    content = read_file(Path(path), str(path))
+    material, name = parse_material(content, str(path)), draws_file(content, str(path))
+    if name is None:
+        raise InputError(f"{path}: a material without draws: mastercurve and spectrum with [uncertainty] make them")
+    table = beside(str(path), name)
+    return parse_draws(read_file(Path(table), table), table, material)
+
+
+def _constants(law: ShiftLaw) -> dict[tuple[str, str], float]:
+    """What differs from draw to draw, by name and unit."""
+    match law:
+        case WLF():
+            return {("C1", "1"): law.C1, ("C2", "K"): law.C2}
+        case Arrhenius():
+            return {("activation_energy", "J/mol"): law.activation_energy}
+        case ShiftTable():
+            return {(f"log10_shift_factor_{t:g}", "1"): a for t, a in zip(law.temperature, law.log10_shift, strict=True)}
+    return {}
+
+
+def with_constants(law: ShiftLaw, constants: list[float]) -> ShiftLaw:
+    """The same law with other constants."""
+    match law:
+        case WLF():
+            return WLF(law.reference_temperature, *constants)
+        case Arrhenius():
+            return Arrhenius(law.reference_temperature, *constants)
+        case ShiftTable():
+            return ShiftTable(law.reference_temperature, law.temperature, tuple(constants))
+    return law

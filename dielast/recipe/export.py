@@ -1,0 +1,48 @@
+"""The [export] section: material cards for finite-element codes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from dielast.errors import InputError
+from dielast.export.conventions import CardOptions
+from dielast.recipe.fields import PositiveModulus, Quantity, Section, Temperature
+from dielast.units import Dimension
+
+DENSITY = Dimension("a density", "kg/m^3", "960 kg/m^3")
+Format = Literal["abaqus", "ansys", "febio", "comsol", "mfront"]
+
+
+class Export(Section):
+    """Material cards to write beside material.toml; what a code cannot carry is an error unless a key here allows it."""
+
+    formats: list[Format] = Field(min_length=1, description="The codes to write cards for.")
+    units: Literal["SI", "mm-t-s", "mm-N-MPa"] = Field("SI", description="Consistent units of the cards; COMSOL's is always SI.")
+    temperature_scale: Literal["degC", "K"] = Field("degC", description="Of the model's temperatures (Abaqus, ANSYS).")
+    hyperelastic: Literal["gent", "neo-hookean", "yeoh"] | None = Field(
+        None, description="Springs of the cards; default: the material's own, or an error."
+    )
+    J_lim: float | None = Field(None, gt=0, description="One limit for all springs, for codes that know only one.")
+    moduli: Literal["instantaneous", "long-term"] = Field(
+        "instantaneous", description="Which modulus the elastic constants state (Abaqus, FEBio)."
+    )
+    bulk_modulus: PositiveModulus | None = Field(None, description="Default: incompressible, or by Poisson's ratio.")
+    poisson_ratio: float | None = Field(
+        None, ge=0, lt=0.5, description="At time zero; default where a bulk modulus must be: 0.495 (FEBio, MFront)."
+    )
+    density: Annotated[float, Quantity(DENSITY, above=0.0)] | None = Field(None, description="Left out of the cards if not stated.")
+    temperature: Temperature | None = Field(None, description="Where a card holds whose code cannot carry the shift law.")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(set(self.formats)) < len(self.formats):
+            raise InputError("formats must differ")
+        if self.bulk_modulus is not None and self.poisson_ratio is not None:
+            raise InputError("give bulk_modulus or poisson_ratio, not both")
+        return self
+
+    def options(self) -> CardOptions:
+        """The same for the library."""
+        return CardOptions(**self.model_dump(exclude={"formats"}))

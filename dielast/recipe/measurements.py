@@ -1,0 +1,214 @@
+"""`[data]` of `mastercurve`: files of measurements, which column is what, and what was measured."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from dielast.errors import InputError
+from dielast.recipe.base import TextTable, units_of
+from dielast.recipe.fields import (
+    ColumnName,
+    InputFile,
+    InputFiles,
+    PositiveTime,
+    Section,
+    Step,
+    Temperature,
+    TemperatureDifference,
+    Time,
+)
+from dielast.units import (
+    ANGULAR_FREQUENCY,
+    COMPLIANCE,
+    FREQUENCY,
+    NUMBER,
+    STRAIN,
+    STRESS,
+    TEMPERATURE,
+    TIME,
+    VISCOSITY,
+)
+
+MeasurementName = Literal["relaxation", "oscillation", "creep"]
+
+ROLES = {
+    "temperature": TEMPERATURE,
+    "time": TIME,
+    "modulus": STRESS,
+    "strain": STRAIN,
+    "stress": STRESS,
+    "compliance": COMPLIANCE,
+    "frequency": FREQUENCY,
+    "angular_frequency": ANGULAR_FREQUENCY,
+    "storage": STRESS,
+    "loss": STRESS,
+    "tan_delta": NUMBER,
+    "complex_modulus": STRESS,
+    "complex_viscosity": VISCOSITY,
+}
+OVER_TIME = ("time", "modulus", "strain", "stress", "compliance")
+OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
+MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
+"""What the two moduli of a sweep can be told from."""
+
+
+class Columns(Section):
+    """Columns of a relaxation or creep test over time, or of a frequency sweep."""
+
+    temperature: ColumnName | None = Field(None, description="Temperature, where a file holds several.")
+    set: ColumnName | None = Field(
+        None, description="What is the same in all rows of one isothermal set; without it, temperature_tolerance parts the sets."
+    )
+    time: ColumnName | None = Field(None, description='Time since the start of the test; left out: "time".')
+    modulus: ColumnName | None = Field(None, description="Relaxation modulus.")
+    strain: ColumnName | None = Field(None, description="With stress, instead of modulus or compliance.")
+    stress: ColumnName | None = Field(None, description="Nominal, with strain.")
+    compliance: ColumnName | None = Field(None, description="Creep compliance.")
+    frequency: ColumnName | None = Field(None, description="Frequency of a sweep, in Hz.")
+    angular_frequency: ColumnName | None = Field(None, description="Angular frequency of a sweep, in rad/s.")
+    storage: ColumnName | None = Field(None, description="Storage modulus, with loss or tan_delta.")
+    loss: ColumnName | None = Field(None, description="Loss modulus.")
+    tan_delta: ColumnName | None = Field(None, description="Loss over storage modulus, with storage or complex_modulus.")
+    complex_modulus: ColumnName | None = Field(None, description="Magnitude of the complex modulus, with tan_delta.")
+    complex_viscosity: ColumnName | None = Field(
+        None, description="Magnitude of the complex viscosity; it shows whether frequencies are in Hz or rad/s as stated."
+    )
+
+    @property
+    def by_role(self) -> dict[str, str | int]:
+        """The columns given, by their role."""
+        return {role: column for role in (*ROLES, "set") if (column := getattr(self, role)) is not None}
+
+    @property
+    def measurement(self) -> MeasurementName:
+        """What the columns say was measured; strain and stress are taken for relaxation unless the recipe says creep."""
+        given = self.by_role
+        if any(role in given for role in OVER_FREQUENCY):
+            return "oscillation"
+        return "creep" if "compliance" in given else "relaxation"
+
+    @model_validator(mode="after")
+    def _one_measurement(self) -> Self:
+        given = self.by_role
+        over_time = [role for role in OVER_TIME if role in given]
+        over_frequency = [role for role in OVER_FREQUENCY if role in given]
+        if over_time and over_frequency:
+            raise InputError(
+                f"{' and '.join(over_time)} are of a test over time, {' and '.join(over_frequency)} of a frequency sweep: "
+                "one kind of measurement makes a master curve"
+            )
+        if over_frequency:
+            _check_sweep(given)
+        else:
+            _check_over_time(given)
+        first: dict[str | int, str] = {}
+        for role, column in given.items():
+            if first.setdefault(column, role) != role:
+                raise InputError(f'{first[column]} and {role} are the same column, "{column}"')
+        return self
+
+
+def _check_over_time(given: dict[str, str | int]) -> None:
+    if ("strain" in given) != ("stress" in given):
+        raise InputError("strain and stress go together")
+    found = [role for role in ("modulus", "stress", "compliance") if role in given]
+    if not found:
+        raise InputError(
+            "either modulus, or strain and stress, is needed; for creep compliance; "
+            "for a sweep storage and loss over frequency or angular_frequency"
+        )
+    if len(found) > 1:
+        raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(found)}")
+
+
+def _check_sweep(given: dict[str, str | int]) -> None:
+    measured = [role for role in ("storage", "loss", "tan_delta", "complex_modulus") if role in given]
+    if measured == ["tan_delta"]:
+        raise InputError("tan_delta says nothing of a modulus: storage or complex_modulus is needed with it")
+    if set(measured) not in MODULI:
+        ways = "storage and loss, or storage and tan_delta, or complex_modulus and tan_delta"
+        raise InputError(f"{ways}, are needed" + (f", not {' and '.join(measured)}" if measured else ""))
+    if "frequency" not in given and "angular_frequency" not in given:
+        raise InputError("frequency (in Hz) or angular_frequency (in rad/s) is needed")
+
+
+class MeasurementData(TextTable):
+    """Measurements at several temperatures: one file with a temperature column, one file for each, or an instrument's export."""
+
+    file: InputFile | None = Field(None, description="One file with a temperature column, or an instrument's export.")
+    files: InputFiles | None = Field(None, description="A list of files, or a glob pattern relative to the recipe.")
+    temperatures: list[Temperature] | None = Field(None, description="Temperature of each of files, in their order.")
+    temperature_in_name: str | None = Field(
+        None, description="Where a file's name states its temperature: text with {degC} or {K} in the number's place."
+    )
+    measurement: MeasurementName | None = Field(None, description="What was measured; told from the columns if left out.")
+    columns: Columns | None = Field(None, description="Which column is what; an instrument's export says it itself.")
+    steps: list[Step] | None = Field(
+        None, description="Steps of an instrument's export to take, by name (with * and ?) or number; left out: all that fit."
+    )
+    format: Literal["table"] | None = Field(None, description="Take the file for a plain table, whatever it looks like.")
+    units: Annotated[dict[str, str], units_of(**ROLES)] = Field(
+        {}, description="Units by column, where the header does not say them."
+    )
+    test: Literal["tension", "shear"] | None = Field(
+        None,
+        description="A shear modulus is written as Young's, three times as much. Left out: tension, or what an export says.",
+    )
+    discard_before: Time = Field(0.0, validate_default=False, description="Drop earlier points, such as the ramp.")
+    ramp: PositiveTime | None = Field(
+        None,
+        description="Duration of the ramp that the times begin with. They are then counted from its middle, and points before "
+        "twice the ramp are dropped unless discard_before says otherwise.",
+    )
+    temperature_tolerance: TemperatureDifference = Field(
+        0.5, validate_default=False, description="Readings closer together than this belong to one temperature."
+    )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The files, in their order."""
+        return (self.file,) if self.file is not None else self.files or ()
+
+    @property
+    def first_time(self) -> float:
+        """Points before this time in s, as measured, are dropped; at 0 none are."""
+        return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the recipe itself says how the text is laid out, so that it is no instrument's export."""
+        return self.format == "table" or self.separator is not None or self.skip_rows > 0
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.file is None) == (self.files is None):
+            raise InputError("either file or files is needed")
+        stated = [name for name in ("temperatures", "temperature_in_name") if getattr(self, name) is not None]
+        if self.columns is not None and self.columns.temperature is not None:
+            stated.insert(0, "columns.temperature")
+        allowed = "columns.temperature" if self.file else "one of columns.temperature, temperatures, temperature_in_name"
+        enough = len(stated) == 1 or (self.columns is None and not stated)
+        if not enough or (self.file and stated not in ([], ["columns.temperature"])):
+            raise InputError(f"temperatures are needed from {allowed}" + (f", not from {' and '.join(stated)}" if stated else ""))
+        if self.files is not None and self.temperatures is not None and len(self.files) != len(self.temperatures):
+            raise InputError(f"{len(self.files)} files but {len(self.temperatures)} temperatures")
+        if self.temperature_in_name is not None and not any(mark in self.temperature_in_name for mark in ("{degC}", "{K}")):
+            raise InputError('temperature_in_name needs {degC} or {K} where the number stands, such as "dma_{degC}C.csv"')
+        return self
+
+    @model_validator(mode="after")
+    def _one_measurement(self) -> Self:
+        if self.columns is None and self.is_plain:
+            raise InputError("columns are needed for a plain table")
+        found = self.columns.measurement if self.columns is not None else None
+        given = self.columns.by_role if self.columns is not None else {}
+        if self.measurement is not None and found not in (None, self.measurement) and "stress" not in given:
+            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{found}"')
+        if self.measurement == "oscillation" and "stress" in given:
+            raise InputError('measurement = "oscillation", but strain and stress are columns of a test over time')
+        kind = self.measurement or found
+        if kind == "oscillation" and (self.ramp is not None or self.discard_before > 0):
+            raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
+        return self

@@ -1,0 +1,119 @@
+"""The recipe models as others read them: a JSON Schema for editors, and a list of keys for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.json_schema import models_json_schema
+
+from dielast.recipe.fields import QUANTITY, UNIT
+from dielast.recipe.models import KINDS, recipe_model
+
+NAMES = {"string": "text", "number": "number", "integer": "whole number", "boolean": "true or false"}
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key of a recipe: its `path`, such as `step[].rate`, what it `takes`, its `default` if there is one, and its meaning."""
+
+    path: str
+    takes: str
+    default: str
+    meaning: str
+
+
+def recipe_schema() -> dict[str, Any]:
+    """One JSON Schema for recipes of every kind, told apart by `kind`."""
+    references, definitions = models_json_schema([(recipe_model(kind), "validation") for kind in KINDS])
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "dielast recipe",
+        "oneOf": list(references.values()),
+        **definitions,
+    }
+    _say_units(schema)
+    return schema
+
+
+def keys(model: type[BaseModel]) -> list[Key]:
+    """Every key of a recipe or material file, in the order of the model, those of a table below it."""
+    schema = model.model_json_schema()
+    _say_units(schema)
+    return list(_keys(schema, schema.get("$defs", {}), ""))
+
+
+def _say_units(node: Any) -> None:
+    """Give every default of a quantity its unit, as a recipe would."""
+    if isinstance(node, dict):
+        default = node.get("default")
+        unit = next((option[UNIT] for option in _options(node) if UNIT in option), None)
+        if unit is not None and isinstance(default, float):
+            node["default"] = f"{default:g} {unit}"
+        node = list(node.values())
+    if isinstance(node, list):
+        for inner in node:
+            _say_units(inner)
+
+
+def _keys(schema: Mapping[str, Any], definitions: Mapping[str, Any], prefix: str) -> Iterator[Key]:
+    required = schema.get("required", ())
+    for name, field in schema["properties"].items():
+        path = prefix + name
+        inner, many = _table(field, definitions)
+        default = "needed" if name in required else _default(field)
+        if inner is None:
+            yield Key(path, _takes(field), default, field["description"])
+        else:
+            # a description that says the same as the table's own is left to that
+            meaning = field.get("description", inner.get("description", ""))
+            yield Key(path, "tables" if many else "table", "needed" if name in required else "", meaning)
+            yield from _keys(inner, definitions, f"{path}[]." if many else f"{path}.")
+
+
+def _table(field: Mapping[str, Any], definitions: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, bool]:
+    """The schema of the table that a key holds, if it holds one, and whether it is a list of them."""
+    for option in _options(field):
+        target = option.get("items", option)
+        if "$ref" in target:
+            return definitions[target["$ref"].split("/")[-1]], "items" in option
+    return None, False
+
+
+def _options(field: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """What a key may hold; null is what is left out."""
+    if "anyOf" in field:
+        return [option for inner in field["anyOf"] for option in _options(inner)]
+    return [] if field.get("type") == "null" else [field]
+
+
+def _takes(field: Mapping[str, Any]) -> str:
+    kinds = list(dict.fromkeys(_kind(option) for option in _options(field)))
+    lists = [f"list of {kind}" for kind in kinds]
+    return " or ".join("a list of them" if kind in lists else kind for kind in kinds)
+
+
+def _kind(option: Mapping[str, Any]) -> str:
+    if "const" in option:
+        return f'"{option["const"]}"'
+    if "enum" in option:
+        return ", ".join(f'"{value}"' for value in option["enum"])
+    if "examples" in option:
+        examples = " or ".join(f'"{example}"' for example in option["examples"])
+        return f"{option[QUANTITY]}, {examples}" if QUANTITY in option else examples
+    if "format" in option:
+        return str(option["format"])
+    if option.get("type") == "array":
+        return f"list of {_takes(option['items'])}" if option.get("items") else "list"
+    if option.get("type") == "object":
+        return "table"
+    return str(NAMES.get(option.get("type", ""), "value"))
+
+
+def _default(field: Mapping[str, Any]) -> str:
+    default = field.get("default")
+    if default in (None, [], {}):
+        return ""
+    return f'"{default}"' if isinstance(default, str) else f"{default:g}" if isinstance(default, float) else str(default)

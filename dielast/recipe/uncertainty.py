@@ -1,0 +1,84 @@
+"""The section `[uncertainty]` of recipes: how many draws, and what scatters from film to film."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+
+from dielast.ensemble import NormalScatter, Scatter, WeibullScatter, fewest_draws
+from dielast.errors import InputError, shown
+from dielast.recipe.fields import Section
+from dielast.units import STRAIN, parse
+
+
+def _share(value: Any) -> float:
+    """A standard deviation over the mean."""
+    try:
+        number = parse(value, STRAIN)
+    except InputError:
+        number = -1.0
+    if not 0 < number < 1:
+        raise InputError(f'{shown(value)}: a relative standard deviation below 100 % is needed, such as "5 %"')
+    return number
+
+
+Share = Annotated[float, PlainValidator(_share), WithJsonSchema({"type": "string", "examples": ["5 %"]})]
+
+
+class Draws(Section):
+    """How often the noise is drawn anew."""
+
+    draws: int = Field(200, ge=2, le=100_000, description="How many.")
+    seed: int = Field(1, ge=0, description="Of the random numbers: the same seed, the same result.")
+
+
+class Uncertainty(Draws):
+    """How many draws of the material are simulated, and what interval of them is told."""
+
+    level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval holds.")
+
+    @model_validator(mode="after")
+    def _enough(self) -> Self:
+        if self.draws < (fewest := fewest_draws(self.level)):
+            raise InputError(f"draws: {self.draws} do not tell an interval of level {self.level:g}: at least {fewest} are needed")
+        return self
+
+
+class FieldScatter(Section):
+    """How the breakdown field scatters from film to film."""
+
+    law: Literal["weibull", "normal"] = Field(description="The distribution.")
+    shape: float | None = Field(
+        None, gt=0, allow_inf_nan=False, description="Of Weibull's distribution, whose scale is the breakdown field stated."
+    )
+    relative: Share | None = Field(
+        None, description="Standard deviation of the normal distribution over its mean, the field stated."
+    )
+
+    @model_validator(mode="after")
+    def _its_own_number(self) -> Self:
+        needed, other = ("shape", "relative") if self.law == "weibull" else ("relative", "shape")
+        if getattr(self, needed) is None:
+            raise InputError(f'law "{self.law}" needs {needed}')
+        if getattr(self, other) is not None:
+            raise InputError(f'law "{self.law}" does not take {other}')
+        return self
+
+    def scatter(self) -> Scatter:
+        """The distribution."""
+        return WeibullScatter(self.shape) if self.shape is not None else NormalScatter(self.relative or 0.0)
+
+
+class FilmUncertainty(Uncertainty):
+    """The same for films under voltage, which scatter too."""
+
+    breakdown_field: FieldScatter | None = Field(None, description="Scatter of the breakdown field from film to film.")
+    thickness: Share | None = Field(
+        None, description="Relative standard deviation of the undeformed thickness from film to film, normally distributed."
+    )
+
+    def scatter(self) -> tuple[Scatter | None, Scatter | None]:
+        """The distributions of breakdown field and thickness."""
+        field = None if self.breakdown_field is None else self.breakdown_field.scatter()
+        return field, None if self.thickness is None else NormalScatter(self.thickness)

@@ -1,0 +1,171 @@
+"""Solve the chunks of a plan on a Dask cluster, which any plan will do for whose chunks know nothing of each other.
+
+The plan travels to each worker once. Dask gives the chunks of a worker that is lost to another one.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from dielast._version import __version__
+from dielast.errors import InputError
+from dielast.files import read_file
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+RETRIES = 2  # of a chunk that fails where it runs; how many workers it may outlive is the scheduler's to say
+PAUSE = 0.05  # s between two looks at what is done
+OWN = {"dielast": __version__, "numpy": np.__version__}  # what results may depend on
+KEPT = "what is solved is kept, and the same command goes on from there"
+
+Plan = TypeVar("Plan")
+Solved = TypeVar("Solved")
+
+
+class OtherVersion(RuntimeError):
+    """A worker computes with another version than this process does."""
+
+
+def solve_on(
+    scheduler: str, solve: Callable[[Plan, int, int], Solved], plan: Plan, chunks: Sequence[tuple[int, int]]
+) -> Iterator[Solved]:
+    """`solve(plan, first, end)` of each chunk, in the order in which the cluster finishes them.
+
+    `scheduler` is the address of a Dask scheduler, such as tcp://host:8786, or its scheduler file, NAME.json. `solve` is a
+    function of a module. Raises `InputError`, in a line that starts with `scheduler`, if the cluster is of no use: not reached,
+    without workers, of another version of dielast or numpy, or lost on the way.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise InputError(f"{scheduler}: a scheduler needs Dask, which is not installed: pip install 'dielast[cluster]'") from None
+    patience = _patience()
+    with _connected(scheduler, patience) as client:
+        _await_workers(scheduler, client, patience)
+        _check_versions(scheduler, client)
+        # a task of its own, not scattered: Dask can make it anew when the worker that holds it is lost
+        held = client.submit(_held, plan, pure=False)
+        first, end = zip(*chunks, strict=True)
+        futures = client.map(_solve_there, first, end, pure=False, retries=RETRIES, solve=solve, plan=held, versions=OWN)
+        try:
+            ready = distributed.as_completed(futures, loop=client.loop)
+            last = time.monotonic()
+            while not ready.is_empty():
+                if batch := ready.next_batch(block=False):
+                    yield from client.gather(batch)
+                    last = time.monotonic()
+                elif time.monotonic() - last > patience:
+                    if not client.nthreads():
+                        raise InputError(f"{scheduler}: all workers are gone; {KEPT}")
+                    last = time.monotonic()
+                else:
+                    time.sleep(PAUSE)
+        except distributed.KilledWorker as error:
+            many = error.allowed_failures + 1
+            raise InputError(f"{scheduler}: {many} workers died over the same cells, of want of memory perhaps; {KEPT}") from None
+        except (OtherVersion, ImportError) as error:
+            raise InputError(f"{scheduler}: a worker that joined later: {error}; {KEPT}") from None
+        except (CancelledError, OSError):
+            raise InputError(f"{scheduler}: the scheduler was lost; {KEPT}") from None
+        finally:
+            if client.status == "running":
+                client.cancel(futures)
+
+
+@contextmanager
+def _connected(scheduler: str, patience: float) -> Iterator[Client]:
+    import distributed
+
+    address = _address(scheduler)
+    # what Dask would say on standard error is said here in one line
+    logging.disable(logging.CRITICAL)
+    try:
+        try:
+            # a client that finds no scheduler does not end quietly
+            kind = asyncio.run(asyncio.wait_for(_kind(address), patience))
+        except (OSError, ValueError, TypeError, RuntimeError) as error:
+            reason = "" if isinstance(error, OSError) else f": {error}"
+            raise InputError(f"{scheduler}: no Dask scheduler answers there{reason}") from None
+        if kind != "Scheduler":
+            raise InputError(f"{scheduler}: a Dask {kind.lower()} answers there, a scheduler is needed")
+        with distributed.Client(address, set_as_default=False) as client:
+            yield client
+    finally:
+        logging.disable(logging.NOTSET)
+
+
+async def _kind(address: str) -> str:
+    """What runs at this address."""
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    async with rpc(address, connection_args=Security().get_connection_args("client")) as there:
+        return str((await there.identity())["type"])
+
+
+def _address(scheduler: str) -> str:
+    if not scheduler.endswith(".json"):
+        return scheduler
+    try:
+        return str(json.loads(read_file(Path(scheduler), scheduler))["address"])
+    except (ValueError, KeyError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{scheduler}: not the file that a Dask scheduler writes (dask scheduler --scheduler-file)") from None
+
+
+def _patience() -> float:
+    """As long as Dask waits for a connection, in s."""
+    import dask
+    from dask.utils import parse_timedelta
+
+    return float(parse_timedelta(dask.config.get("distributed.comm.timeouts.connect")))
+
+
+def _await_workers(scheduler: str, client: Client, patience: float) -> None:
+    try:
+        client.wait_for_workers(1, timeout=patience)
+    except TimeoutError:
+        raise InputError(f"{scheduler}: the scheduler has no workers, after {patience:g} s of waiting") from None
+
+
+def _check_versions(scheduler: str, client: Client) -> None:
+    known: dict[str, Any] = client.get_versions(packages=list(OWN))
+    own = known["client"]["packages"]
+    lines = []
+    for address, found in known["workers"].items():
+        if other := _differing(own, found["packages"]):
+            lines.append(f"worker {address}: {other}")
+    if lines:
+        more = f" (and {len(lines) - 1} more workers)" if len(lines) > 1 else ""
+        raise InputError(f"{scheduler}: {lines[0]}{more}")
+
+
+def _differing(own: Mapping[str, str | None], found: Mapping[str, str | None]) -> str:
+    """In words, what a worker has that differs from `own`; nothing if all is the same."""
+    differing = [name for name in OWN if own[name] != found[name]]
+    return ", ".join(f"{name} {own[name]} is needed, {found[name] or 'none'} is there" for name in differing)
+
+
+def _held(plan: Plan) -> Plan:
+    return plan
+
+
+def _solve_there(
+    first: int, end: int, *, solve: Callable[[Plan, int, int], Solved], plan: Plan, versions: Mapping[str, str]
+) -> Solved:
+    """On a worker: what it may have changed since the first check is its versions, for it may have joined after it."""
+    if other := _differing(versions, OWN):
+        raise OtherVersion(other)
+    return solve(plan, first, end)

@@ -1,0 +1,138 @@
+"""Draws on their way from `mastercurve` through `spectrum` to the simulations, as files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.characterise.bootstrap import MasterCurveDraws
+from dielast.characterise.spectrum import SpectrumFit
+from dielast.characterise.spectrum_draws import CurveDraws, draw_spectra
+from dielast.errors import InputError
+from dielast.files import Inputs
+from dielast.material import Material
+from dielast.prony import Spectrum
+from dielast.recipe.draws import beside, draw_columns, parse_draws, with_constants
+from dielast.recipe.material import draws_file, parse_material
+from dielast.recipe.validate import parse_toml
+from dielast.shift import ShiftLaw
+from dielast.table import Column, Table, number_columns, parse_csv
+from dielast.workflow.curve import Curve
+
+Array = NDArray[np.float64]
+
+DRAWS, LAWS, CURVES = "draws.csv", "draw-laws.csv", "draw-curves.csv"
+ORDINATES = {
+    "relaxation": (("reduced_time", "s"), (("relaxation_modulus", "Pa"),)),
+    "creep": (("reduced_time", "s"), (("creep_compliance", "1/Pa"),)),
+    "oscillation": (("reduced_angular_frequency", "rad/s"), (("storage_modulus", "Pa"), ("loss_modulus", "Pa"))),
+}
+UNITS = {"C2": "K", "activation_energy": "J/mol"}
+
+
+def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, list[Column]]:
+    """The tables of the draws of a master curve by file name: shift factors, law and smooth curve of each."""
+    count, m = draws.log10_shift_factor.shape
+    (abscissa, unit), ordinates = ORDINATES[measurement]
+    curves = [Column(abscissa, unit, draws.smooth_abscissa)]
+    for channel, (name, own_unit) in enumerate(ordinates):
+        pairs = zip(draws.number, draws.smooth_ordinates[:, channel], strict=True)
+        curves += [Column(f"{name}_{number}", own_unit, values) for number, values in pairs]
+    laws = [
+        Column(name, UNITS.get(name, "1"), values) for name, values in zip(draws.law_names, draws.law_parameters.T, strict=True)
+    ]
+    return {
+        DRAWS: [
+            Column("draw", None, np.repeat(draws.number, m)),
+            Column("temperature", "degC", np.tile(draws.temperature, count)),
+            Column("log10_shift_factor", "1", draws.log10_shift_factor.ravel()),
+            Column("vertical_shift", "1", draws.vertical_shift.ravel()),
+        ],
+        LAWS: [Column("draw", None, draws.number), *laws],
+        CURVES: curves,
+    }
+
+
+def draws_headline(draws: MasterCurveDraws, wanted: int, seed: int) -> dict[str, Any]:
+    """The section of a summary that compares the scatter of the draws with the standard errors of the fit."""
+    names = {"C2": "C2_K", "activation_energy": "activation_energy_J_per_mol"}
+    law = {} if draws.law_temperature.size else draws.stderr()
+    return {
+        "draws": wanted,
+        "seed": seed,
+        "without_master_curve": wanted - len(draws.number),
+        **{f"{names.get(name, name)}_stderr": value for name, value in law.items()},
+        "log10_shift_factor_stderr": np.std(draws.log10_shift_factor, axis=0, ddof=1).tolist(),
+    }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadDraws:
+    """Draws of a master curve as read: `number` (draws,), their smooth curves and their shift laws."""
+
+    number: NDArray[np.int64]
+    curves: CurveDraws
+    shifts: tuple[ShiftLaw, ...]
+
+
+def read_curve_draws(folder: str, curve: Curve, inputs: Inputs) -> ReadDraws | None:
+    """The draws in the folder that `mastercurve` wrote the `curve` into; none if its summary speaks of none."""
+    name = f"{folder}/summary.toml"
+    if "uncertainty" not in parse_toml(inputs.read(name), name):
+        return None
+    name = f"{folder}/{LAWS}"
+    content = inputs.read(name)
+    headers = [header for header in parse_csv(content, name) if header != "draw"]
+    number, *constants = number_columns(content, name, ["draw", *headers])
+    rows = np.array(constants).T if constants else np.zeros((number.size, 0))
+    name = f"{folder}/{CURVES}"
+    (abscissa, unit), ordinates = ORDINATES[curve.test]
+    wanted = [f"{one}_{int(k)} [{own}]" for one, own in ordinates for k in number]
+    first, *rest = number_columns(inputs.read(name), name, [f"{abscissa} [{unit}]", *wanted])
+    values = np.array(rest).reshape(len(ordinates), number.size, first.size)
+    if number.size < 2 or not (np.all(np.isfinite(rows)) and np.all(values > 0) and np.all(first > 0)):
+        raise InputError(f"{name}: not the draws that mastercurve wrote")
+    shifts = tuple(with_constants(curve.shift, row.tolist()) for row in rows)
+    return ReadDraws(number.astype(np.int64), CurveDraws(first, np.moveaxis(values, 1, 0)), shifts)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnMaterials:
+    """The draws of a material as a table, and what the summary says of them."""
+
+    table: Table
+    headline: dict[str, Any]
+
+
+def drawn_materials(
+    material: Material, curve: Curve, read: ReadDraws, fit: SpectrumFit, refit: Callable[[Array, Array], SpectrumFit]
+) -> DrawnMaterials:
+    """A material for each draw of the `curve`, whose whole spectrum is `fit`; `refit` fits other points the same way."""
+    abscissa, *ordinates = curve.columns
+    spectra = draw_spectra(abscissa, np.array(ordinates), read.curves, fit, refit, spectrum=material.spectrum)
+    tau = material.spectrum.relaxation_time
+    members = [
+        replace(material, equilibrium_modulus=float(level), spectrum=Spectrum(tau, moduli), shift=read.shifts[place])
+        for place, level, moduli in zip(spectra.used, spectra.equilibrium_modulus, spectra.shear_modulus, strict=True)
+    ]
+    headline = {
+        "draws": len(members),
+        "without_spectrum": len(read.number) - len(members),
+        "curve_scatter": spectra.scatter,
+        "model_misfit": spectra.misfit,
+    }
+    return DrawnMaterials(draw_columns(read.number[spectra.used], members), headline)
+
+
+def read_members(name: str, inputs: Inputs) -> tuple[Material, ...]:
+    """The draws of the material in a material file, none if it names no table of them."""
+    content = inputs.read(name)
+    file = draws_file(content, name)
+    if file is None:
+        return ()
+    table = beside(name, file)
+    return parse_draws(inputs.read(table), table, parse_material(content, name))

@@ -1,0 +1,82 @@
+"""Read what a recipe names without running it: every mistake in a file is told with the key that leads there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
+
+from dielast.errors import InputError
+from dielast.files import Inputs
+from dielast.recipe.base import RecipeBase
+from dielast.recipe.cases import Case
+from dielast.recipe.mastercurve import MasterCurveRecipe
+from dielast.recipe.spectrum import SpectrumRecipe
+
+Read = tuple[str, Any, Callable[[], object]]
+"""A recipe's key, what it says there, and how that is read."""
+
+
+def mistakes(cases: Sequence[Case[Any]], inputs: Inputs) -> list[str]:
+    """A line, beginning with the key, for every mistake in the files that `cases` name; each file is read once."""
+    found: dict[str, None] = {}
+    seen = []
+    for case in cases:
+        for key, stated, read in _reads(case.recipe, inputs):
+            if (key, stated) in seen:
+                continue
+            seen.append((key, stated))
+            try:
+                read()
+            except InputError as error:
+                found.update(dict.fromkeys(f"{key}: {line}" for line in error.messages))
+    return list(found)
+
+
+def _reads(recipe: RecipeBase, inputs: Inputs) -> Iterator[Read]:
+    if isinstance(recipe, MasterCurveRecipe):
+        yield from _relaxation(recipe, inputs)
+    elif isinstance(recipe, SpectrumRecipe):
+        yield from _curve(recipe, inputs)
+    else:
+        yield from _simulation(recipe, inputs)
+
+
+def _relaxation(recipe: MasterCurveRecipe, inputs: Inputs) -> Iterator[Read]:
+    from dielast.workflow.measurements import read_all
+
+    yield ("data.file" if recipe.data.file else "data.files"), recipe.data, lambda: read_all(recipe.data, inputs)
+
+
+def _curve(recipe: SpectrumRecipe, inputs: Inputs) -> Iterator[Read]:
+    from dielast.workflow.curve import read_curve, read_master_curve
+
+    folder = recipe.mastercurve
+    if folder is not None:
+        yield "mastercurve", folder, lambda: read_master_curve(folder, inputs)
+    else:
+        yield "data.file", recipe.data, lambda: read_curve(recipe.data, inputs)
+
+
+def _simulation(recipe: Any, inputs: Inputs) -> Iterator[Read]:
+    from dielast.recipe.material import parse_material
+    from dielast.workflow.compare import read_points
+
+    yield "material", recipe.material, lambda: parse_material(inputs.read(recipe.material), recipe.material)
+    for index, step in enumerate(getattr(recipe, "step", ())):
+        if step.table is not None:
+            yield f"step[{index}].table", step, partial(_follow, recipe, step, inputs)
+    for index, comparison in enumerate(getattr(recipe, "compare", ())):
+        yield f"compare[{index}].file", comparison, partial(read_points, comparison, inputs)
+
+
+def _follow(recipe: Any, step: Any, inputs: Inputs) -> object:
+    """The history of one step alone."""
+    alone = recipe.model_copy(update={"step": [step], "load": None})
+    if recipe.kind == "actuate":
+        from dielast.workflow.waveform import voltage_entries
+
+        return voltage_entries(alone, inputs)
+    from dielast.workflow.history import solver_steps
+
+    return solver_steps(alone, inputs)

@@ -1,0 +1,255 @@
+"""What `[uncertainty]` adds to a simulation: every case again with each draw, and the intervals that the draws tell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.ensemble import Sample, draw_sample, fewest_draws, interval, scaled
+from dielast.errors import InputError, NumericsError
+from dielast.files import Inputs
+from dielast.material import Material
+from dielast.recipe.cases import Case
+from dielast.recipe.material import breakdown
+from dielast.recipe.uncertainty import FilmUncertainty, Uncertainty
+from dielast.recipe.voltage import ActuateRecipe
+from dielast.simulate.actuate import Event
+from dielast.simulate.failure_map import DRAWN_RTOL, FailureMap
+from dielast.simulate.lifetime import LifetimeLine
+from dielast.table import Column
+from dielast.workflow.cases import CaseResult
+from dielast.workflow.draws import read_members
+
+Array = NDArray[np.float64]
+Band = tuple[Array, Array, Array]
+
+STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
+SURVIVING = "surviving [1]"
+NUMBERS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}  # of an event
+LINE = ("slope", "intercept", "rms_residual", "r_squared")
+
+
+def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: Inputs) -> Sample:
+    """The draws of the material in the file `name`; raises `InputError` if there is nothing that could differ between them."""
+    members = read_members(name, inputs)
+    if members and len(members) < (fewest := fewest_draws(uncertainty.level)):
+        raise InputError(
+            f"uncertainty.level: the {len(members)} draws of {name} do not tell an interval of level {uncertainty.level:g}: at "
+            f"least {fewest} are needed"
+        )
+    field = thickness = None
+    if isinstance(uncertainty, FilmUncertainty):
+        field, thickness = uncertainty.scatter()
+    if not members and field is None and thickness is None:
+        raise InputError(
+            f"uncertainty: {name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum "
+            "write a material with draws"
+        )
+    return draw_sample(members or (material,), uncertainty.draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
+
+
+def uncertainty_headline(uncertainty: Uncertainty | None) -> dict[str, dict[str, Any]]:
+    """The section of a summary that says what the intervals are; none without them."""
+    if uncertainty is None:
+        return {}
+    return {"uncertainty": {"draws": uncertainty.draws, "seed": uncertainty.seed, "level": uncertainty.level}}
+
+
+def bounded_cases(
+    cases: Sequence[Case[Any]],
+    materials: Sequence[Material],
+    results: Sequence[CaseResult],
+    inputs: Inputs,
+    simulate: Callable[[Sequence[Case[Any]], Sequence[Material]], Sequence[CaseResult]],
+) -> list[CaseResult]:
+    """The results with bounds, in cases that have `[uncertainty]`; the draws of a case run together."""
+    told = []
+    for case, material, result in zip(cases, materials, results, strict=True):
+        wanted: Uncertainty | None = case.recipe.uncertainty
+        if wanted is not None:
+            sample = sample_of(case.recipe.material, material, wanted, inputs)
+            with _said_of_a_draw():
+                drawn = simulate([_roughly(case)] * len(sample), sample.materials)
+            result = bounded(result, drawn, wanted.level)
+        told.append(result)
+    return told
+
+
+def bounded_films(
+    cases: Sequence[Case[ActuateRecipe]],
+    materials: Sequence[Material],
+    results: Sequence[CaseResult],
+    events: Sequence[Sequence[Event]],
+    inputs: Inputs,
+    simulate: Callable[
+        [Sequence[Case[ActuateRecipe]], Sequence[Material], Array], tuple[Sequence[CaseResult], Sequence[Sequence[Event]]]
+    ],
+) -> tuple[list[CaseResult], list[list[BoundedEvent]]]:
+    """The results and the events with bounds, in cases that have `[uncertainty]`."""
+    told, happened = [], []
+    for case, material, result, own in zip(cases, materials, results, events, strict=True):
+        wanted = case.recipe.uncertainty
+        bounds: list[BoundedEvent] = []
+        if wanted is not None:
+            sample = sample_of(case.recipe.material, material, wanted, inputs)
+            known = breakdown(case.recipe.breakdown)
+            drawn_materials = []
+            for each, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
+                field = known or each.breakdown
+                drawn_materials.append(replace(each, breakdown=None if field is None else scaled(field, factor)))
+            with _said_of_a_draw():
+                one = _roughly(case, breakdown=None)
+                drawn, drawn_events = simulate([one] * len(sample), drawn_materials, sample.thickness_factor)
+            result = bounded(result, drawn, wanted.level, failing=True)
+            bounds = bounded_events(own, drawn_events, wanted.level)
+        told.append(result)
+        happened.append(bounds)
+    return told, happened
+
+
+def _roughly(case: Case[Any], **changes: Any) -> Case[Any]:
+    """The case solved as exactly as a draw needs to be."""
+    solver = case.recipe.solver.model_copy(update={"rtol": max(case.recipe.solver.rtol, DRAWN_RTOL)})
+    return Case(case.recipe.model_copy(update={"solver": solver, **changes}), case.settings)
+
+
+@contextmanager
+def _said_of_a_draw() -> Iterator[None]:
+    """Errors that only a draw meets say so."""
+    try:
+        yield
+    except (InputError, NumericsError) as error:
+        raise type(error)(*(f"uncertainty: in a draw: {line}" for line in error.messages)) from None
+
+
+def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, *, failing: bool = False) -> CaseResult:
+    """The result of a case with lower and upper columns beside each that the draws differ in.
+
+    With `failing` films, a column tells the share of the draws that had not failed by each time; the bounds are those of the rest.
+    """
+    rows = result.columns["time [s]"].size
+    columns: dict[str, Array] = {}
+    for header, values in result.columns.items():
+        columns[header] = values
+        if header not in STATED:
+            low, high = interval(_stacked([each.columns[header] for each in drawn], rows), level)
+            columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
+    if failing:
+        there = _stacked([each.columns["time [s]"] for each in drawn], rows)
+        columns[SURVIVING] = np.mean(np.isfinite(there), axis=0)
+    return replace(result, columns=columns)
+
+
+def band(columns: Mapping[str, Array], x: str, y: str) -> Band | None:
+    """x, lower and upper y of a bounded case, for a figure; none where x itself is uncertain."""
+    if x not in STATED or _beside(y, "lower") not in columns:
+        return None
+    return columns[x], columns[_beside(y, "lower")], columns[_beside(y, "upper")]
+
+
+def _beside(header: str, which: str) -> str:
+    name, unit = header.rstrip("]").split(" [")
+    return f"{name}_{which} [{unit}]"
+
+
+def _stacked(columns: Sequence[Array], rows: int) -> Array:
+    """Columns of several draws as (draws, rows), NaN where one ended before."""
+    table = np.full((len(columns), rows), np.nan)
+    for row, values in zip(table, columns, strict=True):
+        row[: min(rows, values.size)] = values[:rows]
+    return table
+
+
+@dataclass(frozen=True, slots=True)
+class BoundedEvent:
+    """An event of a case, None where it happens in draws only, with the bounds of its `numbers` by name, and how likely it is."""
+
+    name: str
+    event: Event | None
+    lower: Mapping[str, float]
+    upper: Mapping[str, float]
+    probability: float
+
+
+def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], level: float) -> list[BoundedEvent]:
+    """The events of a case, and those that happen in draws only.
+
+    In a draw in which an event does not happen, it is later than all others: a time without upper bound may be beyond the end. All
+    else is that of the draws in which it happens.
+    """
+    seen: dict[str, int] = {}
+    rows: list[tuple[str, int, Event | None]] = []
+    for own_event in events:
+        rows.append((own_event.name, seen.get(own_event.name, 0), own_event))
+        seen[own_event.name] = seen.get(own_event.name, 0) + 1
+    rows += [(name, 0, None) for name in dict.fromkeys(each.name for own in drawn for each in own) if name not in seen]
+    result = []
+    for name, which, event in rows:
+        found = [next((e for k, e in enumerate(x for x in own if x.name == name) if k == which), None) for own in drawn]
+        lower, upper = {}, {}
+        for number in NUMBERS:
+            absent = np.inf if number == "time" else np.nan
+            low, high = interval(np.array([absent if e is None else float(getattr(e, number)) for e in found]), level)
+            lower[number], upper[number] = float(low), float(high)
+        result.append(BoundedEvent(name, event, lower, upper, sum(e is not None for e in found) / len(found)))
+    return result
+
+
+def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Column]:
+    """The table of events with bounds, by case; an event that happens in draws only has bounds alone."""
+    flat = [(case, event) for case, own in enumerate(events) for event in own]
+    columns = [
+        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
+        Column("event", None, [event.name for _, event in flat]),
+    ]
+    for name, unit in NUMBERS.items():
+        central = [np.nan if row.event is None else float(getattr(row.event, name)) for _, row in flat]
+        columns.append(Column(name, unit, np.array(central, dtype=float)))
+        columns.append(Column(f"{name}_lower", unit, np.array([row.lower[name] for _, row in flat], dtype=float)))
+        columns.append(Column(f"{name}_upper", unit, np.array([row.upper[name] for _, row in flat], dtype=float)))
+    return [*columns, Column("probability", "1", np.array([row.probability for _, row in flat], dtype=float))]
+
+
+def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Array, Array]]:
+    """Lower and upper bound of each time of a map by name; infinite where it is beyond the horizon."""
+    known = np.array([each.failure_mode != "unfinished" for each in drawn])
+    bounds = {}
+    for name in ("time_to_breakdown", "time_to_pull_in", "time_to_failure"):
+        times = np.array([getattr(each, name) for each in drawn])
+        bounds[name] = interval(np.where(np.isnan(times), np.where(known, np.inf, np.nan), times), level)
+    return bounds
+
+
+def failure_probability(drawn: Sequence[FailureMap]) -> Array:
+    """Share of the draws that fail within the horizon, of those whose fate is known."""
+    failed = np.array([np.isfinite(each.time_to_failure) for each in drawn])
+    known = np.array([each.failure_mode != "unfinished" for each in drawn])
+    return np.asarray(np.sum(failed, axis=0) / np.maximum(np.sum(known, axis=0), 1))
+
+
+def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], level: float) -> list[Column]:
+    """The table of a map with bounds beside each time, and the probability of failure."""
+    bounds = map_bounds(drawn, level)
+    result = []
+    for column in columns:
+        result.append(column)
+        if column.name in bounds:
+            pairs = zip(("lower", "upper"), bounds[column.name], strict=True)
+            result += [Column(f"{column.name}_{which}", column.unit, values.ravel()) for which, values in pairs]
+    return [*result, Column("failure_probability", "1", failure_probability(drawn).ravel())]
+
+
+def bounded_line_columns(columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float) -> list[Column]:
+    """The table of lifetime lines with bounds beside each number, from the lines of every draw."""
+    result = []
+    for column in columns:
+        result.append(column)
+        if column.name in LINE:
+            low, high = interval(np.array([[getattr(line, column.name) for line in lines] for lines in drawn], dtype=float), level)
+            result += [Column(f"{column.name}_lower", column.unit, low), Column(f"{column.name}_upper", column.unit, high)]
+    return result

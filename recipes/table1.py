@@ -1,0 +1,67 @@
+"""Table 1 and Fig. 10: the five spectra side by side.
+
+Usage: python table1.py -o DIR SPECTRUM... (folders written by `dielast spectrum`, cases 1 to 5 in order)
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+
+from dielast.files import write_files
+from dielast.plots.style import COLOURS, MARKERS, log_axis, panels, render, style
+from dielast.table import Column, to_csv
+
+Array = NDArray[np.float64]
+
+
+def read_spectrum(folder: Path) -> Array:
+    """Relaxation times in s and shear moduli in Pa, shape (branches, 2), slowest first."""
+    with (folder / "spectrum.csv").open(newline="") as lines:
+        return np.array([[float(cell) for cell in row] for row in list(csv.reader(lines))[1:]])
+
+
+def plot(spectra: list[Array]) -> bytes:
+    with style():
+        figure, (axes,) = panels(1, "VHB 4905 (reconstruction), spectra of Table 1")
+        for case, spectrum in enumerate(spectra):
+            # open markers that shrink from case to case: where spectra coincide, all of them show
+            look: Any = {"color": COLOURS[case], "markerfacecolor": "none", "markersize": 7 - case}
+            axes.plot(*spectrum.T, MARKERS[case], label=f"case {case + 1}, N = {len(spectrum)}", **look)
+        axes.set_xlabel("relaxation time [s]")
+        axes.set_ylabel("shear modulus [Pa]")
+        log_axis(axes, "x")
+        log_axis(axes, "y")
+        axes.legend()
+    return render(figure, "png")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("spectra", type=Path, nargs="+")
+    options = parser.parse_args()
+    spectra = [read_spectrum(folder) for folder in options.spectra]
+    # the sums as the runs state them: the CSV rounds each branch
+    summaries = [tomllib.loads((folder / "summary.toml").read_text()) for folder in options.spectra]
+    totals = [summary["moduli"]["nonequilibrium_shear_Pa"] for summary in summaries]
+    table = [
+        Column("case", None, np.arange(1, len(spectra) + 1)),
+        Column("branches", None, np.array([len(spectrum) for spectrum in spectra])),
+        Column("relaxation_time_max", "s", np.array([spectrum[0, 0] for spectrum in spectra])),
+        Column("relaxation_time_min", "s", np.array([spectrum[-1, 0] for spectrum in spectra])),
+        Column("nonequilibrium_shear_modulus", "Pa", np.array(totals)),
+    ]
+    summary = tomli_w.dumps({"kind": "table", "recipe": Path(__file__).name, "table1": {"cases": len(spectra)}}).encode()
+    write_files(options.out, {"table1.csv": to_csv(table), "table1.png": plot(spectra), "summary.toml": summary})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""What a failure map with draws costs beside the same map run once for each draw.
+
+    python tests/bench/bench_uncertainty.py [--draws N] [--rounds N]
+
+A map of 2 prestretches and 25 voltages; both ways are library calls, and their bounds are compared.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from synthetic import TRUTH
+
+from dielast.ensemble import draw_sample, interval
+from dielast.prony import Spectrum
+from dielast.shift import WLF
+from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
+
+MAP: dict[str, Any] = {
+    "voltage": np.linspace(3.4e3, 4.6e3, 25),
+    "prestretch": [1.7, 1.9],
+    "thickness": 5e-4,
+    "horizon": 86400.0,
+    "relax": 5400.0,
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--draws", type=int, default=200)
+    parser.add_argument("--rounds", type=int, default=5)
+    options = parser.parse_args()
+    random = np.random.default_rng(1)
+    members = [
+        replace(
+            TRUTH,
+            spectrum=Spectrum(
+                TRUTH.spectrum.relaxation_time, TRUTH.spectrum.shear_modulus * (1 + 0.02 * random.standard_normal(len(TRUTH.spectrum)))
+            ),
+            shift=WLF(20.0, 13.7 + 0.03 * random.standard_normal(), 187.1),
+        )
+        for _ in range(options.draws)
+    ]
+    sample = draw_sample(members, options.draws)
+    alone, together = [], []
+    for _ in range(options.rounds):
+        begin = time.perf_counter()
+        few = [failure_map(material, **MAP) for material in members[:10]]
+        alone.append((time.perf_counter() - begin) / len(few) * options.draws)
+        begin = time.perf_counter()
+        _, *drawn = solve_map(plan_failure_map(TRUTH, sample=sample, **MAP))
+        together.append(time.perf_counter() - begin)
+    slow, fast = statistics.median(alone), statistics.median(together)
+    print(f"failure map of {drawn[0].time_to_failure.size} cells, {options.draws} draws, medians of {options.rounds} rounds")
+    print(f"{'a run for each draw':28}{slow:9.2f} s   (10 runs, scaled)")
+    print(f"{'all draws in one run':28}{fast:9.2f} s   ratio {slow / fast:.1f}")
+    off = [np.abs(one.time_to_failure / other.time_to_failure - 1) for one, other in zip(few, drawn, strict=False)]
+    print(f"largest difference of a time to failure: {np.nanmax(off):.2%}")
+    low, high = interval(np.array([each.time_to_failure for each in drawn]), 0.9)
+    print(f"half width of the 90 % intervals: {np.nanmin(high / low - 1) / 2:.1%} to {np.nanmax(high / low - 1) / 2:.1%}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,188 @@
+"""What the README shows, taken from real runs: the output of its commands, its tables, and the list of keys.
+
+`python tests/cli/readme.py --write` brings README.md and recipes/KEYS.md up to date; without --write it only tells what differs.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import io
+import os
+import pty
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from typer.main import get_command
+
+from dielast.cli.app import app
+from dielast.recipe.material import MaterialFile
+from dielast.recipe.models import KINDS, recipe_model
+from dielast.recipe.schema import Key, keys
+from dielast.recipe.simulation import SimulationRecipe
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+KEYS = ROOT / "recipes/KEYS.md"
+SIMULATIONS = ("relax", "creep", "actuate")
+INTRODUCTION = """\
+# Keys
+
+Every key of a recipe and of a material file; `tests/cli/readme.py` writes this page from the models that check them. Anything
+with a dimension is text with its unit, such as `"2.5 kV"`; bare numbers are dimensionless. A path is relative to the file that
+states it; `example:NAME` is a file that ships with dielast. `step[].rate` is the key `rate` of each `[[step]]`; a key can be set
+from the command line by its path and number, `--set step.0.rate='0.1 /s'`.
+"""
+_BLOCK = re.compile(r"(?<=```console\n).*?(?=```)", re.DOTALL)
+_PYTHON = re.compile(r"(```python\n(.*?)```\n\nprints\n\n```text\n).*?(?=```)", re.DOTALL)
+_CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
+_TABLE = re.compile(r"(<!-- (commands|options) -->\n).*?(?=<!-- end -->)", re.DOTALL)
+
+
+def steps(block: str) -> list[tuple[str, list[str]]]:
+    """(command, lines of output) of a console block."""
+    found: list[tuple[str, list[str]]] = []
+    for line in block.splitlines():
+        if line.startswith("$ "):
+            found.append((line[2:], []))
+        else:
+            found[-1][1].append(line)
+    return found
+
+
+def session() -> list[tuple[str, list[str]]]:
+    """The commands of every console block of the README and their output, in order."""
+    return [step for block in _BLOCK.findall(README.read_text()) for step in steps(block)]
+
+
+class Terminal:
+    """Runs commands in `folder` as a reader of the README does, on a terminal of 80 columns beside a checkout."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        launcher = folder / ".bin" / "dielast"
+        launcher.parent.mkdir()
+        launcher.write_text(f"#!/bin/sh\nexec {shlex.quote(sys.executable)} -c 'from dielast.cli import main; main()' \"$@\"\n")
+        launcher.chmod(0o755)
+        (folder / "dielast").symlink_to(ROOT / "dielast")
+        path = f"{launcher.parent}:{os.environ['PATH']}"
+        own = {"PATH": path, "MPLCONFIGDIR": str(folder / ".matplotlib"), "COLUMNS": "80", "TERM": "xterm", "LC_ALL": "C.UTF-8"}
+        self.environment = {**os.environ, **own, "PYTHONPATH": str(ROOT)}
+
+    def run(self, command: str) -> list[str]:
+        """The lines that a command shows: standard output as on a terminal, then standard error."""
+        ours, theirs = pty.openpty()
+        with tempfile.TemporaryFile() as errors:
+            child = subprocess.Popen(
+                command, shell=True, cwd=self.folder, env=self.environment, stdin=subprocess.DEVNULL, stdout=theirs, stderr=errors
+            )
+            os.close(theirs)
+            shown = b"".join(_received(ours))
+            os.close(ours)
+            child.wait(timeout=120)
+            errors.seek(0)
+            shown += errors.read()
+        if child.returncode not in (0, 2):
+            raise RuntimeError(f"{command}: exit code {child.returncode}: {shown.decode()}")
+        return [line.rstrip() for line in _CONTROL.sub("", shown.decode()).splitlines()]
+
+
+def _received(terminal: int) -> Iterator[bytes]:
+    """What arrives at a terminal until nobody writes to it any more."""
+    while True:
+        try:
+            piece = os.read(terminal, 65536)
+        except OSError:
+            return
+        if not piece:
+            return
+        yield piece
+
+
+def real_blocks() -> Iterator[str]:
+    """Every console block of the README with the output that its commands have; make is not run."""
+    with tempfile.TemporaryDirectory() as folder:
+        terminal = Terminal(Path(folder))
+        for block in _BLOCK.findall(README.read_text()):
+            lines = []
+            for command, shown in steps(block):
+                lines += [f"$ {command}", *(shown if command.startswith("make") else terminal.run(command))]
+            yield "\n".join(lines) + "\n"
+
+
+def printed(code: str) -> str:
+    """What a block of Python prints."""
+    with contextlib.redirect_stdout(io.StringIO()) as output:
+        exec(compile(code, "README.md", "exec"), {})
+    return output.getvalue()
+
+
+def command_table() -> str:
+    """Every command and what it does."""
+    rows = ["| command | what it does |", "|---|---|"]
+    for name, command in get_command(app).commands.items():
+        arguments = "".join(f" {each.metavar}" for each in command.params if each.param_type_name == "argument")
+        text = " ".join(inspect.cleandoc(command.help or "").split("\n\n")[0].split())
+        rows.append(f"| `dielast {name}{arguments}` | {text.rstrip('.')} |")
+    return "\n".join(rows) + "\n"
+
+
+def option_table() -> str:
+    """Every option of the commands that run recipes."""
+    rows = ["| option | meaning |", "|---|---|"]
+    for option in get_command(app).commands["actuate"].params:
+        if option.param_type_name == "option" and not getattr(option, "hidden", False):
+            value = f" {option.metavar}" if option.metavar else ""
+            rows.append(f"| `{', '.join(option.opts)}{value}` | {option.help.rstrip('.')} |")
+    return "\n".join(rows) + "\n"
+
+
+def keys_page() -> str:
+    """Every key of every recipe and of material files."""
+    common = keys(SimulationRecipe)
+    sections = [INTRODUCTION]
+    for kind in KINDS:
+        model = recipe_model(kind)
+        shared = {key.path for key in common if key.path != "title"} if kind in SIMULATIONS else set()
+        own = [key for key in keys(model) if key.path not in shared]
+        more = "\nAnd [the keys of every simulation](#relax-creep-and-actuate).\n" if shared else ""
+        sections.append(f"## {kind}\n\n{inspect.getdoc(model)}\n\n{_rows(own)}{more}")
+    sections.append("## relax, creep and actuate\n\n" + _rows([key for key in common if key.path not in ("title", "kind")]))
+    sections.append(f"## Material file\n\n{inspect.getdoc(MaterialFile)}\n\n{_rows(keys(MaterialFile))}")
+    return "\n".join(sections)
+
+
+def _rows(own: list[Key]) -> str:
+    rows = ["| key | takes | default | meaning |", "|---|---|---|---|"]
+    for key in own:
+        default = key.default if key.default in ("", "needed") else f"`{key.default}`"
+        path = f"**`{key.path}`**" if key.takes in ("table", "tables") else f"`{key.path}`"
+        rows.append(f"| {path} | {key.takes} | {default} | {key.meaning} |")
+    return "\n".join(rows) + "\n"
+
+
+def tables(text: str) -> str:
+    """The README with its tables as they should be."""
+    made = {"commands": command_table, "options": option_table}
+    return _TABLE.sub(lambda match: match[1] + made[match[2]](), text)
+
+
+def main() -> None:
+    write = "--write" in sys.argv[1:]
+    blocks = real_blocks()
+    text = tables(_BLOCK.sub(lambda match: next(blocks), README.read_text()))
+    text = _PYTHON.sub(lambda match: match[1] + printed(match[2]), text)
+    for path, content in ((README, text), (KEYS, keys_page())):
+        if not path.exists() or path.read_text() != content:
+            print(f"{path.relative_to(ROOT)}: {'written' if write else 'differs'}")
+            if write:
+                path.write_text(content)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""Help that can be copied from: a recipe that runs, commands, exit codes, in 80 columns."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dielast.cli.help import short_recipe
+from dielast.recipe.models import KINDS
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def help_of(*arguments: str) -> str:
+    code = "from dielast.cli import main; main()"
+    command = [sys.executable, "-c", code, *arguments, "--help"]
+    return subprocess.run(command, env=dict(os.environ, COLUMNS="80"), capture_output=True, text=True, check=True).stdout
+
+
+def recipe_in(text: str) -> str:
+    """The recipe that a help page shows."""
+    after = text.split("which runs as it is:\n\n")[1]
+    return after.split("\n\n")[0]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_recipe_in_the_help_runs_as_it_is(kind: str, dielast: Run, tmp_path: Path) -> None:
+    text = help_of(kind)
+    assert text.startswith(f"Usage: dielast {kind} RECIPE.toml [OPTIONS]\n")
+    shown = recipe_in(text)
+    assert [line.strip() for line in shown.splitlines()] == short_recipe(kind).splitlines()
+    (tmp_path / "my.toml").write_text(shown)
+    done = dielast("validate", "my.toml")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "my.toml: ok\n", "")
+    done = dielast(kind, "my.toml", "-o", "out", "--plot", "none", "-q")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert (tmp_path / "out/summary.toml").is_file()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_help_says_where_to_go_on(kind: str) -> None:
+    text = help_of(kind)
+    pointers = (f"dielast new {kind} >", f"dielast {kind} my.toml -o out", "dielast validate my.toml", "dielast schema")
+    assert all(pointer in text for pointer in pointers)
+    assert "Exit codes: 0 done" in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("arguments", [(), ("new",), ("validate",), ("schema",)])
+def test_every_page_fits_and_is_not_cut(arguments: tuple[str, ...]) -> None:
+    text = help_of(*arguments)
+    assert max(map(len, text.splitlines())) <= 80
+    assert "..." not in text.replace("FILE...", "").replace("[ARGS]...", "")
+
+
+def described(node: Any, path: str) -> Iterator[str]:
+    """Every key of a schema that nothing describes."""
+    for name, field in node.get("properties", {}).items():
+        if not (field.get("description") or "$ref" in field or "allOf" in field):
+            yield f"{path}.{name}"
+    for name, inner in node.get("$defs", {}).items():
+        yield from described(inner, name)
+
+
+def test_the_schema_describes_every_key(dielast: Run) -> None:
+    schema = json.loads(dielast("schema").stdout)
+    assert not list(described(schema, "recipe"))
+    # a default is written as a recipe would write it
+    film = schema["$defs"]["MapFilm"]["properties"]
+    assert film["relax"]["default"] == "0 s"

@@ -1,0 +1,117 @@
+"""`validate` opens what a recipe names and says by which key a mistake was reached; nothing runs."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+RELAX = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n'
+HOLD = '[[step]]\nhold = "1 s"\n'
+COMPARE = '[[compare]]\nfile = "points.csv"\nx = "time [s]"\ny = "stretch_1 [1]"\n'
+
+
+def errors(done: subprocess.CompletedProcess[str]) -> list[str]:
+    assert done.returncode == 2
+    assert done.stdout == ""
+    return done.stderr.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("recipe", "files", "message"),
+    [
+        (
+            RELAX.replace("example:vhb4905.toml", "out/spectrum/material.toml") + HOLD,
+            {},
+            'material: "out/spectrum/material.toml" does not exist; run the recipe that makes it (dielast spectrum)',
+        ),
+        (RELAX.replace("example:vhb4905.toml", "vhb.toml") + HOLD, {}, 'material: "vhb.toml": no such file'),
+        (
+            RELAX.replace("example:vhb4905.toml", "vhb.toml") + HOLD,
+            {"vhb.toml": "name = 1 +"},
+            "material: vhb.toml: line 1: not TOML",
+        ),
+        (RELAX + '[[step]]\ntable = "h.csv"\n', {}, 'step[0].table: "h.csv": no such file'),
+        (
+            RELAX + HOLD + '[[step]]\ntable = "h.csv"\n',
+            {"h.csv": "time [s],stretch\n1,1.1\n2,x\n"},
+            'step[1].table: h.csv: line 3: column "stretch": "x" is not a finite number',
+        ),
+        (
+            RELAX + HOLD + COMPARE,
+            {"points.csv": "time [s],b\n1,2\n2,3\n"},
+            'compare[0].file: points.csv: no column "stretch_1" for y',
+        ),
+        (
+            RELAX + HOLD + COMPARE + 'where = { b = "7" }\n',
+            {"points.csv": "time [s],stretch_1,b\n1,2,3\n2,3,3\n"},
+            "compare[0].file: points.csv: no row has b = 7",
+        ),
+        (RELAX + 'load = "l.toml"\n', {}, 'load: "l.toml": no such file'),
+        (
+            'kind = "spectrum"\nmastercurve = "out/mastercurve"\n',
+            {},
+            'mastercurve: "out/mastercurve" does not exist; run the recipe that makes it (dielast mastercurve)',
+        ),
+        ('kind = "spectrum"\nmastercurve = "."\n', {}, "mastercurve: ./summary.toml: no such file"),
+        (
+            'kind = "spectrum"\n[data]\nfile = "c.csv"\nreference_temperature = "20 degC"\n',
+            {"c.csv": "time [s],E\n1,2\n2,1\n"},
+            'data.file: c.csv: no column "modulus" for modulus',
+        ),
+        (
+            'kind = "mastercurve"\n[data]\nfile = "c.csv"\ncolumns = { temperature = "T", modulus = "E" }\n'
+            '[shift]\nreference_temperature = "20 degC"\n',
+            {"c.csv": "T [degC],time [s],E [Pa]\n20,1,2\n20,2,x\n"},
+            'data.file: c.csv: line 3: column "E": "x" is not a finite number',
+        ),
+        (
+            'kind = "actuate"\nmaterial = "example:vhb4905.toml"\n[film]\nthickness = "0.5 mm"\n[[step]]\ntable = "v.csv"\n',
+            {"v.csv": "time [s],voltage\n1,1\n2,2\n"},
+            'step[0].table: v.csv: column "voltage" has no unit',
+        ),
+        (
+            'kind = "failure-map"\nmaterial = "m.toml"\nhorizon = "1 h"\n[film]\nthickness = "0.5 mm"\nprestretch = 1.9\n'
+            '[voltage]\nvalues = "3 kV"\n',
+            {"m.toml": 'reference_temperature = "20 degC"\n'},
+            "material: m.toml: equilibrium: is needed",
+        ),
+    ],
+)
+def test_a_mistake_in_a_file_is_told_with_file_and_key(
+    recipe: str, files: dict[str, str], message: str, dielast: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "r.toml").write_text(recipe)
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    before = sorted(tmp_path.iterdir())
+    lines = errors(dielast("validate", "r.toml"))
+    assert any(line.startswith(f"r.toml: {message}") for line in lines), lines
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_every_file_of_a_recipe_is_read_before_the_verdict(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text("name = 3\n")
+    (tmp_path / "points.csv").write_text("nothing\n")
+    (tmp_path / "r.toml").write_text(RELAX.replace("example:vhb4905.toml", "m.toml") + HOLD + COMPARE)
+    lines = errors(dielast("validate", "r.toml"))
+    assert {line.split(": ")[1] for line in lines} == {"material", "compare[0].file"}
+
+
+def test_a_swept_file_is_told_once(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("name = 3\n")
+    sweep = '[sweep]\nmaterial = ["example:vhb4905.toml", "bad.toml"]\ntemperature = ["0 degC", "20 degC"]\n'
+    (tmp_path / "r.toml").write_text(RELAX + HOLD + sweep)
+    lines = errors(dielast("validate", "r.toml"))
+    assert len(lines) == len(set(lines)) == 5
+    assert all(line.startswith("r.toml: material: bad.toml: ") for line in lines)
+
+
+def test_load_files_are_checked_by_themselves(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "good.toml").write_text('[[step]]\nvoltage = "2 kV"\nrate = "1 kV/s"\n' + HOLD)
+    assert dielast("validate", "good.toml").stdout == "good.toml: ok\n"
+    (tmp_path / "bad.toml").write_text('[[step]]\nvoltage = "2 kV"\nraet = "1 kV/s"\n')
+    assert errors(dielast("validate", "bad.toml")) == ['bad.toml: step[0].raet: unknown key; did you mean "rate"?']

@@ -1,0 +1,110 @@
+"""Resampled master curves scatter as repeated measurements do."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from dielast.characterise.bootstrap import MasterCurveDraws, bootstrap_master_curve
+from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+from dielast.characterise.measurement import CreepCurve, FrequencySweep, Measurement
+from dielast.errors import InputError
+from dielast.shift import WLF
+from reconstruction import EQUILIBRIUM_MODULUS, spectrum
+
+LAW = WLF(20.0, 13.7, 187.1)
+SPECTRUM = spectrum()
+TEMPERATURES = np.arange(60.0, -21.0, -10.0)
+
+
+def measure(seed: int, noise: float = 0.01, points: int = 30, offset: float = 0.0, memory: float = 0.0) -> list[RelaxationCurve]:
+    random = np.random.default_rng([5, seed])
+    time = np.geomspace(0.1, 1200, points)
+    curves = []
+    for temperature in TEMPERATURES:
+        modulus = 3 * SPECTRUM.relaxation_modulus(time / 10 ** float(LAW.log10_shift_factor(temperature)), EQUILIBRIUM_MODULUS)
+        error = random.standard_normal(points)
+        for k in range(1, points):
+            error[k] = memory * error[k - 1] + np.sqrt(1 - memory**2) * error[k]
+        factor = (1 + noise * error) * (1 + offset * random.standard_normal())
+        curves.append(RelaxationCurve(float(temperature), time, modulus * factor))
+    return curves
+
+
+def drawn(curves: list[Measurement], draws: int, seed: int = 1) -> tuple[MasterCurve, MasterCurveDraws]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        master = build_master_curve(curves, reference_temperature=20.0)
+    return master, bootstrap_master_curve(curves, master, draws=draws, seed=seed)
+
+
+def test_a_draw_depends_on_the_seed_and_its_number_alone() -> None:
+    curves = measure(0)
+    master, few = drawn(list(curves), 3)
+    more = bootstrap_master_curve(curves, master, draws=5)
+    assert np.array_equal(few.log10_shift_factor, more.log10_shift_factor[:3])
+    assert np.array_equal(few.smooth_ordinates, more.smooth_ordinates[:3])
+    other = bootstrap_master_curve(curves, master, draws=3, seed=2)
+    assert not np.any(other.law_parameters == few.law_parameters)
+
+
+@pytest.mark.parametrize("setting", [{}, {"offset": 0.03}, {"memory": 0.7, "points": 60}])
+def test_draws_scatter_as_repeated_tests_do(setting: dict[str, float]) -> None:
+    """Noise alone, specimens that differ, and noise that lasts: within a quarter, which is what 40 repeats can tell."""
+    repeats = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for seed in range(40):
+            repeats.append(build_master_curve(measure(seed, **setting), reference_temperature=20.0).log10_shift_factor)
+    spread = []
+    for seed in (50, 51):
+        spread.append(np.var(drawn(list(measure(seed, **setting)), 40)[1].log10_shift_factor, axis=0))
+    ratio = np.sqrt(np.sum(np.mean(spread, axis=0)) / np.sum(np.var(repeats, axis=0)))
+    assert 0.75 < ratio < 1.33
+
+
+def test_standard_errors_agree_with_those_of_the_fit() -> None:
+    master, draws = drawn(list(measure(1)), 60)
+    for name, value in draws.stderr().items():
+        assert value == pytest.approx(master.law_stderr[name], rel=0.3)
+    moved = master.temperature != 20.0
+    ratio = np.std(draws.log10_shift_factor, axis=0)[moved] / master.log10_shift_factor_stderr[moved]
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.2)
+
+
+def test_without_noise_all_draws_are_one() -> None:
+    _, draws = drawn(list(measure(0, noise=0.0)), 4)
+    assert np.ptp(draws.log10_shift_factor, axis=0).max() < 1e-3
+
+
+def test_sweeps_and_creep_are_resampled_too() -> None:
+    random = np.random.default_rng(4)
+    omega = np.geomspace(0.1, 100, 20)
+    creeps: list[Measurement] = []
+    sweeps: list[Measurement] = []
+    for temperature in TEMPERATURES:
+        a = 10 ** float(LAW.log10_shift_factor(temperature))
+        x = omega[:, None] * a * SPECTRUM.relaxation_time
+        storage = 3 * (EQUILIBRIUM_MODULUS + (x**2 / (1 + x**2)) @ SPECTRUM.shear_modulus)
+        loss = 3 * ((x / (1 + x**2)) @ SPECTRUM.shear_modulus)
+        noise = 1 + 0.01 * random.standard_normal((3, omega.size))
+        sweeps.append(FrequencySweep(float(temperature), omega, storage * noise[0], loss * noise[1]))
+        time = np.geomspace(1, 1000, 20)
+        # good enough for a superposition: what creeps is one over what relaxes
+        compliance = 1 / (3 * SPECTRUM.relaxation_modulus(time / a, EQUILIBRIUM_MODULUS))
+        creeps.append(CreepCurve(float(temperature), time, compliance * noise[2]))
+    for curves, channels in ((sweeps, 2), (creeps, 1)):
+        master, draws = drawn(curves, 12)
+        assert draws.smooth_ordinates.shape == (12, channels, draws.smooth_abscissa.size)
+        moved = master.temperature != 20.0
+        ratio = np.std(draws.log10_shift_factor, axis=0)[moved] / master.log10_shift_factor_stderr[moved]
+        assert 0.5 < np.median(ratio) < 2
+
+
+def test_one_draw_is_none() -> None:
+    curves = measure(0)
+    master, _ = drawn(list(curves), 2)
+    with pytest.raises(InputError, match="at least 2"):
+        bootstrap_master_curve(curves, master, draws=1)

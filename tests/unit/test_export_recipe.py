@@ -1,0 +1,87 @@
+"""The [export] section of a spectrum recipe, from TOML text to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from dielast.errors import InputError
+from dielast.export.card import FORMATS
+from dielast.files import Inputs
+from dielast.recipe.cases import Case
+from dielast.recipe.export import Export
+from dielast.recipe.material import parse_material
+from dielast.recipe.spectrum import SpectrumRecipe
+from dielast.recipe.validate import check
+from dielast.workflow.report import Execution
+from dielast.workflow.spectrum import run
+
+RECIPE = {
+    "kind": "spectrum",
+    "mastercurve": "example:mastercurve",
+    "truncate": {"keep": 6},
+    "material": {"name": "Film", "J_lim": {"equilibrium": 110.0, "nonequilibrium": 55.0}},
+}
+
+
+def files(**export: Any) -> dict[str, str]:
+    recipe = check(SpectrumRecipe, RECIPE | ({"export": export} if export else {}), "r.toml", Path())
+    report = run([Case(recipe, {})], Inputs(Path()), Execution())
+    return {name: content.decode() for name, content in report.files.items()}
+
+
+def test_without_the_section_no_card_is_written() -> None:
+    assert set(files()) == {"material.toml"}
+
+
+def test_the_codes_and_the_recipe_list_the_same_formats() -> None:
+    assert check(Export, {"formats": list(FORMATS)}, "r.toml", Path()).formats == list(FORMATS)
+
+
+def test_cards_stand_beside_the_material_file_and_agree_with_it() -> None:
+    written = files(formats=["febio"], hyperelastic="neo-hookean", temperature="20 degC", density="0.96 g/cm^3", units="mm-t-s")
+    assert set(written) == {"material.toml", "material.feb"}
+    material = parse_material(written["material.toml"].encode(), "material.toml")
+    card = ElementTree.fromstring(written["material.feb"]).find("Material/material")
+    assert card is not None
+    value = {entry.tag: float(entry.text or "nan") for entry in card if entry.tag != "elastic"}
+    assert value["density"] == pytest.approx(9.6e-10)
+    np.testing.assert_allclose([value[f"t{index}"] for index in range(1, 7)], material.relaxation_time(20.0), rtol=1e-8)
+    assert (
+        files(formats=["febio"], hyperelastic="neo-hookean", temperature="20 degC", density="0.96 g/cm^3", units="mm-t-s")
+        == written
+    )
+
+
+def test_what_codes_cannot_carry_is_said_line_by_line() -> None:
+    with pytest.raises(InputError) as caught:
+        files(formats=["abaqus", "comsol", "mfront"])
+    assert [line.split(":")[0] for line in caught.value.messages] == ["export.hyperelastic", "export.J_lim"]
+
+
+@pytest.mark.parametrize(
+    ("section", "line"),
+    [
+        ({}, "formats: is needed"),
+        ({"formats": []}, "formats: []: at least 1 entry is needed"),
+        ({"formats": "abaqus"}, 'formats: "abaqus": a list is needed'),
+        ({"formats": ["nastran"]}, "formats[0]: \"nastran\": one of 'abaqus', "),
+        ({"formats": ["febio", "febio"]}, "formats must differ"),
+        ({"formats": ["febio"], "unit": "SI"}, 'unit: unknown key; did you mean "units"?'),
+        ({"formats": ["febio"], "units": "cgs"}, "units: \"cgs\": one of 'SI', "),
+        ({"formats": ["febio"], "poisson_ratio": 0.5}, "poisson_ratio: 0.5: a number below 0.5 is needed"),
+        ({"formats": ["febio"], "J_lim": 0.0}, "J_lim: 0.0: a number above 0 is needed"),
+        ({"formats": ["febio"], "bulk_modulus": 2e9}, "bulk_modulus: 2000000000.0: a stress or modulus is needed with its unit"),
+        ({"formats": ["febio"], "bulk_modulus": "2 GPa", "poisson_ratio": 0.4}, "give bulk_modulus or poisson_ratio, not both"),
+        ({"formats": ["febio"], "density": "1 kPa"}, 'density: "1 kPa": a density is needed, such as "960 kg/m^3"'),
+    ],
+)
+def test_mistakes_in_the_section_are_one_line_each(section: dict[str, Any], line: str) -> None:
+    with pytest.raises(InputError) as caught:
+        check(Export, section, "r.toml", Path())
+    (message,) = caught.value.messages
+    assert message.startswith(f"r.toml: {line}")

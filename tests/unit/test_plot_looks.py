@@ -1,0 +1,120 @@
+"""Figures that a paper could print: legible in grey, units on every axis, the same bytes every time."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from dielast import RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
+from dielast.characterise.mastercurve import MasterCurve
+from dielast.plots.style import COLOURS, LINES, TEMPERATURES, headroom, log_axis, panels, render, spread, style
+
+
+def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:
+    time = np.geomspace(1, 1000, 30)
+    return [RelaxationCurve(float(T), time, 1e6 * (1 + time * 10 ** (T / 20)) ** -0.8 + 1e5) for T in temperatures]
+
+
+def master(count: int) -> tuple[MasterCurve, Figure]:
+    measured = curves(np.linspace(-20, 40, count))
+    result = build_master_curve(measured, reference_temperature=20.0, law="table")
+    return result, plot_master_curve(result, measured, "a title")
+
+
+def labels(figure: Figure) -> list[str]:
+    return [text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text]
+
+
+def test_few_temperatures_have_a_legend_and_many_a_colour_bar() -> None:
+    for count, named in ((3, True), (21, False)):
+        _, figure = master(count)
+        curve = figure.axes[2]
+        legend = curve.get_legend()
+        assert legend is not None
+        words = [text.get_text() for text in legend.get_texts()]
+        assert ("-20 °C" in words) == named
+        assert ("temperature [°C]" in labels(figure)[4:]) != named
+
+
+def test_every_axis_of_a_quantity_has_its_unit() -> None:
+    result, figure = master(5)
+    fit = fit_spectrum(result.reduced_time, result.relaxation_modulus, method="nnls", branches=10)
+    for text in (*labels(figure), *labels(plot_spectrum(fit))):
+        assert re.search(r"\[[^\]]+\]$", text) or text == "log$_{10}$ shift factor"
+
+
+def test_a_vertical_shift_is_said() -> None:
+    _, figure = master(3)
+    assert "Young's relaxation modulus [Pa]" in labels(figure)[-2:]
+    measured = [
+        RelaxationCurve(c.temperature, c.time, c.modulus * (1 + 0.002 * c.temperature)) for c in curves(np.array([0, 20, 40]))
+    ]
+    shifted = build_master_curve(measured, reference_temperature=20.0, law="table", vertical="free")
+    assert "Young's relaxation modulus, shifted [Pa]" in labels(plot_master_curve(shifted, measured))
+
+
+def test_branches_that_are_zero_are_counted_in_the_legend() -> None:
+    time = np.geomspace(1e-3, 1e3, 60)
+    fit = fit_spectrum(time, 1e6 * np.exp(-time) + 1e5, method="nnls", branches=20)
+    zeros = int(np.count_nonzero(fit.spectrum.shear_modulus == 0))
+    legend = plot_spectrum(fit).axes[0].get_legend()
+    assert legend is not None
+    words = legend.get_texts()[0].get_text()
+    assert words == ("20 branches" if zeros == 0 else f"20 branches, {zeros} of them zero")
+
+
+def test_log_axes_have_minor_ticks_over_few_and_many_decades() -> None:
+    for high in (30.0, 1e4, 1e13):
+        with style():
+            _, (axes,) = panels(1, None)
+            axes.plot([1.0, high], [1.0, high])
+            log_axis(axes, "x")
+            low, upper = axes.get_xlim()
+            assert sum(low <= tick <= upper for tick in axes.get_xticks(minor=True)) >= 6
+
+
+def test_headroom_leaves_that_share_of_the_height_free() -> None:
+    with style():
+        _, (axes,) = panels(1, None)
+        axes.set_yscale("log")
+        axes.set_ylim(1.0, 1e4)
+        headroom(axes, 0.2)
+        assert axes.get_ylim() == pytest.approx((1.0, 1e5))
+
+
+def lightness(colour: object) -> float:
+    """Relative luminance, as a grey print shows it."""
+    rgb = np.array(mpl.colors.to_rgb(colour))
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def test_colours_can_be_told_apart_in_grey_and_seen_on_white() -> None:
+    ramp = [lightness(TEMPERATURES(share)) for share in np.linspace(0, 1, 20)]
+    assert np.all(np.diff(ramp) > 0)
+    assert 1.05 / (ramp[-1] + 0.05) > 1.5  # contrast with white
+    # neighbours in a legend differ in lightness, and in the pattern of their lines
+    light = [lightness(colour) for colour in COLOURS]
+    assert min(abs(a - b) for a, b in pairwise(light)) > 0.03
+    assert len(set(map(str, LINES))) == len(LINES)
+
+
+def test_spread_keeps_ends_and_is_even() -> None:
+    position = np.concatenate([np.linspace(0, 0.1, 500), np.linspace(0.2, 1, 5)])
+    chosen = spread(position, 10)
+    assert chosen[0] == 0
+    assert chosen[-1] == position.size - 1
+    assert chosen.size <= 10
+
+
+@pytest.mark.parametrize("form", ["png", "svg", "pdf"])
+def test_the_same_figure_is_the_same_bytes_without_dates(form: str) -> None:
+    once, again = (render(master(3)[1], form) for _ in range(2))
+    assert once == again
+    for word in (b"CreationDate", b"dc:date", b"Matplotlib v", b"matplotlib.org"):
+        assert word not in once

@@ -1,0 +1,85 @@
+"""Figures of few and of many cases: what tells the cases apart, and that matplotlib has nothing to complain of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from dielast.plots.simulation import Swept, plot_cases
+from dielast.plots.style import render
+from dielast.recipe.cases import Case
+from dielast.workflow.cases import swept
+
+TIME = np.geomspace(1e-2, 1e3, 20)
+
+
+def drawn(count: int, scales: list[Swept], label: str = "rate = {} %/s", **others: object) -> Figure:
+    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * (case + 1) * TIME**0.1} for case in range(count)]
+    marks = [(case, name, 10.0, 1.5) for case in range(count) for name in ("breakdown", "pull-in")]
+    labels = [label.format(case) for case in range(count)]
+    figure = plot_cases(cases, labels, [], "time [s]", "stretch_1 [1]", marks=marks, swept=scales, **others)  # type: ignore[arg-type]
+    figure.draw_without_rendering()  # any warning is an error here
+    return figure
+
+
+def named(figure: Figure) -> list[str]:
+    legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend() is not None)]
+    return [text.get_text() for legend in legends if legend is not None for text in legend.get_texts()]
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 7])
+def test_few_cases_are_named(count: int) -> None:
+    figure = drawn(count, [Swept("rate [%/s]", tuple(map(float, range(count))))])
+    assert len(named(figure)) == count + 2
+    assert len(figure.axes) == 1
+
+
+@pytest.mark.parametrize("count", [8, 12, 36, 200])
+def test_many_cases_of_one_quantity_have_a_colour_bar(count: int) -> None:
+    figure = drawn(count, [Swept("rate [%/s]", tuple(map(float, range(count))))])
+    assert named(figure) == ["breakdown", "pull-in"]
+    bar = figure.axes[1]
+    assert bar.get_ylabel() == "rate [%/s]"
+    ticks = [float(label.get_text()) for label in bar.get_yticklabels()]
+    assert 4 <= len(ticks) <= 8
+    assert ticks[0] == 0
+    assert len(set(np.diff(ticks))) == 1
+
+
+def test_two_quantities_share_colours_and_line_styles() -> None:
+    first = Swept("prestretch", tuple(np.repeat([1.2, 1.4, 1.6, 1.8], 9)))
+    second = Swept("voltage [kV]", tuple(np.tile(np.linspace(2, 6, 9), 4)))
+    figure = drawn(36, [first, second])
+    assert named(figure) == [*(f"prestretch = {value}" for value in (1.2, 1.4, 1.6, 1.8)), "breakdown", "pull-in"]
+    assert figure.axes[1].get_ylabel() == "voltage [kV]"
+
+
+@pytest.mark.parametrize("label", ["material = {}", "a name that is far too long for the width of a column, of number {} and on"])
+def test_cases_without_a_scale_are_named_in_part(label: str) -> None:
+    texts = named(drawn(36, [], label))
+    assert texts[6:] == ["and 30 more", "breakdown", "pull-in"]
+    assert max(map(len, texts)) < 60
+
+
+def test_rendering_is_silent_and_reproducible() -> None:
+    figures = [
+        drawn(12, [], title="a title of $ 5 and of more words than there is room for in one line of a column") for _ in range(2)
+    ]
+    assert render(figures[0], "png") == render(figures[1], "png")
+
+
+def test_swept_quantities_keep_the_unit_of_the_recipe() -> None:
+    def cases(key: str, values: list[object]) -> list[Case[object]]:
+        return [Case(None, {key: value}) for value in values]
+
+    (kilo,) = swept(cases("step.0.voltage", ["2 kV", "2.5 kV"]))  # type: ignore[arg-type]
+    assert (kilo.label, kilo.values) == ("voltage [kV]", (2.0, 2.5))
+    (mixed,) = swept(cases("step.0.voltage", ["900 V", "2.5 kV"]))  # type: ignore[arg-type]
+    assert (mixed.label, mixed.values) == ("voltage [V]", (900.0, 2500.0))
+    (plain,) = swept(cases("film.prestretch", [1.5, 2]))  # type: ignore[arg-type]
+    assert (plain.label, plain.values) == ("prestretch", (1.5, 2.0))
+    (cold,) = swept(cases("temperature", ["-20 degC", "20 degC"]))  # type: ignore[arg-type]
+    assert (cold.label, cold.values) == ("temperature [°C]", (-20.0, 20.0))
+    assert swept(cases("material", ["a.toml", "b.toml"])) == []  # type: ignore[arg-type]
+    assert swept([Case(None)]) == []  # type: ignore[arg-type]

@@ -1,0 +1,140 @@
+"""The reduced spectrum: within its tolerance, as small as an exhaustive search finds, and refused in one line where there is none."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+
+from dielast.characterise.reduce import reduce_spectrum
+from dielast.errors import InputError
+from dielast.prony import Spectrum
+from dielast.shift import WLF, NoShift
+
+Array = NDArray[np.float64]
+
+SHIFT = WLF(20.0, 13.7, 187.1)
+FULL = Spectrum(np.logspace(5, -6, 34), 3e4 * np.logspace(-1, 3, 34))
+LEVEL = 3e4
+
+
+def answers(spectrum: Spectrum, time: Array) -> Array:
+    """G(t) and its mean from 0 to t."""
+    share = time[:, None] / spectrum.relaxation_time
+    return np.concatenate([np.exp(-share), -np.expm1(-share) / share]) @ spectrum.shear_modulus + LEVEL
+
+
+@pytest.mark.parametrize("temperatures", [None, (60.0,), (-10.0, 20.0, 60.0)])
+@pytest.mark.parametrize("tolerance", [0.1, 0.02, 0.005])
+def test_the_error_stays_within_the_tolerance(tolerance: float, temperatures: tuple[float, ...] | None) -> None:
+    found = reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 2e4), temperatures=temperatures, tolerance=tolerance)
+    assert len(found.spectrum) < 20
+    assert found.max_relative_error <= tolerance
+    assert found.max_relative_error_ramp <= tolerance
+    worst = 0.0
+    for temperature in temperatures or (20.0,):
+        time = np.geomspace(1.0, 2e4, 3001) / 10 ** SHIFT.log10_shift_factor(temperature)
+        error = np.abs(answers(found.spectrum, time) / answers(FULL, time) - 1)
+        assert error.max() < 1.01 * tolerance
+        worst = max(worst, float(error[:3001].max()))
+    assert found.max_relative_error == pytest.approx(worst, rel=0.01)
+    there = np.array([found.time]) / 10 ** SHIFT.log10_shift_factor(found.temperature)
+    ratio = answers(found.spectrum, there)[0] / answers(FULL, there)[0]
+    assert abs(ratio - 1) == pytest.approx(found.max_relative_error, rel=1e-6)
+    np.testing.assert_allclose(np.abs(found.reduced / found.full - 1).max(), found.max_relative_error)
+
+
+def test_the_same_twice() -> None:
+    one, other = (reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 1e4)) for _ in range(2))
+    np.testing.assert_array_equal(one.spectrum.relaxation_time, other.spectrum.relaxation_time)
+    np.testing.assert_array_equal(one.spectrum.shear_modulus, other.spectrum.shear_modulus)
+
+
+def least_error(number: int, window: tuple[float, float]) -> float:
+    """The least greatest error of `number` branches with any of 30 relaxation times, by trying all of them."""
+    time = np.geomspace(*window, 40)
+    full = answers(FULL, time)
+    candidates = np.geomspace(window[0] / 10, window[1] * 10, 30)
+    columns = np.column_stack([answers(Spectrum(np.array([own]), np.ones(1)), time) - LEVEL for own in candidates])
+    columns *= 1 / full[:, None]
+    scaled, target, least = columns / columns.max(axis=0), 1 - LEVEL / full, np.inf
+    ones = np.ones((full.size, 1))
+    for chosen in combinations(range(candidates.size), number):
+        some = scaled[:, list(chosen)]
+        found = linprog(
+            np.append(np.zeros(number), 1.0),
+            A_ub=np.block([[some, -ones], [-some, -ones]]),
+            b_ub=np.concatenate([target, -target]),
+        )
+        least = min(least, float(found.fun))
+    return least
+
+
+@pytest.mark.parametrize("window", [(1.0, 30.0), (1.0, 1000.0)])
+def test_no_exhaustive_search_finds_a_smaller_one(window: tuple[float, float]) -> None:
+    by_search = [least_error(number, window) for number in (1, 2)]
+    for number, error in enumerate(by_search, start=1):
+        # what the search reaches on its grid of times with so many branches, so does the reduction
+        found = reduce_spectrum(FULL, LEVEL, SHIFT, window=window, tolerance=1.02 * error)
+        assert len(found.spectrum) <= number
+        # and a little below the best of all it takes one more, not several
+        tighter = reduce_spectrum(FULL, LEVEL, SHIFT, window=window, tolerance=0.5 * error)
+        assert len(tighter.spectrum) == number + 1
+
+
+def test_slow_and_fast_processes_are_lumped() -> None:
+    found = reduce_spectrum(FULL, LEVEL, SHIFT, window=(0.9, 1.1), tolerance=0.01)
+    assert len(found.spectrum) <= 2
+    assert found.spectrum.shear_modulus.sum() < 0.1 * FULL.shear_modulus.sum()
+
+
+def test_a_window_after_all_has_relaxed_needs_hardly_anything() -> None:
+    short = Spectrum(np.array([1.0, 0.1]), np.array([1e5, 1e5]))
+    found = reduce_spectrum(short, LEVEL, SHIFT, window=(1e3, 1e5))
+    assert len(found.spectrum) == 1
+    assert found.max_relative_error < 1e-3
+
+
+@given(st.integers(min_value=0, max_value=2**31), st.integers(min_value=2, max_value=25), st.floats(min_value=0.003, max_value=0.3))
+@settings(max_examples=10, deadline=None)
+def test_any_spectrum_is_reduced_within_its_tolerance_or_refused(seed: int, branches: int, tolerance: float) -> None:
+    rng = np.random.default_rng(seed)
+    spectrum = Spectrum(10 ** rng.uniform(-4, 6, branches), 10 ** rng.uniform(3, 7, branches))
+    refused = ""
+    try:
+        found = reduce_spectrum(spectrum, LEVEL, SHIFT, window=(0.1, 1e4), tolerance=tolerance)
+    except InputError as refusal:
+        refused = str(refusal)
+    if refused:
+        assert f"no spectrum of fewer than {branches} branches" in refused
+        return
+    time = np.geomspace(0.1, 1e4, 1501)
+    assert np.abs(answers(found.spectrum, time) / answers(spectrum, time) - 1).max() < 1.01 * tolerance
+    assert len(found.spectrum) < branches
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        ({"window": (10.0, 1.0)}, "window from 10 to 1 s: two positive times, the shorter one first"),
+        ({"window": (0.0, 1.0)}, "window from 0 to 1 s"),
+        ({"tolerance": 0.0}, "tolerance = 0: a relative error from 1e-05 to 1 is needed"),
+        ({"tolerance": np.nan}, "tolerance = nan"),
+        ({"temperatures": (-170.0,)}, "temperature -170 degC is at or below -167.1 degC, where the WLF law has its pole"),
+        ({"temperatures": ()}, "at least one temperature"),
+        ({"shift": NoShift(20.0), "temperatures": (60.0,)}, "temperature 60 degC: the curve comes without a shift law"),
+        ({"spectrum": FULL.slowest(3), "window": (1e2, 1e5), "tolerance": 1e-5}, "no spectrum of fewer than 3 branches stays"),
+        ({"equilibrium_modulus": 0.0, "window": (1.0, 1e8)}, "has relaxed to nothing at a reduced time of"),
+    ],
+)
+def test_impossible_wishes_are_refused_in_one_line(options: dict[str, Any], found: str) -> None:
+    arguments: dict[str, Any] = {"spectrum": FULL, "equilibrium_modulus": LEVEL, "shift": SHIFT, "window": (1.0, 1e3), **options}
+    with pytest.raises(InputError, match=found) as caught:
+        reduce_spectrum(arguments.pop("spectrum"), arguments.pop("equilibrium_modulus"), arguments.pop("shift"), **arguments)
+    assert "\n" not in str(caught.value)

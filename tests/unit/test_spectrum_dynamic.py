@@ -1,0 +1,139 @@
+"""Spectra from oscillation and from creep: known materials come back, and what allows no fit is refused in one line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dielast.characterise.creep import fit_creep
+from dielast.characterise.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
+from dielast.characterise.oscillation import fit_oscillation
+from dielast.errors import DielastWarning, InputError
+from dielast.prony import Spectrum
+
+TRUTH = Spectrum(np.logspace(3, -4, 8), np.array([1e4, 3e4, 2e4, 9e4, 4e5, 3e5, 8e5, 2e6]))
+LEVEL = 5e4
+FREQUENCY = np.logspace(-5, 6, 221)
+TIME = np.logspace(-7, 6, 261)
+STORAGE, LOSS = 3 * TRUTH.storage_modulus(FREQUENCY, LEVEL), 3 * TRUTH.loss_modulus(FREQUENCY)
+COMPLIANCE = retardation_from_relaxation(TRUTH, LEVEL).creep_compliance(TIME) / 3
+
+
+def test_moduli_of_one_element_in_oscillation() -> None:
+    one = Spectrum(np.array([2.0]), np.array([6.0]))
+    assert one.storage_modulus(0.5, 1.0) == pytest.approx(1 + 3)
+    assert one.loss_modulus(0.5) == pytest.approx(3)
+
+
+def test_an_oscillation_gives_its_series_back_on_its_own_times() -> None:
+    order = np.random.default_rng(2).permutation(FREQUENCY.size)
+    fit = fit_oscillation(FREQUENCY[order], STORAGE[order], LOSS[order], branches=8, relaxation_time=(1e-4, 1e3))
+    np.testing.assert_allclose(fit.spectrum.shear_modulus, TRUTH.shear_modulus, rtol=1e-6)
+    assert fit.equilibrium_shear_modulus == pytest.approx(LEVEL, rel=1e-6)
+    assert fit.max_relative_error < 1e-6
+    np.testing.assert_allclose(1 / fit.reduced_time, FREQUENCY[::-1])
+    np.testing.assert_array_equal(fit.measured, np.stack([STORAGE, LOSS])[:, ::-1])
+    assert fit.test == "oscillation"
+
+
+def test_an_oscillation_predicts_the_relaxation_of_the_same_material() -> None:
+    scatter = 1 + 0.01 * np.random.default_rng(1).standard_normal((2, FREQUENCY.size))
+    fit = fit_oscillation(FREQUENCY, STORAGE * scatter[0], LOSS * scatter[1], branches=50)
+    time = np.logspace(-5, 5, 101)
+    predicted = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
+    np.testing.assert_allclose(predicted, TRUTH.relaxation_modulus(time, LEVEL), rtol=0.02)
+    assert fit.rms_relative_error == pytest.approx(0.01, rel=0.15)
+
+
+def test_creep_gives_the_relaxation_spectrum_back_on_its_own_times() -> None:
+    truth = RetardationSpectrum(np.logspace(4, -4, 9), 1e-6 * np.array([5, 3, 4, 1, 2, 0.5, 1, 0.2, 0.3]), 2e-7)
+    spectrum, level = relaxation_from_retardation(truth)
+    time = np.logspace(-6, 6, 241)
+    fit = fit_creep(time, truth.creep_compliance(time) / 3, branches=9, retardation_time=(1e-4, 1e4))
+    assert fit.retardation is not None
+    assert fit.retardation.fluidity < 1e-16
+    assert fit.max_relative_error < 1e-6
+    fast = np.logspace(-6, 4, 41)
+    expected = spectrum.relaxation_modulus(fast, level)
+    np.testing.assert_allclose(fit.spectrum.relaxation_modulus(fast, fit.equilibrium_shear_modulus), expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("stated", [None, 3 * LEVEL])
+def test_creep_predicts_the_relaxation_of_the_same_material(stated: float | None) -> None:
+    scatter = 1 + 0.01 * np.random.default_rng(1).standard_normal(TIME.size)
+    fit = fit_creep(TIME, COMPLIANCE * scatter, branches=25, equilibrium_modulus=stated)
+    time = np.logspace(-6, 4, 101)
+    predicted = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
+    np.testing.assert_allclose(predicted, TRUTH.relaxation_modulus(time, LEVEL), rtol=0.04)
+    assert np.all(fit.spectrum.shear_modulus > 0)
+    if stated is not None:
+        assert 3 * fit.equilibrium_shear_modulus == pytest.approx(stated, rel=1e-12)
+
+
+def test_a_melt_in_creep_flows_by_its_viscosity() -> None:
+    time = np.logspace(-6, 6, 241)
+    fit = fit_creep(time, retardation_from_relaxation(TRUTH).creep_compliance(time) / 3, branches=25)
+    assert fit.equilibrium_shear_modulus == 0
+    viscosity = TRUTH.relaxation_time @ TRUTH.shear_modulus
+    assert fit.spectrum.relaxation_time @ fit.spectrum.shear_modulus == pytest.approx(viscosity, rel=1e-3)
+
+
+def test_a_glassy_compliance_out_of_reach_is_warned_of() -> None:
+    time = np.logspace(0, 4, 81)
+    with pytest.warns(DielastWarning, match="does not tell the glassy compliance"):
+        fit = fit_creep(time, 1e-6 * time, branches=5, equilibrium_modulus=0.0)
+    assert fit.rms_relative_error < 0.02
+    stated = fit_creep(time, 1e-6 * time + 1e-7, branches=5, equilibrium_modulus=0.0, glassy_modulus=1e7)
+    assert 3 * stated.spectrum.shear_modulus.sum() == pytest.approx(1e7, rel=1e-9)
+
+
+def test_a_solid_that_does_not_creep_has_no_processes() -> None:
+    fit = fit_creep(np.logspace(-3, 3, 50), np.full(50, 1 / 6e4), branches=5)
+    np.testing.assert_allclose(fit.spectrum.relaxation_modulus(np.logspace(-3, 3, 5), fit.equilibrium_shear_modulus), 2e4, rtol=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore:the spectrum misses the curve")
+def test_truncation_keeps_the_slowest() -> None:
+    whole = fit_oscillation(FREQUENCY, STORAGE, LOSS, branches=12)
+    kept = fit_oscillation(FREQUENCY, STORAGE, LOSS, branches=12, keep=5)
+    np.testing.assert_array_equal(kept.spectrum.shear_modulus, whole.spectrum.shear_modulus[:5])
+    crept = fit_creep(TIME, COMPLIANCE, branches=12, keep=5)
+    assert crept.branches == 5
+    assert crept.retardation is not None
+    np.testing.assert_allclose(crept.model, crept.retardation.creep_compliance(TIME) / 3)
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "found"),
+    [
+        (([1.0, 2.0], [3.0, -2.0], [1.0, 1.0]), {}, r"storage modulus\[1\] = -2 Pa: a positive, finite number is needed"),
+        (([1.0, 2.0], [3.0, 2.0], [np.nan, 0.0]), {}, r"loss modulus\[0\] = nan Pa \(and 1 more\)"),
+        (([1.0, 2.0], [3.0, 2.0], [1.0]), {}, "same length"),
+        (([1.0, 1.0], [3.0, 2.0], [1.0, 1.0]), {}, "at a single angular frequency: at least two different angular frequencies"),
+        ((FREQUENCY, STORAGE, LOSS), {"branches": 0}, "branches = 0: nnls needs at least 1"),
+        ((FREQUENCY, STORAGE, LOSS), {"equilibrium_modulus": 1e6}, "is above the end of the curve"),
+        ((FREQUENCY, STORAGE, LOSS), {"relaxation_time": (2.0, 1.0)}, "must be shorter"),
+        ((FREQUENCY, STORAGE, LOSS), {"keep": 31}, "cannot keep 31 of 30"),
+    ],
+)
+def test_impossible_oscillations_are_refused_in_one_line(columns: Any, options: dict[str, Any], found: str) -> None:
+    with pytest.raises(InputError, match=found) as caught:
+        fit_oscillation(*columns, **options)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "found"),
+    [
+        (([1.0, 2.0], [3.0, -2.0]), {}, r"creep compliance\[1\] = -2 1/Pa"),
+        ((TIME, COMPLIANCE), {"glassy_modulus": 1e8}, "glassy_modulus needs equilibrium_modulus"),
+        ((TIME, COMPLIANCE), {"equilibrium_modulus": 1e6}, "is above the end of the curve"),
+        ((TIME, COMPLIANCE), {"retardation_time": (1e9, None)}, "no relaxation time lies between"),
+    ],
+)
+def test_impossible_creep_is_refused_in_one_line(columns: Any, options: dict[str, Any], found: str) -> None:
+    with pytest.raises(InputError, match=found) as caught:
+        fit_creep(*columns, **options)
+    assert "\n" not in str(caught.value)
