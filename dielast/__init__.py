@@ -11,9 +11,20 @@ from typing import TYPE_CHECKING, Any
 from dielast._version import __version__
 
 if TYPE_CHECKING:
+    from dielast.characterise.bootstrap import MasterCurveDraws, bootstrap_master_curve
+    from dielast.characterise.continuous import ContinuousSpectrum, continuous_spectrum
+    from dielast.characterise.creep import fit_creep
+    from dielast.characterise.interconversion import (
+        RetardationSpectrum,
+        relaxation_from_retardation,
+        retardation_from_relaxation,
+    )
     from dielast.characterise.mastercurve import MasterCurve, build_master_curve
     from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
+    from dielast.characterise.oscillation import fit_oscillation
+    from dielast.characterise.reduce import Reduction, reduce_spectrum
     from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
+    from dielast.ensemble import NormalScatter, Sample, WeibullScatter, draw_sample, interval
     from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
     from dielast.export.card import export_card
     from dielast.export.conventions import CardOptions
@@ -23,11 +34,12 @@ if TYPE_CHECKING:
     from dielast.plots.mastercurve import plot_master_curve
     from dielast.plots.spectrum import plot_spectrum
     from dielast.prony import Spectrum
+    from dielast.recipe.draws import read_draws
     from dielast.recipe.material import read_material, write_material
     from dielast.shift import WLF, Arrhenius, NoShift, ShiftTable
     from dielast.simulate.actuate import ActuationHistory, actuate
     from dielast.simulate.creep import creep
-    from dielast.simulate.failure_map import FailureMap, failure_map
+    from dielast.simulate.failure_map import FailureMap, failure_map, plan_failure_map, solve_map
     from dielast.simulate.lifetime import fit_lifetime
     from dielast.simulate.membrane import MembraneHistory
     from dielast.simulate.relax import relax
@@ -35,9 +47,16 @@ if TYPE_CHECKING:
     from dielast.stability import TimeScale
 
 _HOME = {
+    "characterise.bootstrap": ("MasterCurveDraws", "bootstrap_master_curve"),
+    "characterise.continuous": ("ContinuousSpectrum", "continuous_spectrum"),
+    "characterise.creep": ("fit_creep",),
+    "characterise.interconversion": ("RetardationSpectrum", "relaxation_from_retardation", "retardation_from_relaxation"),
     "characterise.mastercurve": ("MasterCurve", "build_master_curve"),
     "characterise.measurement": ("CreepCurve", "FrequencySweep", "RelaxationCurve"),
+    "characterise.oscillation": ("fit_oscillation",),
+    "characterise.reduce": ("Reduction", "reduce_spectrum"),
     "characterise.spectrum": ("SpectrumFit", "fit_spectrum"),
+    "ensemble": ("NormalScatter", "Sample", "WeibullScatter", "draw_sample", "interval"),
     "errors": ("DielastError", "DielastWarning", "InputError", "NumericsError"),
     "export.card": ("export_card",),
     "export.conventions": ("CardOptions",),
@@ -47,11 +66,12 @@ _HOME = {
     "plots.mastercurve": ("plot_master_curve",),
     "plots.spectrum": ("plot_spectrum",),
     "prony": ("Spectrum",),
+    "recipe.draws": ("read_draws",),
     "recipe.material": ("read_material", "write_material"),
     "shift": ("WLF", "Arrhenius", "NoShift", "ShiftTable"),
     "simulate.actuate": ("ActuationHistory", "actuate"),
     "simulate.creep": ("creep",),
-    "simulate.failure_map": ("FailureMap", "failure_map"),
+    "simulate.failure_map": ("FailureMap", "failure_map", "plan_failure_map", "solve_map"),
     "simulate.lifetime": ("fit_lifetime",),
     "simulate.membrane": ("MembraneHistory",),
     "simulate.relax": ("relax",),
@@ -66,6 +86,7 @@ __all__ = [
     "Arrhenius",
     "Breakdown",
     "CardOptions",
+    "ContinuousSpectrum",
     "CreepCurve",
     "DielastError",
     "DielastWarning",
@@ -74,29 +95,47 @@ __all__ = [
     "Gent",
     "InputError",
     "MasterCurve",
+    "MasterCurveDraws",
     "Material",
     "MembraneHistory",
     "NoShift",
+    "NormalScatter",
     "NumericsError",
+    "Reduction",
     "RelaxationCurve",
+    "RetardationSpectrum",
+    "Sample",
     "ShiftTable",
     "Spectrum",
     "SpectrumFit",
     "Step",
     "TimeScale",
     "VoltageStep",
+    "WeibullScatter",
     "__version__",
     "actuate",
+    "bootstrap_master_curve",
     "build_master_curve",
+    "continuous_spectrum",
     "creep",
+    "draw_sample",
     "export_card",
     "failure_map",
+    "fit_creep",
     "fit_lifetime",
+    "fit_oscillation",
     "fit_spectrum",
+    "interval",
+    "plan_failure_map",
     "plot_master_curve",
     "plot_spectrum",
+    "read_draws",
     "read_material",
+    "reduce_spectrum",
     "relax",
+    "relaxation_from_retardation",
+    "retardation_from_relaxation",
+    "solve_map",
     "write_material",
 ]
 

@@ -13,6 +13,7 @@ from dielast.prony import Spectrum
 from dielast.shift import ShiftLaw
 
 NEO_HOOKEAN = Gent()
+VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,7 @@ class Material:
 
     `equilibrium_modulus` is the shear modulus mu_eq in Pa of the spring `equilibrium_law`; `spectrum` holds the relaxation
     processes at the reference temperature, each with the spring `nonequilibrium_law`; `permittivity` in F/m.
+    `measured_temperature` is the range that the shift law was measured in, if that is known.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Material:
     nonequilibrium_law: SpringLaw = NEO_HOOKEAN
     permittivity: float | None = None
     breakdown: Breakdown | None = None
+    measured_temperature: tuple[float, float] | None = None
 
     @property
     def reference_temperature(self) -> float:

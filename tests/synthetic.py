@@ -1,4 +1,4 @@
-"""Synthetic experiments whose truth is known: noisy relaxation tests through the whole chain to intervals of the time to failure."""
+"""Synthetic experiments whose truth is known: noisy relaxation tests through the whole chain to times to failure."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def build_master_curve(
     condensed = replace(condensed, log_modulus=condensed.log_modulus + imposed[condensed.curve])
     falling = condensed.log_modulus[0]
     anchor = _steepest(temperature.size, condensed.curve, falling)
-    start = starting_shifts(temperature, condensed.curve, condensed.log_time, falling, anchor)
+    start = starting_shifts(temperature, condensed.curve, condensed.log_time, falling, anchor, data.measurement)
     free = vertical == "free"
     if swept:
         found = fit_sweeps(temperature, condensed, start, anchor, free, on)

@@ -92,7 +92,7 @@ def fit_strengths(curve: Curve, own_time: Array, known: Known, total: Total | No
     """
     processes = own_time.size
     scale = np.exp(np.interp(np.log(own_time), np.log(curve.time), np.log(curve.size)))
-    open_, constant_scale = _open(known), curve.constant_scale
+    unknown, constant_scale = _unknown(known), curve.constant_scale
     design, target = _relative_rows(curve, own_time, scale, known)
     unknowns = design.shape[1]
     weight = curve.row_weight
@@ -104,7 +104,7 @@ def fit_strengths(curve: Curve, own_time: Array, known: Known, total: Total | No
     if total is not None:
         constants = np.array(total.constants)
         rest = total.value - sum(share * own for share, own in zip(total.constants, known, strict=True) if own is not None)
-        held = np.concatenate([scale, (constants * constant_scale)[open_]])[None] / rest
+        held = np.concatenate([scale, (constants * constant_scale)[unknown]])[None] / rest
         rows, values = np.vstack([rows, _HELD * np.sqrt(count) * held]), np.append(values, _HELD * np.sqrt(count))
     roughness = np.zeros((max(processes - 2, 0), unknowns))
     roughness[:, :processes] = np.diff(np.eye(processes), n=2, axis=0)
@@ -126,7 +126,7 @@ def fit_strengths(curve: Curve, own_time: Array, known: Known, total: Total | No
     best = max(smoothing for smoothing, (score, _) in trials.items() if score <= (1 + _EVEN) * least)
     strength = trials[best][1]
     found = np.array([0.0 if own is None else own for own in known])
-    found[open_] = strength[processes:] * constant_scale[open_]
+    found[unknown] = strength[processes:] * constant_scale[unknown]
     return Solution(strength[:processes] * scale, found, float(best))
 
 
@@ -165,7 +165,7 @@ def place_times(curve: Curve, branches: int, shortest: float, longest: float, mo
     return times(inset)
 
 
-def _open(known: Known) -> NDArray[np.bool_]:
+def _unknown(known: Known) -> NDArray[np.bool_]:
     return np.array([own is None for own in known], dtype=bool)
 
 
@@ -175,8 +175,8 @@ def _relative_rows(curve: Curve, own_time: Array, scale: Array, known: Known) ->
     design = curve.response.processes(curve.time, own_time) * scale / curve.values[..., None]
     constants = curve.response.constants(curve.time)
     target = 1 - sum(own * answer for own, answer in zip(known, constants, strict=True) if own is not None) / curve.values
-    open_ = _open(known)
-    alone = constants[open_] * curve.constant_scale[open_, None, None] / curve.values
+    unknown = _unknown(known)
+    alone = constants[unknown] * curve.constant_scale[unknown, None, None] / curve.values
     return np.column_stack([design.reshape(-1, own_time.size), alone.reshape(len(alone), curve.values.size).T]), target.reshape(-1)
 
 

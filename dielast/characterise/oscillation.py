@@ -12,6 +12,8 @@ from dielast.characterise.response import OSCILLATION
 from dielast.characterise.spectrum import SpectrumFit, placed_times
 from dielast.prony import Spectrum
 
+_PAST = 10**0.5  # a process shows in the loss modulus beyond the frequencies measured: half a decade on either side belongs to it
+
 
 def fit_oscillation(
     reduced_angular_frequency: ArrayLike,
@@ -45,7 +47,7 @@ def fit_oscillation(
     plateau = long_time_end(np.log10(time), curve.values[0])
     check_moduli(equilibrium_modulus, glassy_modulus, 3 * plateau.modulus)
     known = None if equilibrium_modulus is None else equilibrium_modulus / 3
-    tau = placed_times(curve, branches, relaxation_time, (known,))
+    tau = placed_times(curve, branches, relaxation_time, (known,), _PAST)
     solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (0.0,)))
     equilibrium = float(solution.constants[0])
     judge_equilibrium(known, equilibrium, plateau)

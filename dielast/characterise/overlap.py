@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.characterise.gather import MeasurementName
 from dielast.errors import InputError
 
 Array = NDArray[np.float64]
@@ -16,9 +17,16 @@ TOUCH = 0.02  # decades of modulus that a gap may measure and still count as tou
 JUMP = 0.3  # decades of modulus by which one point must exceed the point before to be a slip of the instrument
 LEVELS = 32  # moduli at which the distance of two curves is taken
 NEIGHBOURS = 3  # placed curves that a new one is compared with
+SAID: dict[MeasurementName, tuple[str, str]] = {
+    "relaxation": ("modulus", "longer"),
+    "creep": ("inverse compliance", "longer"),
+    "oscillation": ("storage modulus", "over more frequencies"),
+}
 
 
-def starting_shifts(temperature: Array, curve: Index, log_time: Array, log_modulus: Array, anchor: int) -> Array:
+def starting_shifts(
+    temperature: Array, curve: Index, log_time: Array, log_modulus: Array, anchor: int, measurement: MeasurementName = "relaxation"
+) -> Array:
     """log10 a of each curve, relative to the curve numbered `anchor`, from the distance of the curves at equal modulus.
 
     `temperature` (m,) in degC, ascending; the points (n,) are sorted by curve, then time. Each curve is first made to fall
@@ -37,7 +45,7 @@ def starting_shifts(temperature: Array, curve: Index, log_time: Array, log_modul
     while not np.all(placed):
         reachable = [int(k) for k in by_distance if not placed[k] and np.any(common[k, placed] > -TOUCH)]
         if not reachable:
-            raise _no_overlap(temperature, bottom, top, common, placed)
+            raise _no_overlap(temperature, bottom, top, common, placed, measurement)
         new = reachable[0]
         known = np.flatnonzero(placed & (common[new] > -TOUCH))
         nearest = known[np.argsort(np.abs(temperature[known] - temperature[new]), kind="stable")[:NEIGHBOURS]]
@@ -87,9 +95,12 @@ def _weighted_median(value: Array, weight: Array) -> float:
     return float(np.interp(0.5 * np.sum(weight), half, value[order]))
 
 
-def _no_overlap(temperature: Array, bottom: Array, top: Array, common: Array, placed: NDArray[np.bool_]) -> InputError:
+def _no_overlap(
+    temperature: Array, bottom: Array, top: Array, common: Array, placed: NDArray[np.bool_], measurement: MeasurementName
+) -> InputError:
     inside, outside = np.flatnonzero(placed), np.flatnonzero(~placed)
     near = np.unravel_index(np.argmax(common[np.ix_(inside, outside)]), (inside.size, outside.size))
     pair = sorted((int(inside[near[0]]), int(outside[near[1]])))
-    said = " and ".join(f"{temperature[k]:g} degC (modulus {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa)" for k in pair)
-    return InputError(f"no overlap between {said}: measure longer, or at a temperature in between")
+    what, more = SAID[measurement]
+    said = " and ".join(f"{temperature[k]:g} degC ({what} {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa)" for k in pair)
+    return InputError(f"no overlap between {said}: measure {more}, or at a temperature in between")

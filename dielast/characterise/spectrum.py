@@ -141,10 +141,10 @@ def fit_spectrum(
     )
 
 
-def placed_times(curve: Curve, branches: int, wanted: Ends, known: Known) -> Array:
-    """Times of the processes for nnls in s, slowest first."""
+def placed_times(curve: Curve, branches: int, wanted: Ends, known: Known, past: float = 1.0) -> Array:
+    """Times of the processes for nnls in s, slowest first, by default up to so many times `past` the curve's own ends."""
     # A process still shows a decade away from its own time, hardly farther.
-    shortest, longest = range_of_times(wanted, (curve.time[0], curve.time[-1]), curve.time, seen_at=(10, 0.1))
+    shortest, longest = range_of_times(wanted, (curve.time[0] / past, curve.time[-1] * past), curve.time, seen_at=(10, 0.1))
     return place_times(curve, branches, shortest, longest, (wanted[0] is None, wanted[1] is None), known)
 
 
@@ -168,7 +168,7 @@ def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Array, time: Arr
     if not np.all(np.isfinite(cumulative)):
         raise InputError(
             f"relaxation times from {tau[-1]:.3g} to {tau[0]:.3g} s are so far off the curve that its polynomial exceeds all "
-            f"numbers there: keep them between {time[0] / 2:.3g} and {time[-1] / 2:.3g} s"
+            f"numbers there: keep them between {time[0] / 2:.3g} and {time[-1] / 2:.3g} s, or lower polynomial_degree"
         )
     return cumulative
 

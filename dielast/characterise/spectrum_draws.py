@@ -75,12 +75,11 @@ def draw_spectra(
 
     `refit` fits such points just as `fit` was found. Where it takes other relaxation times, a draw is the spectrum with its moduli
     changed so that the relaxation modulus changes as much; and so it is for a `spectrum` that was made of that of the fit, unless
-    that is only truncated. Draws that cannot be fitted are left out; `InputError` if that is more than half. Warns
-    where the model misses the curve by far more than the draws scatter.
+    that is only truncated. Draws that cannot be fitted are left out; `InputError` if that is more than half. Warns where the model
+    misses the curve by far more than the draws scatter.
     """
-    target = fit.spectrum if spectrum is None else spectrum
-    tau = target.relaxation_time
-    change = _Change.of(target, fit)
+    whole = fit.spectrum
+    change = _Change.of(whole, fit)
     rows: list[tuple[int, float, Array, Array]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
         with warnings.catch_warnings():
@@ -89,14 +88,14 @@ def draw_spectra(
                 own = refit(abscissa, ordinates * np.exp(deviation))
             except (InputError, NumericsError):
                 continue
-        level, moduli = own.equilibrium_shear_modulus, own.spectrum.shear_modulus[: tau.size]
-        if moduli.size < tau.size or not np.allclose(own.spectrum.relaxation_time[: tau.size], tau, rtol=1e-6):
+        level, moduli = own.equilibrium_shear_modulus, own.spectrum.shear_modulus
+        if not _starts(own.spectrum, whole):
             stiffer = own.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1
-            level, moduli = change.added(fit.equilibrium_shear_modulus, target.shear_modulus, stiffer)
+            level, moduli = change.added(fit.equilibrium_shear_modulus, whole.shear_modulus, stiffer)
         follows = np.log(np.atleast_2d(own.model)[0] / np.atleast_2d(fit.model)[0]) - np.interp(
             np.log(fit.reduced_time), *_ascending(np.log(abscissa), deviation[0], fit)
         )
-        rows.append((place, level, moduli, follows))
+        rows.append((place, level, moduli[: len(whole)], follows))
     if 2 * len(rows) < len(curves.ordinates):
         raise InputError(
             f"only {len(rows)} of {len(curves.ordinates)} draws of the master curve can be fitted: it is too uncertain for this fit"
@@ -115,7 +114,19 @@ def draw_spectra(
     share = np.random.default_rng([seed, STREAM]).standard_normal(len(curves.ordinates))[used]
     off = np.interp(np.log(change.time), np.log(time), missed)
     equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * off)
+    if spectrum is not None and _starts(whole, spectrum):
+        moduli = moduli[:, : len(spectrum)]
+    elif spectrum is not None:
+        change = _Change.of(spectrum, fit)
+        drawn = equilibrium[:, None] + moduli @ np.exp(-change.time / whole.relaxation_time[:, None])
+        equilibrium, moduli = change.added(fit.equilibrium_shear_modulus, spectrum.shear_modulus, drawn / change.modulus - 1)
     return SpectrumDraws(used, equilibrium, moduli, misfit, scatter)
+
+
+def _starts(spectrum: Spectrum, with_these: Spectrum) -> bool:
+    """Whether the slowest relaxation times of a spectrum are those of another."""
+    count = len(with_these)
+    return len(spectrum) >= count and np.allclose(spectrum.relaxation_time[:count], with_these.relaxation_time, rtol=1e-6)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -41,7 +41,7 @@ def plot_spectrum(
         lines.set_xlabel("relaxation time [s]")
         lines.set_ylabel("shear modulus [Pa]")
         if continuous is not None:
-            seen = continuous.density > 10 * floor
+            seen = continuous.density > floor
             density = np.where(seen, continuous.density, np.nan)
             lines.plot(continuous.relaxation_time, density, "-", color=COLOURS[0], label="continuous, per unit of ln time")
         if reduction is not None:

@@ -47,6 +47,8 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
     members = []
     for row, values in enumerate(columns.T):
         try:
+            if values[0] < 0:
+                raise InputError(f"an equilibrium modulus of {values[0]:g} Pa: it must not be negative")
             shift = with_constants(material.shift, values[1 : 1 + len(law)].tolist())
             spectrum = Spectrum(material.spectrum.relaxation_time, values[1 + len(law) :])
         except InputError as error:

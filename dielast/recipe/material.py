@@ -12,14 +12,13 @@ from pydantic import Field, model_validator
 from dielast.errors import InputError
 from dielast.files import read_file
 from dielast.gent import Gent
-from dielast.material import Breakdown, Material
+from dielast.material import VACUUM_PERMITTIVITY, Breakdown, Material
 from dielast.prony import Spectrum
 from dielast.recipe.base import BreakdownField, Dielectric
 from dielast.recipe.fields import Modulus, MolarEnergy, Section, Temperature, TemperatureDifference
 from dielast.recipe.validate import check, parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 
-VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 JLim = Annotated[float, Field(gt=0)]
 
 
@@ -94,6 +93,9 @@ class MaterialFile(Section):
     equilibrium: Equilibrium = Field(description="The spring that never relaxes.")
     nonequilibrium: Nonequilibrium = Field(description="The relaxation processes.")
     shift: ShiftSection = Field(description="The shift law and its constants.")
+    measured_temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="Lowest and highest that the shift law was measured at; simulations outside are warned of."
+    )
     dielectric: Dielectric = Field(Dielectric(), description="Needed for voltages.")
     breakdown: BreakdownField | None = Field(None, description="The field that the film breaks down at.")
     draws: str | None = Field(
@@ -104,6 +106,8 @@ class MaterialFile(Section):
     def _carries(self) -> Self:
         if self.equilibrium.shear_modulus == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
             raise InputError("every shear modulus is zero: the material carries no load")
+        if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
+            raise InputError("measured_temperature: the lowest comes first")
         return self
 
     def material(self) -> Material:
@@ -117,6 +121,9 @@ class MaterialFile(Section):
             nonequilibrium_law=Gent(self.nonequilibrium.J_lim or math.inf),
             permittivity=permittivity(self.dielectric),
             breakdown=breakdown(self.breakdown),
+            measured_temperature=None
+            if self.measured_temperature is None
+            else (self.measured_temperature[0], self.measured_temperature[1]),
         )
 
 
@@ -158,12 +165,14 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
             raise InputError(f"a material file holds Gent springs only, not {type(law).__name__}")
         if math.isfinite(limit := float(law.J_lim)):
             section["J_lim"] = limit
+    measured = material.measured_temperature
     nonequilibrium["relaxation_time_s"] = _digits(material.spectrum.relaxation_time.tolist())
     nonequilibrium["shear_modulus_Pa"] = _digits(material.spectrum.shear_modulus.tolist())
     document: dict[str, Any] = {
         "name": material.name,
         "reference_temperature": f"{material.reference_temperature:.9g} degC",
         **({} if draws is None else {"draws": draws}),
+        **({} if measured is None else {"measured_temperature": [f"{value:.9g} degC" for value in measured]}),
         "equilibrium": equilibrium,
         "nonequilibrium": nonequilibrium,
         "shift": _shift_section(material.shift),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.ensemble import Sample
-from dielast.errors import InputError
+from dielast.errors import InputError, NumericsError
 from dielast.events import Kind, Watch
 from dielast.gent import Floats
 from dielast.integrate import Status
@@ -221,9 +221,12 @@ def plan_failure_map(
     if sample is not None:
         field = None if breakdown_field is None else np.tile(setup.breakdown_field, len(sample))
         tolerance, thick = max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
-        drawn = films_of(sample.materials, field, thick, tolerance)
-        scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
-        groups += _groups(replace(drawn, breakdown_field=scaled), films, tolerance)
+        try:
+            drawn = films_of(sample.materials, field, thick, tolerance)
+            scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
+            groups += _groups(replace(drawn, breakdown_field=scaled), films, tolerance)
+        except (InputError, NumericsError) as error:
+            raise type(error)(*(f"in a draw: {line}" for line in error.messages)) from None
     return MapPlan(
         temperatures,
         pairs,

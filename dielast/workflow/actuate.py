@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, NumericsError
+from dielast.errors import InputError, NumericsError, warn
 from dielast.files import Inputs
 from dielast.material import Material
+from dielast.plausible import doubt_breakdown
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown
 from dielast.recipe.voltage import ActuateRecipe
@@ -23,6 +24,7 @@ from dielast.workflow.cases import (
     axes_of,
     case_columns,
     compare_headline,
+    doubt_cases,
     each,
     failures,
     labels,
@@ -52,6 +54,11 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     recipe = cases[0].recipe
     materials = read_materials(cases, inputs)
     results, events = simulate_cases(cases, materials, inputs)
+    doubt_cases(materials, results)
+    doubt_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
+    for index, own in enumerate(events):
+        if any(event.name == "breakdown" and event.time == 0 for event in own):
+            warn(f"case {index}: the film breaks down as the voltage comes on: it is beyond the breakdown field from the start")
     told, told_events = bounded_films(
         cases, materials, results, events, inputs, lambda own, drawn, thickness: simulate_cases(own, drawn, inputs, thickness)
     )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.material import Material
+from dielast.plausible import doubt_material, doubt_use
 from dielast.recipe.cases import Case
 from dielast.recipe.material import parse_material
 from dielast.recipe.simulation import SimulationRecipe
@@ -39,12 +40,20 @@ class CaseResult:
 def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> list[Material]:
     """The material of every case; each file is read once."""
     named = {name: parse_material(inputs.read(name), name) for name in dict.fromkeys(case.recipe.material for case in cases)}
+    for material in named.values():
+        doubt_material(material)
     return [named[case.recipe.material] for case in cases]
 
 
 def temperature_of(recipe: SimulationRecipe, material: Material) -> float:
     """The temperature in degC: the recipe's, or the one at which the material's spectrum holds."""
     return material.reference_temperature if recipe.temperature is None else float(recipe.temperature)
+
+
+def doubt_cases(materials: Sequence[Material], results: Sequence[CaseResult]) -> None:
+    """Warn of cases that ask their material for what was not measured."""
+    for material, result in zip(materials, results, strict=True):
+        doubt_use(material, result.temperature, last(result.columns["time [s]"]))
 
 
 def result_columns(results: Sequence[CaseResult]) -> list[Column]:

@@ -72,10 +72,13 @@ def solve_on(
                 else:
                     time.sleep(PAUSE)
         except distributed.KilledWorker as error:
-            many = error.allowed_failures + 1
-            raise InputError(f"{scheduler}: {many} workers died over the same cells, of want of memory perhaps; {KEPT}") from None
-        except (OtherVersion, ImportError) as error:
-            raise InputError(f"{scheduler}: a worker that joined later: {error}; {KEPT}") from None
+            lost = f"{error.allowed_failures + 1} workers" if error.allowed_failures else "a worker"
+            raise InputError(f"{scheduler}: {lost} died over the same cells, of want of memory perhaps; {KEPT}") from None
+        except (RuntimeError, ImportError) as error:
+            if not isinstance(error, OtherVersion | ImportError) and not isinstance(error.__cause__, ImportError):
+                raise
+            reason = error.__cause__ or error
+            raise InputError(f"{scheduler}: not every worker has this dielast: {reason}; {KEPT}") from None
         except (CancelledError, OSError):
             raise InputError(f"{scheduler}: the scheduler was lost; {KEPT}") from None
         finally:
@@ -143,12 +146,12 @@ def _await_workers(scheduler: str, client: Client, patience: float) -> None:
 def _check_versions(scheduler: str, client: Client) -> None:
     known: dict[str, Any] = client.get_versions(packages=list(OWN))
     own = known["client"]["packages"]
-    lines = []
-    for address, found in known["workers"].items():
-        if other := _differing(own, found["packages"]):
-            lines.append(f"worker {address}: {other}")
+    # the scheduler reads the tasks, too
+    nodes = {"the scheduler itself": known["scheduler"]} | {f"worker {name}": node for name, node in known["workers"].items()}
+    found = {name: _differing(own, node["packages"]) for name, node in nodes.items()}
+    lines = [f"{name}: {other}" for name, other in found.items() if other]
     if lines:
-        more = f" (and {len(lines) - 1} more workers)" if len(lines) > 1 else ""
+        more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
         raise InputError(f"{scheduler}: {lines[0]}{more}")
 
 

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from dielast.ensemble import Sample
-from dielast.errors import InputError, NumericsError
+from dielast.errors import InputError, NumericsError, warn
 from dielast.files import Inputs
 from dielast.material import Material
+from dielast.plausible import doubt_breakdown, doubt_material, doubt_use
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown, parse_material
 from dielast.recipe.voltage import FailureMapRecipe, VoltageAxis
@@ -33,7 +34,15 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     material, wanted = parse_material(inputs.read(recipe.material), recipe.material), recipe.uncertainty
     sample = None if wanted is None else sample_of(recipe.material, material, wanted, inputs)
     plan = _plan(recipe, material, sample)
+    doubt_material(material)
+    for temperature in plan.temperature.tolist():
+        doubt_use(material, temperature, recipe.horizon)
+    doubt_breakdown(plan.breakdown_field)
     result, *drawn = assemble_all(plan, solve(plan, fingerprint(recipe, inputs), execution))
+    if broken := int(np.count_nonzero(result.time_to_breakdown == 0)):
+        warn(
+            f"{broken} of {plan.cells} cells break down as the voltage comes on: they are beyond the breakdown field from the start"
+        )
     lines = fit_lifetime(result)
 
     def figure() -> Any:

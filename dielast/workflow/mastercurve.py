@@ -10,6 +10,7 @@ import numpy as np
 from dielast.characterise.bootstrap import bootstrap_master_curve
 from dielast.characterise.mastercurve import FrequencySweep, MasterCurve, build_master_curve
 from dielast.files import Inputs
+from dielast.plausible import doubt_curve, doubt_temperature
 from dielast.recipe.cases import Case
 from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.shift import WLF, Arrhenius
@@ -46,6 +47,8 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
         thermal_expansion=shift.thermal_expansion,
         on=shift.on,
     )
+    doubt_temperature(result.temperature, "the tests are at")
+    doubt_curve(result.glassy_modulus)
     drawn = None
     if uncertainty is not None:
         drawn = bootstrap_master_curve(

@@ -13,6 +13,7 @@ from dielast.characterise.kramers_kronig import viscosity_factor, warn_if_incons
 from dielast.characterise.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.errors import InputError, warn
 from dielast.files import Inputs
+from dielast.plausible import doubt_strain
 from dielast.recipe.measurements import ROLES, MeasurementData, MeasurementName
 from dielast.units import ZERO_CELSIUS
 from dielast.workflow.isotherms import WIDEST, isotherms, temperature_of_file
@@ -214,6 +215,7 @@ def _ordinates(part: Part, column: Callable[[str], Array], lines: NDArray[np.int
     if plain in given:
         return np.asarray(scale * column(plain))[None]
     divisor = column(under)
+    doubt_strain(divisor if under == "strain" else column(over))
     _refuse(part, lines, divisor == 0, under, f"is zero, so {over} / {under} is no {plain}")
     return np.asarray(scale * column(over) / divisor)[None]
 

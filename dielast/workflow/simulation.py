@@ -18,6 +18,7 @@ from dielast.workflow.cases import (
     axes_of,
     case_columns,
     compare_headline,
+    doubt_cases,
     each,
     failures,
     labels,
@@ -45,6 +46,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     kind = recipe.kind
     materials = read_materials(cases, inputs)
     clean = simulate_cases(cases, materials, inputs)
+    doubt_cases(materials, clean)
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
     columns = [result.columns for result in results]
 

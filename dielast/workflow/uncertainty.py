@@ -19,7 +19,7 @@ from dielast.recipe.material import breakdown
 from dielast.recipe.uncertainty import FilmUncertainty, Uncertainty
 from dielast.recipe.voltage import ActuateRecipe
 from dielast.simulate.actuate import Event
-from dielast.simulate.failure_map import DRAWN_RTOL, FailureMap
+from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 from dielast.table import Column
 from dielast.workflow.cases import CaseResult
@@ -74,7 +74,7 @@ def bounded_cases(
         if wanted is not None:
             sample = sample_of(case.recipe.material, material, wanted, inputs)
             with _said_of_a_draw():
-                drawn = simulate([_roughly(case)] * len(sample), sample.materials)
+                drawn = simulate([case] * len(sample), sample.materials)
             result = bounded(result, drawn, wanted.level)
         told.append(result)
     return told
@@ -103,19 +103,14 @@ def bounded_films(
                 field = known or each.breakdown
                 drawn_materials.append(replace(each, breakdown=None if field is None else scaled(field, factor)))
             with _said_of_a_draw():
-                one = _roughly(case, breakdown=None)
+                # each has its breakdown field with its material
+                one = Case(case.recipe.model_copy(update={"breakdown": None}), case.settings)
                 drawn, drawn_events = simulate([one] * len(sample), drawn_materials, sample.thickness_factor)
             result = bounded(result, drawn, wanted.level, failing=True)
             bounds = bounded_events(own, drawn_events, wanted.level)
         told.append(result)
         happened.append(bounds)
     return told, happened
-
-
-def _roughly(case: Case[Any], **changes: Any) -> Case[Any]:
-    """The case solved as exactly as a draw needs to be."""
-    solver = case.recipe.solver.model_copy(update={"rtol": max(case.recipe.solver.rtol, DRAWN_RTOL)})
-    return Case(case.recipe.model_copy(update={"solver": solver, **changes}), case.settings)
 
 
 @contextmanager

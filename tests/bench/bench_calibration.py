@@ -32,7 +32,9 @@ def main() -> None:
     truth = failure_map(TRUTH, **MAP).time_to_failure
     off = np.log([each.found / truth for each in results])
     width = np.log([each.upper / each.lower for each in results])
-    print(f"{options.method}: {len(results)} experiments, {options.draws} draws each; 90 % intervals hold the truth in {held.mean():.1%}")
+    print(
+        f"{options.method}: {len(results)} experiments of {options.draws} draws: 90 % intervals hold the truth in {held.mean():.1%}"
+    )
     print(f"{'T [degC]':>9}{'prestretch':>11}{'V [kV]':>8}{'held':>8}{'error rms':>11}{'bias':>8}{'half width':>12}")
     for index in np.ndindex(truth.shape):
         here = (slice(None), *index)

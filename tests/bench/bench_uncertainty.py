@@ -44,7 +44,8 @@ def main() -> None:
         replace(
             TRUTH,
             spectrum=Spectrum(
-                TRUTH.spectrum.relaxation_time, TRUTH.spectrum.shear_modulus * (1 + 0.02 * random.standard_normal(len(TRUTH.spectrum)))
+                TRUTH.spectrum.relaxation_time,
+                TRUTH.spectrum.shear_modulus * (1 + 0.02 * random.standard_normal(len(TRUTH.spectrum))),
             ),
             shift=WLF(20.0, 13.7 + 0.03 * random.standard_normal(), 187.1),
         )

@@ -101,4 +101,3 @@ def test_along_fig_11_and_fig_12_four_branches_do_what_case_4_does_with_five() -
     case_4, four, six = worst[60.0]
     assert four < 0.6 * case_4
     assert six < 0.2 * case_4
-    print({key: value.round(5).tolist() for key, value in worst.items()})

@@ -52,7 +52,9 @@ strengths = st.lists(st.floats(min_value=1e-3, max_value=1e3), min_size=25, max_
 
 
 @given(decades, strengths, st.sampled_from([0.0, 1e-2, 1.0, 1e3]))
-def test_there_and_back_again_and_the_product_of_the_two_is_one(tenths: list[int], heights: list[float], equilibrium: float) -> None:
+def test_there_and_back_again_and_the_product_of_the_two_is_one(
+    tenths: list[int], heights: list[float], equilibrium: float
+) -> None:
     tau = np.sort(10 ** (np.array(tenths) / 5))[::-1]
     spectrum = Spectrum(tau, np.array(heights[: tau.size]))
     creep = retardation_from_relaxation(spectrum, equilibrium)

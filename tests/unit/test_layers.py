@@ -12,7 +12,7 @@ LAYERS = [
     {"units"},
     {"gent", "shift", "prony", "rosenbrock"},
     {"kinematics", "material", "load", "roots"},
-    {"point", "ensemble"},
+    {"point", "ensemble", "plausible"},
     {"symmetric", "jump", "stability"},
     {"integrate"},
     {"events"},

@@ -201,6 +201,13 @@ def test_a_sweep_whose_moduli_are_not_positive_is_refused() -> None:
         build(compliant)
 
 
+def test_sweeps_without_overlap_are_refused() -> None:
+    with pytest.raises(InputError, match=r"no overlap between 0 degC \(storage modulus .* measure over more frequencies"):
+        build([curve for curve in maxwell(frequency=np.logspace(-1, -0.5, 12)) if curve.temperature in (0.0, 40.0)])
+    with pytest.raises(InputError, match=r"inverse compliance .* measure longer"):
+        build([kelvin()[0], CreepCurve(20.0, TIME, kelvin()[4].compliance * 1e3)])
+
+
 def test_a_spoilt_reading_does_no_harm() -> None:
     curves = maxwell(0.01)
     storage, loss = curves[3].storage_modulus.copy(), curves[3].loss_modulus.copy()

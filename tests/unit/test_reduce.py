@@ -1,4 +1,4 @@
-"""The reduced spectrum: within its tolerance, as small as an exhaustive search finds, and refused in one line where there is none."""
+"""The reduced spectrum: within its tolerance, as small as an exhaustive search finds, refused in one line where there is none."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def least_error(number: int, window: tuple[float, float]) -> float:
             A_ub=np.block([[some, -ones], [-some, -ones]]),
             b_ub=np.concatenate([target, -target]),
         )
-        least = min(least, float(found.fun))
+        least = min(least, float(found.x[-1]))
     return least
 
 

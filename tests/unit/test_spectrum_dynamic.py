@@ -91,7 +91,9 @@ def test_a_glassy_compliance_out_of_reach_is_warned_of() -> None:
 
 def test_a_solid_that_does_not_creep_has_no_processes() -> None:
     fit = fit_creep(np.logspace(-3, 3, 50), np.full(50, 1 / 6e4), branches=5)
-    np.testing.assert_allclose(fit.spectrum.relaxation_modulus(np.logspace(-3, 3, 5), fit.equilibrium_shear_modulus), 2e4, rtol=1e-6)
+    np.testing.assert_allclose(
+        fit.spectrum.relaxation_modulus(np.logspace(-3, 3, 5), fit.equilibrium_shear_modulus), 2e4, rtol=1e-6
+    )
 
 
 @pytest.mark.filterwarnings("ignore:the spectrum misses the curve")

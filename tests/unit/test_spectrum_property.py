@@ -47,7 +47,7 @@ def test_any_curve_gives_a_finite_spectrum_or_a_refusal(method: Method, seed: in
     except InputError as refusal:
         refused = str(refusal)
     if refused:
-        assert "moduli came out negative" in refused
+        assert "moduli came out negative" in refused or "exceeds all numbers" in refused  # a polynomial across a wide gap
         return
     assert np.all(np.isfinite(fit.model))
     assert np.isfinite(fit.rms_relative_error)

@@ -1,0 +1,212 @@
+"""Failure maps on a Dask cluster: a real scheduler and real workers, each a process of its own on the loopback interface."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast.errors import InputError
+from dielast.workflow import cluster
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+Process = subprocess.Popen[str]
+MAP = """
+kind = "failure-map"
+material = "example:vhb4905.toml"
+temperature = ["20 degC", "40 degC"]
+horizon = "10 s"
+[film]
+thickness = "0.5 mm"
+prestretch = [1.7, 1.8, 1.9]
+relax = "10 min"
+[voltage]
+from = "1 kV"
+to = "5 kV"
+points = 1300
+[breakdown]
+field = "45 MV/m"
+"""
+TABLES = ("failure-map.csv", "fit.csv", "summary.toml")
+LAUNCH = (sys.executable, "-c", "from dielast.cli import main; main()", "failure-map", "m.toml", "--plot", "none")
+
+
+@contextmanager
+def node(role: str, file: Path, **environment: str) -> Iterator[Process]:
+    """A Dask scheduler or worker that is gone afterwards."""
+    command = [sys.executable, "-m", "dask", role, "--scheduler-file", str(file), "--host", "127.0.0.1"]
+    command += ["--dashboard-address", "127.0.0.1:0"]
+    command += ["--port", "0"] if role == "scheduler" else ["--nthreads", "1", "--no-nanny"]
+    with open(file.parent / f"{role}.log", "a") as log:
+        process = subprocess.Popen(command, cwd=file.parent, env=dict(os.environ, **environment), stdout=log, stderr=log, text=True)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+@contextmanager
+def scheduler(folder: Path) -> Iterator[Path]:
+    """The scheduler file of a scheduler that is up."""
+    file = folder / "scheduler.json"
+    with node("scheduler", file):
+        until(file.exists)
+        yield file
+
+
+def until(happened: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 60
+    while not happened():
+        assert time.monotonic() < deadline, "it did not happen within a minute"
+        time.sleep(0.01)
+
+
+@contextmanager
+def started(folder: Path, out: str, file: Path) -> Iterator[Process]:
+    """A run on the cluster that has solved some cells and not yet all."""
+    command = [*LAUNCH, "-o", out, "--scheduler", str(file)]
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        until(lambda: (folder / out / ".unfinished").exists() or process.poll() is not None)
+        assert process.poll() is None, process.communicate()[1]
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", "1s")
+
+
+def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP)
+    with ExitStack() as stack:
+        file = stack.enter_context(scheduler(tmp_path))
+        workers = [stack.enter_context(node("worker", file)) for _ in range(2)]
+        assert dielast(*LAUNCH[3:], "-o", "here").returncode == 0
+        with started(tmp_path, "killed", file) as run:
+            workers[0].send_signal(signal.SIGKILL)
+            assert run.communicate(timeout=60)[1] == ""
+            assert run.returncode == 0
+        with started(tmp_path, "interrupted", file) as run:
+            run.send_signal(signal.SIGINT)
+            assert run.communicate(timeout=30)[1] == "interrupted\n"
+            assert run.returncode == 130
+        # nothing of it is left on the cluster
+        count = "import distributed, sys; print(len(distributed.Client(scheduler_file=sys.argv[1]).run_on_scheduler(tasks)))"
+        count = f"def tasks(dask_scheduler): return list(dask_scheduler.tasks)\n{count}"
+        asked = subprocess.run([sys.executable, "-c", count, str(file)], capture_output=True, text=True, timeout=60, check=True)
+        assert asked.stdout == "0\n"
+        with started(tmp_path, "left", file) as run:
+            workers[1].send_signal(signal.SIGSTOP)
+            stack.close()
+            said = run.communicate(timeout=60)[1]
+        assert said == f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
+        assert run.returncode == 2
+    # what a cluster has solved is of use without it
+    assert (tmp_path / "interrupted/.unfinished").stat().st_size > 1000
+    assert (tmp_path / "left/.unfinished").stat().st_size > 1000
+    assert dielast(*LAUNCH[3:], "-o", "left").returncode == 0
+    for name in TABLES:
+        whole = (tmp_path / "here" / name).read_bytes()
+        for out in ("killed", "left"):
+            assert (tmp_path / out / name).read_bytes() == whole, (out, name)
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP)
+    other = tmp_path / "other/dielast-9.9.dist-info"
+    other.mkdir(parents=True)
+    (other / "METADATA").write_text("Metadata-Version: 2.1\nName: dielast\nVersion: 9.9\n")
+
+    def refused() -> str:
+        done = dielast(*LAUNCH[3:], "--scheduler", file)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert not (tmp_path / "m").exists()
+        return done.stderr
+
+    with scheduler(tmp_path) as file:
+        assert refused() == f"{file}: the scheduler has no workers, after 1 s of waiting\n"
+        with node("worker", file, PYTHONPATH=str(other.parent)) as worker:
+            until(lambda: "Starting established connection" in (tmp_path / "worker.log").read_text())
+            said = refused()
+            assert worker.poll() is None
+    assert said.startswith(f"{file}: worker tcp://127.0.0.1:")
+    assert said.endswith(f": dielast {cluster.OWN['dielast']} is needed, 9.9 is there\n")
+
+
+@pytest.mark.usefixtures("impatient")
+def test_who_is_no_scheduler_is_named_in_one_line() -> None:
+    def refused(scheduler: str) -> str:
+        with pytest.raises(InputError) as caught:
+            list(cluster.solve_on(scheduler, pow, 2, [(3, 5)]))
+        (line,) = caught.value.messages
+        assert line.startswith(f"{scheduler}: ")
+        return line.removeprefix(f"{scheduler}: ")
+
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        nobody = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        assert refused(nobody) == "no Dask scheduler answers there"
+        silent.listen()
+        assert refused(nobody) == "no Dask scheduler answers there"
+    assert refused("localhost") == "no Dask scheduler answers there: missing port number in address 'localhost'"
+    assert "unknown address scheme 'abc'" in refused("abc://localhost:1")
+
+
+def test_a_scheduler_file_is_checked(dielast: Run, tmp_path: Path) -> None:
+    file = tmp_path / "s.json"
+    for content in ("", "[]", "{}", "\xff"):
+        file.write_text(content, encoding="latin-1")
+        with pytest.raises(InputError, match="not the file that a Dask scheduler writes"):
+            list(cluster.solve_on(str(file), pow, 2, [(3, 5)]))
+    (tmp_path / "m.toml").write_text(MAP)
+    done = dielast(*LAUNCH[3:], "--scheduler", "none.json")
+    assert (done.returncode, done.stderr) == (2, "none.json: no such file\n")
+
+
+def test_without_dask_it_is_said_how_to_install_it(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP)
+    without = f"import sys; sys.modules['distributed'] = None; {LAUNCH[2]}"
+    command = [LAUNCH[0], "-c", without, *LAUNCH[3:], "--scheduler", "tcp://127.0.0.1:8786"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    expected = "tcp://127.0.0.1:8786: a scheduler needs Dask, which is not installed: pip install 'dielast[cluster]'\n"
+    assert (done.returncode, done.stderr) == (2, expected)
+
+
+def test_dask_is_loaded_for_a_scheduler_only(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP.replace("points = 1300", "points = 2"))
+    loaded = "import atexit, sys; atexit.register(lambda: print({'dask', 'distributed'} & set(sys.modules)));"
+    command = [LAUNCH[0], "-c", f"{loaded} {LAUNCH[2]}", *LAUNCH[3:], "-q"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout) == (0, "set()\n")
+
+
+def test_options_that_exclude_each_other(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP)
+    done = dielast(*LAUNCH[3:], "--scheduler", "tcp://127.0.0.1:8786", "--jobs", "2")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert done.stderr.startswith("--jobs and --scheduler: one or the other")
+    done = dielast("relax", "m.toml", "--scheduler", "tcp://127.0.0.1:8786")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert done.stderr.startswith("--scheduler: a failure map can be shared out")
+
+
+def test_a_worker_of_another_version_computes_nothing() -> None:
+    own = {"dielast": cluster.OWN["dielast"], "numpy": np.__version__}
+    assert cluster._solve_there(3, 5, solve=pow, plan=2, versions=own) == 2**3 % 5
+    with pytest.raises(cluster.OtherVersion, match=r"^numpy 1\.0 is needed, .* is there$"):
+        cluster._solve_there(3, 5, solve=pow, plan=2, versions=own | {"numpy": "1.0"})

@@ -1,0 +1,251 @@
+"""Uncertainty through the chain: draws of the master curve, of the spectrum, and intervals in every simulation."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dielast as library
+from dielast.table import number_columns, parse_csv
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+KINDS = {"relax": "relax", "creep": "creep", "actuate": "actuate", "failure-map": "failure-map"}
+UNCERTAIN = "\n[uncertainty]\ndraws = 24\n"
+SCATTER = 'breakdown_field = { law = "weibull", shape = 20 }\nthickness = "2 %"\n'
+MAP = """
+kind = "failure-map"
+material = "material.toml"
+horizon = "1 h"
+[film]
+thickness = "0.5 mm"
+prestretch = [1.7, 1.9]
+relax = "10 min"
+[voltage]
+values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]
+[breakdown]
+prestretch = [1.7, 1.9]
+field = ["40 MV/m", "48 MV/m"]
+"""
+
+
+def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    program = [sys.executable, "-c", "from dielast.cli import main; main()", *arguments]
+    return subprocess.run(program, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a master curve, a spectrum and their draws."""
+    folder = tmp_path_factory.mktemp("chain")
+    (folder / "mc.toml").write_text(command(folder, "new", "mastercurve").stdout + UNCERTAIN)
+    assert command(folder, "mastercurve", "mc.toml", "--plot", "none").returncode == 0
+    recipe = command(folder, "new", "spectrum").stdout.replace("example:mastercurve", "mc")
+    (folder / "sp.toml").write_text(recipe)
+    assert command(folder, "spectrum", "sp.toml", "--plot", "none").returncode == 0
+    return folder
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path) -> Path:
+    """A folder of the test's own with the material and its draws in it."""
+    for name in ("material.toml", "draws.csv"):
+        shutil.copy(made / "sp" / name, tmp_path / name)
+    return tmp_path
+
+
+def columns(path: Path) -> dict[str, np.ndarray]:
+    content = path.read_bytes()
+    text = ("event", "failure_mode")
+    headers = [header for header in parse_csv(content, path.name) if header not in text]
+    return dict(zip(headers, number_columns(content, path.name, headers), strict=True))
+
+
+def test_the_files_of_the_chain(made: Path) -> None:
+    draws, laws, curves = (columns(made / "mc" / name) for name in ("draws.csv", "draw-laws.csv", "draw-curves.csv"))
+    summary = tomllib.loads((made / "mc/summary.toml").read_text())
+    assert list(draws) == ["draw", "temperature [degC]", "log10_shift_factor [1]", "vertical_shift [1]"]
+    assert list(laws) == ["draw", "C1 [1]", "C2 [K]"]
+    assert list(curves)[:2] == ["reduced_time [s]", "relaxation_modulus_0 [Pa]"]
+    assert len(curves) == 25
+    assert np.std(laws["C1 [1]"], ddof=1) == pytest.approx(summary["uncertainty"]["C1_stderr"], rel=1e-6)
+    assert summary["uncertainty"]["C1_stderr"] == pytest.approx(summary["shift"]["C1_stderr"], rel=0.6)
+    assert sum(file.stat().st_size for file in (made / "mc").iterdir()) < 24 / 200 * 2e6
+    spectrum = columns(made / "sp/draws.csv")
+    material = library.read_material(made / "sp/material.toml")
+    members = library.read_draws(made / "sp/material.toml")
+    assert list(spectrum)[:5] == ["draw", "equilibrium_shear_modulus [Pa]", "C1 [1]", "C2 [K]", "shear_modulus_1 [Pa]"]
+    assert len(members) == len(spectrum["draw"]) == 24
+    # about the fit, not about something else
+    level = [member.spectrum.relaxation_modulus(100.0, member.equilibrium_modulus) for member in members]
+    main = material.spectrum.relaxation_modulus(100.0, material.equilibrium_modulus)
+    assert abs(np.mean(level) - main) < np.std(level)
+
+
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_intervals_stand_beside_unchanged_results(folder: Path, made: Path, kind: str) -> None:
+    recipe = command(folder, "new", kind).stdout.replace("example:vhb4905.toml", "material.toml")
+    (folder / "plain.toml").write_text(recipe)
+    (folder / "told.toml").write_text(recipe + UNCERTAIN)
+    for name in ("plain", "told"):
+        assert command(folder, kind, f"{name}.toml", "--plot", "none").returncode == 0
+    plain, told = (columns(folder / name / f"{kind}.csv") for name in ("plain", "told"))
+    bounded = 0
+    for header, values in plain.items():
+        assert np.array_equal(values, told[header], equal_nan=True), header
+        name, unit = header.rstrip("]").split(" [") if " [" in header else (header, "")
+        if f"{name}_lower [{unit}]" in told:
+            low, high = told[f"{name}_lower [{unit}]"], told[f"{name}_upper [{unit}]"]
+            assert np.all((low <= high) | np.isnan(high)), header
+            inside = (low <= values) & (values <= high)
+            assert np.mean(inside) > 0.9, header
+            bounded += 1
+    assert bounded >= 3
+    assert tomllib.loads((folder / "told/summary.toml").read_text())["uncertainty"]["draws"] == 24
+
+
+def test_scatter_from_film_to_film_needs_no_draws_and_widens_intervals(folder: Path) -> None:
+    (folder / "exact.toml").write_text((folder / "material.toml").read_text().replace('draws = "draws.csv"\n', ""))
+    widths = []
+    for name, material, extra in (("a", "material.toml", ""), ("b", "exact.toml", SCATTER), ("c", "material.toml", SCATTER)):
+        recipe = MAP.replace("material.toml", material) + UNCERTAIN.replace("24", "60") + extra
+        (folder / f"{name}.toml").write_text(recipe)
+        assert command(folder, "failure-map", f"{name}.toml", "--plot", "none").returncode == 0
+        table = columns(folder / name / "failure-map.csv")
+        widths.append(table["time_to_failure_upper [s]"][2] / table["time_to_failure_lower [s]"][2])
+    assert widths[0] < widths[1]
+    assert widths[1] == pytest.approx(widths[2], rel=0.5)
+    # who certainly survives, who fails at once
+    assert table["failure_probability [1]"][0] == 0
+    assert np.isnan(table["time_to_failure_lower [s]"][0])
+    assert table["time_to_failure_upper [s]"][3] < 10
+    assert table["failure_probability [1]"][3] == 1
+
+
+def test_draws_tell_of_a_breakdown_that_may_happen(folder: Path) -> None:
+    recipe = """
+kind = "actuate"
+material = "material.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+relax = "10 min"
+[[step]]
+voltage = "3 kV"
+[[step]]
+hold = "10 min"
+[breakdown]
+field = "48 MV/m"
+"""
+    (folder / "a.toml").write_text(recipe + UNCERTAIN.replace("24", "60") + SCATTER)
+    assert command(folder, "actuate", "a.toml").returncode == 0
+    events = columns(folder / "a/events.csv")
+    assert np.all(np.isnan(events["time [s]"]))
+    assert 0 < events["probability [1]"][0] < 1
+    assert np.isnan(events["time_upper [s]"][0])
+    table = columns(folder / "a/actuate.csv")
+    surviving = table["surviving [1]"]
+    assert surviving[0] > surviving[-1] == pytest.approx(1 - events["probability [1]"][0])
+    assert np.all(np.diff(surviving) <= 0)
+
+
+def test_jobs_golden_and_repeats_give_the_same_bytes(folder: Path) -> None:
+    (folder / "m.toml").write_text(
+        MAP.replace("values = [", "values = ['0.5 kV', ").replace('"6 kV"', '"5 kV", "6 kV"') + UNCERTAIN + SCATTER
+    )
+    results = []
+    for name, options in (("one", ()), ("two", ("--jobs", "2")), ("three", ("--golden", "one"))):
+        run = command(folder, "failure-map", "m.toml", "-o", name, *options)
+        assert run.returncode == 0, run.stderr
+        results.append({path.name: path.read_bytes() for path in (folder / name).iterdir()})
+    assert results[0] == results[1] == results[2]
+    other = command(folder, "failure-map", "m.toml", "-o", "four", "--golden", "one", "--set", "uncertainty.seed=2")
+    assert other.returncode == 4
+    assert "time_to_failure_lower" in other.stderr
+
+
+def test_an_interrupted_map_goes_on_with_its_draws(folder: Path) -> None:
+    recipe = MAP.replace('values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]', 'from = "2 kV"\nto = "5 kV"\npoints = 120')
+    (folder / "m.toml").write_text(recipe + UNCERTAIN)
+    options = ["failure-map", "m.toml", "--plot", "none", "-o"]
+    assert command(folder, *options, "whole").returncode == 0
+    program = [sys.executable, "-c", "from dielast.cli import main; main()", *options, "part"]
+    process = subprocess.Popen(program, cwd=folder, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
+    store, deadline = folder / "part/.unfinished", time.monotonic() + 60
+    while not store.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert command(folder, *options, "part").returncode == 0
+    for name in ("failure-map.csv", "fit.csv", "summary.toml"):
+        assert (folder / "part" / name).read_bytes() == (folder / "whole" / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("recipe", "message"),
+    [
+        ("draws = 10", "uncertainty: draws: 10 do not tell an interval of level 0.9: at least 19 are needed"),
+        ("draws = 1", "uncertainty.draws: 1: at least 2 is needed"),
+        ("level = 1.0", "uncertainty.level: 1.0: a number below 1 is needed"),
+        ("level = 0.95", "the 24 draws of material.toml do not tell an interval of level 0.95: at least 39 are needed"),
+        (
+            'thickness = "120 %"',
+            'uncertainty.thickness: "120 %": a relative standard deviation below 100 % is needed, such as "5 %"',
+        ),
+        ("thickness = 0.02", "uncertainty.thickness: 0.02: a relative standard deviation below 100 % is needed"),
+        ('breakdown_field = { law = "weibull" }', 'uncertainty.breakdown_field: law "weibull" needs shape'),
+        ('breakdown_field = { law = "normal", shape = 3.0 }', 'uncertainty.breakdown_field: law "normal" needs relative'),
+        ("drawz = 20", 'uncertainty.drawz: unknown key; did you mean "draws"?'),
+    ],
+)
+def test_bad_sections(folder: Path, recipe: str, message: str) -> None:
+    (folder / "m.toml").write_text(MAP + "\n[uncertainty]\n" + recipe + "\n")
+    run = command(folder, "failure-map", "m.toml")
+    assert run.returncode == 2
+    assert message in run.stderr
+    assert len(run.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda text: text.replace("shear_modulus_30 [Pa]", "x [Pa]"), 'draws.csv: column "shear_modulus_30 [Pa]" is missing'),
+        (lambda text: text.replace("C1 [1]", "C9 [1]"), 'draws.csv: column "C1 [1]" is missing'),
+        (lambda text: text.splitlines()[0] + "\n", "draws.csv: no draws"),
+        (lambda text: text.replace("\n1,", "\n1,-", 1), "draws.csv: row 3: an equilibrium modulus of -"),
+        (lambda text: text.replace("\n1,", "\n1,x", 1), 'draws.csv: row 3: column "equilibrium_shear_modulus [Pa]": "x'),
+        (lambda text: text.replace("\n1,", "\n1,nan", 1), "draws.csv: row 3"),
+        (lambda text: None, "draws.csv: no such file"),
+    ],
+)
+def test_bad_draws(folder: Path, change: Callable[[str], str | None], message: str) -> None:
+    text = change((folder / "draws.csv").read_text())
+    if text is None:
+        (folder / "draws.csv").unlink()
+    else:
+        (folder / "draws.csv").write_text(text)
+    (folder / "m.toml").write_text(MAP + UNCERTAIN)
+    run = command(folder, "failure-map", "m.toml")
+    assert run.returncode == 2
+    assert message in run.stderr
+    assert len(run.stderr.splitlines()) == 1
+    # without [uncertainty] nobody asks for draws
+    (folder / "m.toml").write_text(MAP)
+    assert command(folder, "failure-map", "m.toml", "--plot", "none").returncode == 0
+
+
+def test_a_material_without_draws_is_not_uncertain(folder: Path) -> None:
+    (folder / "m.toml").write_text(MAP.replace("material.toml", "example:vhb4905.toml") + UNCERTAIN)
+    run = command(folder, "failure-map", "m.toml")
+    assert run.returncode == 2
+    assert "example:vhb4905.toml names no draws, and nothing is said to scatter" in run.stderr

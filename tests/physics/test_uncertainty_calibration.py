@@ -1,0 +1,106 @@
+"""Intervals of the time to failure hold the truth about as often as they say; a slice of tests/bench/bench_calibration.py."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from synthetic import MAP, TRUTH, ensemble, experiment, measure
+
+from dielast.characterise.spectrum import fit_spectrum
+from dielast.characterise.spectrum_draws import CurveDraws, draw_spectra
+from dielast.errors import DielastWarning, InputError
+from dielast.simulate.failure_map import failure_map
+
+TIME = np.geomspace(1e-6, 1e6, 200)
+
+
+def test_intervals_are_neither_too_narrow_nor_too_wide() -> None:
+    results = [experiment(seed, draws=24) for seed in range(6)]
+    truth = failure_map(TRUTH, **MAP).time_to_failure
+    off = np.log([each.found / truth for each in results])
+    half = np.log([each.upper / each.lower for each in results]) / 2
+    score = np.sqrt(np.mean((1.645 * off / half) ** 2))
+    assert 0.6 < score < 1.6
+    assert np.mean([each.held for each in results]) >= 0.75
+
+
+def test_an_error_of_the_model_is_allowed_for() -> None:
+    """The paper's approximation misses by two percent what noise leaves uncertain by a few tenths: its draws reach the truth."""
+    found, members = ensemble(measure(0), "schwarzl-staverman", 40)
+    time = np.geomspace(1e-2, 1e4, 7)
+    truth = TRUTH.spectrum.relaxation_modulus(time, TRUTH.equilibrium_modulus)
+    off = np.log(found.spectrum.relaxation_modulus(time, found.equilibrium_modulus) / truth)
+    spread = np.std([np.log(each.spectrum.relaxation_modulus(time, each.equilibrium_modulus)) for each in members], axis=0)
+    far = np.abs(off) > 0.01  # elsewhere the misfit changes its sign, and noise is what is left
+    assert np.count_nonzero(far) >= 4
+    assert np.all(np.abs(off[far]) < 1.645 * spread[far])
+
+
+def curve() -> np.ndarray:
+    return 3 * TRUTH.spectrum.relaxation_modulus(TIME, TRUTH.equilibrium_modulus)
+
+
+def test_draws_of_a_spectrum_follow_the_draws_of_its_curve() -> None:
+    """A curve that is 1 % higher everywhere, and one 1 % lower, give a spectrum 1 % stiffer and softer; truncated as well."""
+    modulus = curve()
+    curves = CurveDraws(TIME, np.array([[modulus * 1.01], [modulus / 1.01]]))
+    fit = fit_spectrum(TIME, modulus, method="nnls", branches=26)
+    ends = (float(fit.spectrum.relaxation_time[-1]), float(fit.spectrum.relaxation_time[0]))
+    spectra = {}
+    for name, spectrum in (("whole", None), ("truncated", fit.spectrum.slowest(9))):
+        spectra[name] = draw_spectra(
+            TIME,
+            modulus[None],
+            curves,
+            fit,
+            lambda t, y: fit_spectrum(t, y[0], method="nnls", branches=26, relaxation_time=ends),
+            spectrum=spectrum,
+        )
+    stiff, soft = spectra["whole"].equilibrium_modulus / fit.equilibrium_shear_modulus
+    assert stiff == pytest.approx(1.01, abs=3e-3)
+    assert soft == pytest.approx(1 / 1.01, abs=3e-3)
+    assert spectra["truncated"].shear_modulus.shape == (2, 9)
+    assert np.array_equal(spectra["truncated"].shear_modulus, spectra["whole"].shear_modulus[:, :9])
+
+
+def test_a_spectrum_on_other_times_changes_as_much() -> None:
+    modulus = curve()
+    curves = CurveDraws(TIME, np.array([[modulus * 1.02], [modulus / 1.02]]))
+    fit = fit_spectrum(TIME, modulus, method="nnls", branches=26)
+    refits = {"same": 26, "fewer": 20}
+    level = []
+    for branches in refits.values():
+        drawn = draw_spectra(
+            TIME, modulus[None], curves, fit, lambda t, y, n=branches: fit_spectrum(t, y[0], method="nnls", branches=n)
+        )
+        time = np.geomspace(1e-4, 1e4, 9)
+        decay = np.exp(-time[:, None] / fit.spectrum.relaxation_time)
+        level.append(drawn.equilibrium_modulus[:, None] + drawn.shear_modulus @ decay.T)
+    np.testing.assert_allclose(level[0][0] / level[0][1], 1.02**2, rtol=0.01)
+    np.testing.assert_allclose(level[1][0] / level[1][1], 1.02**2, rtol=0.01)
+
+
+def test_draws_that_cannot_be_fitted_are_left_out_or_refused() -> None:
+    modulus = curve()
+    curves = CurveDraws(TIME, np.array([[modulus * factor] for factor in (1.01, 1.0, 0.99, 1.0)]))
+    fit = fit_spectrum(TIME, modulus, method="nnls", branches=20)
+    calls = iter(range(100))
+
+    def sometimes(time: np.ndarray, values: np.ndarray, often: int) -> object:
+        if next(calls) % often:
+            raise InputError("too delicate")
+        return fit
+
+    drawn = draw_spectra(TIME, modulus[None], curves, fit, lambda t, y: sometimes(t, y, 2))  # type: ignore[arg-type, return-value]
+    assert drawn.used.tolist() == [0, 2]
+    with pytest.raises(InputError, match="only 1 of 4 draws"):
+        draw_spectra(TIME, modulus[None], curves, fit, lambda t, y: sometimes(t, y, 4))  # type: ignore[arg-type, return-value]
+
+
+def test_a_model_that_is_off_is_said_to_be() -> None:
+    modulus = curve()
+    curves = CurveDraws(TIME, np.array([[modulus * 1.001], [modulus / 1.001]]))
+    fit = fit_spectrum(TIME, modulus, polynomial_degree=7)
+    ends = (float(fit.spectrum.relaxation_time[-1]), float(fit.spectrum.relaxation_time[0]))
+    with pytest.warns(DielastWarning, match="the model misses the curve by .* far more than"):
+        draw_spectra(TIME, modulus[None], curves, fit, lambda t, y: fit_spectrum(t, y[0], relaxation_time=ends))

@@ -1,0 +1,395 @@
+"""Change the source in one place and see whether the tests notice: `python tests/trust/mutate.py --sample 400` (`--help` for more).
+
+The places are drawn by chance from the numerical core, or from the modules that are named. First all tests run once, to learn which
+of them reach which line and how long they take. Then, for each change, a forked process that has numpy and its like imported
+already runs the tests that reach the line, shortest first, until one fails. Shown are the score of each module and the changes
+that no test noticed.
+
+A change that cannot be noticed is none of the tests' business: numbers that only tell an iteration when to stop or a step how long
+to be (by rule, below), and what `equivalent.txt` lists with a reason, by hand. The scores are stated with and without these.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import copy
+import json
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from importlib.util import spec_from_file_location
+from pathlib import Path
+from types import CodeType, ModuleType
+
+for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
+
+import coverage
+import hypothesis
+import matplotlib
+import numpy
+import pandas
+import pint
+import pydantic
+import pytest
+import rich.progress
+import scipy.optimize
+import scipy.signal
+import scipy.stats
+import typer
+
+PRELOADED = (coverage, hypothesis, matplotlib, numpy, pandas, pint, pydantic, rich, scipy, typer)  # for every forked process
+TOP = Path(__file__).resolve().parents[2]
+EQUIVALENT = Path(__file__).with_name("equivalent.txt")
+TESTS = ("tests/unit", "tests/golden/test_golden.py", "tests/physics", "tests/property")
+CORE = (
+    *("gent", "kinematics", "point", "symmetric", "jump", "stability", "events", "integrate", "rosenbrock", "roots", "load"),
+    *("shift", "prony", "material"),
+    *(f"simulate/{name}" for name in ("actuate", "creep", "failure_map", "film", "history", "lifetime", "membrane", "output")),
+    *(f"simulate/{name}" for name in ("relax", "setup", "trace", "voltage")),
+    *(f"characterise/{name}" for name in ("schwarzl_staverman", "shiftfit", "curve")),
+)
+# constants that steer an iteration, a search or a step size: a slightly different one gives the same results within the tolerance
+TUNING = {
+    *("ITERATIONS", "SETTLED", "BALANCED", "POOL", "SAFETY", "SHRINK", "GROW", "FIRST_MOVE", "PROBED", "LEAST_STEP", "MOST_STEPS"),
+    *("STALL_STEPS", "STALL_REACH", "CLOSE", "INSIDE", "DIP", "GOLDEN", "FALLS", "ROOT", "MOVE", "STRICT", "FOLD", "FOLD_STEPS"),
+    *("FOLD_REACH", "HOLD", "HASTE", "ELASTIC_RATE", "FOLLOWER_WEIGHT"),
+}
+ARITHMETIC: dict[type[ast.AST], type[ast.AST]] = {
+    **{ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult, ast.FloorDiv: ast.Mult},
+    **{ast.Mod: ast.Mult, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd},
+}
+BOUNDARY: dict[type[ast.AST], type[ast.AST]] = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
+NEGATION: dict[type[ast.AST], type[ast.AST]] = {
+    **{ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.Is: ast.IsNot},
+    **{ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In},
+}
+NAMES = {
+    **{"minimum": "maximum", "maximum": "minimum", "min": "max", "max": "min", "argmin": "argmax", "argmax": "argmin"},
+    **{"any": "all", "all": "any", "zeros": "ones", "ones": "zeros", "zeros_like": "ones_like", "ones_like": "zeros_like"},
+    **{"add": "subtract", "subtract": "add", "multiply": "divide", "divide": "multiply"},
+}
+SWAPPED = {"divide", "subtract", "interp"}  # calls whose first two arguments may change places; of `where`, the last two
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change: the module, the line, the kind of change, what stood there and what stands there now."""
+
+    module: str
+    line: int
+    kind: str
+    before: str
+    after: str
+    tuning: bool
+    path: tuple[tuple[str, int | None], ...]
+    node: ast.AST
+
+    def tree(self) -> ast.Module:
+        """The changed module."""
+        tree = _parsed(self.module)
+        where: ast.AST = tree
+        for field, index in self.path[:-1]:
+            where = getattr(where, field) if index is None else getattr(where, field)[index]
+        _put(where, *self.path[-1], self.node)
+        return ast.fix_missing_locations(tree)
+
+    @property
+    def change(self) -> str:
+        """The change as `equivalent.txt` names it."""
+        return f"{self.module}: {self.before} -> {self.after}"
+
+
+def variants(node: ast.AST, returned: str) -> Iterator[tuple[str, ast.AST]]:
+    """Changed copies of a node and the kinds of change; `returned` is what the function around it returns."""
+
+    def changed(kind: str, change: Callable[[ast.AST], object]) -> tuple[str, ast.AST]:
+        other = copy.deepcopy(node)
+        change(other)
+        return kind, other
+
+    match node:
+        case ast.BinOp(op=op) | ast.AugAssign(op=op) if type(op) in ARITHMETIC:
+            yield changed("operator", lambda new: setattr(new, "op", ARITHMETIC[type(op)]()))
+        case ast.Compare(ops=[op]):
+            if type(op) in BOUNDARY:
+                yield changed("boundary", lambda new: setattr(new, "ops", [BOUNDARY[type(op)]()]))
+            if type(op) in NEGATION:
+                yield changed("negation", lambda new: setattr(new, "ops", [NEGATION[type(op)]()]))
+        case ast.BoolOp(op=op):
+            yield changed("and/or", lambda new: setattr(new, "op", ast.Or() if isinstance(op, ast.And) else ast.And()))
+        case ast.UnaryOp(op=ast.USub() | ast.Not() | ast.Invert(), operand=operand):
+            yield "sign" if isinstance(node.op, ast.USub) else "not", copy.deepcopy(operand)
+        case ast.Constant(value=bool(value)):
+            yield "constant", ast.Constant(not value)
+        case ast.Constant(value=int(value)):
+            yield "constant", ast.Constant(value + 1)
+        case ast.Constant(value=float(value)):
+            yield "constant", ast.Constant(value * (1 + 1e-3) if value else 1.0)
+        case ast.IfExp() | ast.If() | ast.While() if not isinstance(node.test, ast.Compare):
+            yield changed("condition", lambda new: setattr(new, "test", ast.UnaryOp(ast.Not(), getattr(new, "test"))))  # noqa: B009
+        case ast.Return(value=ast.Tuple(elts=[_, _, *_])):
+            yield changed("swap", lambda new: new.value.elts.insert(0, new.value.elts.pop(1)))  # type: ignore[attr-defined]
+        case ast.Return(value=ast.expr() as value) if returned in ("Floats", "float", "NDArray[np.float64]"):
+            yield "return", ast.Return(ast.BinOp(ast.Constant(1.001), ast.Mult(), copy.deepcopy(value)))
+        case ast.Break() | ast.Continue():
+            yield "jump", ast.Pass()
+    if isinstance(node, ast.AugAssign) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
+        yield "deletion", ast.Pass()
+    if isinstance(node, ast.Call) and (name := _called(node)):
+        if name in NAMES:
+            own = "attr" if isinstance(node.func, ast.Attribute) else "id"
+            yield changed("call", lambda new: setattr(new.func, own, NAMES[name]))  # type: ignore[attr-defined]
+        first = 1 if name == "where" and len(node.args) == 3 else 0
+        if (first or name in SWAPPED) and len(node.args) >= first + 2:
+            yield changed("swap", lambda new: new.args.insert(first, new.args.pop(first + 1)))  # type: ignore[attr-defined]
+
+
+def _called(call: ast.Call) -> str:
+    return call.func.attr if isinstance(call.func, ast.Attribute) else call.func.id if isinstance(call.func, ast.Name) else ""
+
+
+def _silent(field: str, node: ast.AST) -> bool:
+    """Whether no change below the node can matter to a number: annotations, messages, decorators, declarations of fields."""
+    if field in ("annotation", "returns", "decorator_list", "bases") or isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr):
+        return True
+    if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        return True
+    if isinstance(node, ast.Call) and _called(node) in ("field", "TypeVar", "errstate", "warn", "catch_warnings", "shown"):
+        return True
+    return isinstance(node, ast.keyword) and node.arg in ("strict", "kind", "out", "casting", "optimize", "stacklevel")
+
+
+def _parsed(module: str) -> ast.Module:
+    return ast.parse((TOP / "dielast" / f"{module}.py").read_text("utf-8"))
+
+
+def _put(where: ast.AST, field: str, index: int | None, node: ast.AST) -> None:
+    if index is None:
+        setattr(where, field, node)
+    else:
+        getattr(where, field)[index] = node
+
+
+def mutants(module: str) -> list[Mutant]:
+    """All changes of a module."""
+    result: list[Mutant] = []
+
+    def visit(parent: ast.AST, path: tuple[tuple[str, int | None], ...], returned: str, tuning: bool) -> None:
+        if isinstance(parent, ast.FunctionDef):
+            returned = ast.unparse(parent.returns) if parent.returns else ""
+        if isinstance(parent, ast.Assign):
+            names = {name.id for target in parent.targets for name in ast.walk(target) if isinstance(name, ast.Name)}
+            tuning = tuning or names <= TUNING
+        for field, value in ast.iter_fields(parent):
+            for index, child in enumerate(value) if isinstance(value, list) else [(None, value)]:
+                if not isinstance(child, ast.AST) or _silent(field, child):
+                    continue
+                here = (*path, (field, index))
+                for kind, other in variants(child, returned):
+                    before = ast.unparse(_shown(parent, child))
+                    _put(parent, field, index, ast.copy_location(other, child))
+                    after = ast.unparse(_shown(parent, other))
+                    _put(parent, field, index, child)
+                    number = child.value if isinstance(child, ast.Constant) else None
+                    steers = tuning or (isinstance(number, float) and 0 < number <= 1e-4)  # such a number is a tolerance
+                    result.append(Mutant(module, getattr(child, "lineno", 0), kind, before, after, steers, here, other))
+                visit(child, here, returned, tuning)
+
+    visit(_parsed(module), (), "", False)
+    return [each for each in result if each.before != each.after]
+
+
+def _shown(parent: ast.AST, child: ast.AST) -> ast.AST:
+    """What is shown of a change: the expression around it, or the condition alone of a compound statement."""
+    if isinstance(parent, ast.expr | ast.keyword | ast.Assign | ast.AugAssign | ast.Return):
+        return parent
+    if isinstance(child, ast.If | ast.While):
+        return child.test
+    return child
+
+
+class Changed(SourceFileLoader):
+    """Imports one module from a changed tree."""
+
+    def __init__(self, mutant: Mutant) -> None:
+        self.mutant = mutant
+        super().__init__("dielast." + mutant.module.replace("/", "."), str(TOP / "dielast" / f"{mutant.module}.py"))
+
+    def find_spec(self, fullname: str, path: object = None, target: ModuleType | None = None) -> ModuleSpec | None:
+        """Only of the changed module."""
+        return spec_from_file_location(fullname, self.path, loader=self) if fullname == self.name else None
+
+    def get_code(self, fullname: str) -> CodeType:
+        """The changed code."""
+        return compile(self.mutant.tree(), self.path, "exec")
+
+
+class Durations:
+    """What each test took, in s, and whether all passed."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = defaultdict(float)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Add up set-up, call and tear-down."""
+        self.seconds[report.nodeid] += report.duration
+
+
+def forked(action: Callable[[], int], timeout: float, silent: bool = True) -> int | None:
+    """The exit code of an action in a process of its own; None where it took too long."""
+    child = os.fork()
+    if child == 0:
+        code = 70
+        try:
+            null = os.open(os.devnull, os.O_WRONLY)
+            for stream in (1, 2) if silent else ():
+                os.dup2(null, stream)
+            os.setsid()
+            code = action()
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(code)
+    end, pause = time.monotonic() + timeout, 0.01
+    while time.monotonic() < end:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(pause)
+    os.killpg(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return None
+
+
+def run_tests(tests: Sequence[str], *plugins: object) -> int:
+    """Run tests, the same examples every time; needs a process of its own."""
+    sys.path.insert(0, str(TOP))
+    os.chdir(TOP)
+    hypothesis.settings.register_profile(
+        "mutants", derandomize=True, deadline=None, database=None, phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate]
+    )
+    hypothesis.settings.load_profile("mutants")
+    return int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "--assert=plain", *tests], plugins=list(plugins)))
+
+
+def reached(store: Path) -> tuple[dict[str, dict[str, list[str]]], dict[str, float]]:
+    """Tests that reach each line, {module: {line: [test]}}, and how long each takes; kept in `store` for the next time."""
+    if not store.exists():
+
+        def learn() -> int:
+            cover = coverage.Coverage(data_file=None, source=[str(TOP / "dielast")], config_file=False)
+            durations = Durations()
+
+            class Contexts:
+                def pytest_runtest_setup(self, item: pytest.Item) -> None:
+                    cover.switch_context(item.nodeid)
+
+            cover.start()
+            code = run_tests(TESTS, durations, Contexts())
+            cover.stop()
+            data, lines = cover.get_data(), {}
+            for name in data.measured_files():
+                by_line = data.contexts_by_lineno(name)
+                module = Path(name).relative_to(TOP / "dielast").with_suffix("").as_posix()
+                lines[module] = {str(line): sorted(test for test in tests if test) for line, tests in by_line.items()}
+            if code == 0:
+                store.write_text(json.dumps({"lines": lines, "seconds": durations.seconds}), "utf-8")
+            return code
+
+        print("running all tests once", flush=True)
+        code = forked(learn, 3600, silent=False)
+        if code != 0:
+            raise SystemExit(f"the tests must pass before anything is changed (pytest ended with {code})")
+    known = json.loads(store.read_text("utf-8"))
+    return known["lines"], known["seconds"]
+
+
+def tests_of(mutant: Mutant, lines: dict[str, dict[str, list[str]]], seconds: dict[str, float], budget: float) -> list[str]:
+    """Tests that reach the change, shortest first and as many as the `budget` (s) allows; of what runs at import, of the module."""
+    own = lines.get(mutant.module, {})
+    tests = own.get(str(mutant.line), []) or sorted({test for line in own.values() for test in line})
+    chosen: list[str] = []
+    spent = 0.0
+    for test in sorted(tests, key=lambda test: seconds[test]):
+        spent += seconds[test]
+        if spent > budget and chosen:
+            break
+        chosen.append(test)
+    return chosen
+
+
+def noticed(mutant: Mutant, tests: Sequence[str], timeout: float) -> bool | None:
+    """Whether a test fails under the change; None if it never came to an end, which is noticed too."""
+
+    def action() -> int:
+        sys.meta_path.insert(0, Changed(mutant))
+        return run_tests(tests)
+
+    code = forked(action, timeout)
+    return None if code is None else code != 0
+
+
+def listed() -> dict[str, str]:
+    """Changes that cannot be noticed, and why."""
+    lines = EQUIVALENT.read_text("utf-8").splitlines() if EQUIVALENT.exists() else []
+    entries = (line.split("  # ", 1) for line in lines if line.strip() and not line.startswith("#"))
+    return {change.strip(): reason.strip() for change, reason in entries}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("modules", nargs="*", default=CORE, help="such as point or simulate/film; by default the core")
+    parser.add_argument("--sample", type=int, default=400, help="number of changes; 0 for all")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--skip", type=int, default=0, help="of the sample, changes to leave out at the start")
+    parser.add_argument("--budget", type=float, default=30.0, help="s of tests for each change")
+    parser.add_argument("--kind", help="only changes of this kind, such as constant, sign, operator, swap")
+    parser.add_argument("--only", help="only changes whose line reads like this, such as 'GAS_CONSTANT ='")
+    parser.add_argument("--learnt", type=Path, help="file that keeps which tests reach which line from one run to the next")
+    arguments = parser.parse_args()
+
+    with tempfile.TemporaryDirectory() as scratch:
+        lines, seconds = reached(arguments.learnt or Path(scratch) / "learnt.json")
+    every = [mutant for module in arguments.modules for mutant in mutants(module)]
+    if arguments.kind:
+        every = [mutant for mutant in every if mutant.kind == arguments.kind]
+    if arguments.only:
+        every = [mutant for mutant in every if arguments.only in f"{mutant.before} -> {mutant.after}"]
+    chosen = random.Random(arguments.seed).sample(every, min(arguments.sample or len(every), len(every)))[arguments.skip :]
+    print(f"{len(chosen)} of {len(every)} changes", flush=True)
+    known = listed()
+    scores: dict[str, list[int]] = defaultdict(lambda: [0, 0, 0])
+    for number, mutant in enumerate(chosen, start=1):
+        tests = tests_of(mutant, lines, seconds, arguments.budget)
+        result = noticed(mutant, tests, 60 + 4 * min(arguments.budget, sum(seconds[test] for test in tests))) if tests else False
+        equivalent = result is False and (mutant.tuning or mutant.change in known)
+        for score in (scores[mutant.module], scores["all"]):
+            score[0] += 1
+            score[1] += result is not False
+            score[2] += equivalent
+        if result is False:
+            why = "by rule" if mutant.tuning else known.get(mutant.change, "NOTICED BY NONE")
+            print(f"{number:4} {mutant.module}:{mutant.line}: [{mutant.kind}] {mutant.change}  # {why}", flush=True)
+    print(f"\n{'module':34}{'changes':>8}{'noticed':>8}{'equiv.':>8}{'score':>8}{'of all':>8}")
+    for module, (total, found, equal) in sorted(scores.items(), key=lambda item: item[0] == "all"):
+        print(f"{module:34}{total:8}{found:8}{equal:8}{found / max(1, total - equal):8.1%}{found / total:8.1%}")
+    total, found, equal = scores["all"]
+    rate = found / max(1, total - equal)
+    print(f"sampling: +-{1.96 * (rate * (1 - rate) / max(1, total - equal)) ** 0.5:.1%} (95 %)")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,201 @@
+"""`spectrum` from curves of every kind: what is read, what is written, what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from dielast.characterise.interconversion import retardation_from_relaxation
+from dielast.errors import InputError
+from dielast.files import Inputs
+from dielast.plots.spectrum import plot_spectrum
+from dielast.prony import Spectrum
+from dielast.recipe.cases import Case
+from dielast.recipe.spectrum import CurveData, SpectrumRecipe
+from dielast.table import number_columns, to_csv
+from dielast.workflow.report import Execution, Report
+from dielast.workflow.spectrum import read_curve, run
+
+Array = NDArray[np.float64]
+
+TRUTH = Spectrum(np.logspace(3, -4, 8), np.array([1e4, 3e4, 2e4, 9e4, 4e5, 3e5, 8e5, 2e6]))
+LEVEL = 5e4
+FREQUENCY = np.logspace(-5, 6, 111)
+TIME = np.logspace(-7, 6, 131)
+MEASURED: dict[str, tuple[str, list[Array]]] = {
+    "relaxation": ("reduced_time [s],relaxation_modulus [Pa]", [TIME, 3 * TRUTH.relaxation_modulus(TIME, LEVEL)]),
+    "oscillation": (
+        "angular_frequency [rad/s],reduced_angular_frequency [rad/s],storage_modulus [Pa],loss_modulus [Pa]",
+        [FREQUENCY, FREQUENCY, 3 * TRUTH.storage_modulus(FREQUENCY, LEVEL), 3 * TRUTH.loss_modulus(FREQUENCY)],
+    ),
+    "creep": (
+        "time [s],reduced_time [s],creep_compliance [1/Pa]",
+        [TIME, TIME, retardation_from_relaxation(TRUTH, LEVEL).creep_compliance(TIME) / 3],
+    ),
+}
+
+
+def table(header: str, columns: list[Array]) -> str:
+    return "\n".join([header, *(",".join(f"{value:.9g}" for value in row) for row in np.transpose(columns))]) + "\n"
+
+
+def write_folder(folder: Path, measurement: str, data: str | None = None) -> Path:
+    """A folder as `mastercurve` writes it."""
+    folder.mkdir()
+    data = f'[data]\nmeasurement = "{measurement}"\n' if data is None else data
+    shift = 'reference_temperature_degC = 20.0\nlaw = "wlf"\nC1 = 13.7\nC2_K = 187.1\n'
+    (folder / "summary.toml").write_text(f'kind = "mastercurve"\n[shift]\n{shift}{data}')
+    (folder / "mastercurve.csv").write_text(table(*MEASURED[measurement]))
+    return folder
+
+
+def spectrum(folder: Path, **document: Any) -> Report:
+    recipe = SpectrumRecipe.model_validate({"kind": "spectrum", **document}, context={"folder": folder})
+    return run([Case(recipe, {})], Inputs(folder), Execution())
+
+
+@pytest.mark.parametrize("measurement", MEASURED)
+@pytest.mark.parametrize("data", [None, ""])
+def test_a_folder_of_any_measurement_is_fitted(tmp_path: Path, measurement: str, data: str | None) -> None:
+    if data == "" and measurement != "relaxation":
+        data = f'[data]\nmeasurement = "{measurement}"\n'
+    write_folder(tmp_path / "mc", measurement, data)
+    method = {"method": "nnls"} if measurement == "relaxation" else {}
+    report = spectrum(tmp_path, mastercurve="mc", fit={"branches": 24, **method})
+    content = to_csv(report.tables["spectrum.csv"])
+    tau, mu = number_columns(content, "spectrum.csv", ["relaxation_time [s]", "shear_modulus [Pa]"])
+    time = np.logspace(-4, 3, 30)
+    found = Spectrum(tau, mu).relaxation_modulus(time, report.headline["moduli"]["equilibrium_shear_Pa"])
+    np.testing.assert_allclose(found, TRUTH.relaxation_modulus(time, LEVEL), rtol=0.02)
+    headers = [column.header for column in report.tables["fit.csv"]]
+    assert (
+        headers
+        == {
+            "relaxation": ["reduced_time [s]", "measured [Pa]", "model [Pa]"],
+            "oscillation": [
+                "reduced_angular_frequency [rad/s]",
+                "measured_storage [Pa]",
+                "model_storage [Pa]",
+                "measured_loss [Pa]",
+                "model_loss [Pa]",
+            ],
+            "creep": ["reduced_time [s]", "measured [1/Pa]", "model [1/Pa]"],
+        }[measurement]
+    )
+    columns = number_columns(to_csv(report.tables["fit.csv"]), "fit.csv", headers)
+    assert np.all(np.diff(columns[0]) > 0)
+    np.testing.assert_allclose(columns[2], columns[1], rtol=0.1)
+    assert report.headline["fit"]["method"] == "nnls"
+    assert b"C1 = 13.7" in report.files["material.toml"]
+    assert report.figure().axes
+
+
+def test_an_unknown_measurement_and_a_missing_column_are_refused(tmp_path: Path) -> None:
+    write_folder(tmp_path / "one", "creep", '[data]\nmeasurement = "torsion"\n')
+    with pytest.raises(InputError, match='measurement is "torsion": a folder written by mastercurve is needed'):
+        spectrum(tmp_path, mastercurve="one")
+    write_folder(tmp_path / "two", "creep", '[data]\nmeasurement = "oscillation"\n')
+    with pytest.raises(InputError, match=r'column "reduced_angular_frequency \[rad/s\]" is missing'):
+        spectrum(tmp_path, mastercurve="two")
+
+
+@pytest.mark.parametrize("measurement", ["oscillation", "creep"])
+def test_schwarzl_and_staverman_read_a_relaxation_modulus_only(tmp_path: Path, measurement: str) -> None:
+    write_folder(tmp_path / "mc", measurement)
+    with pytest.raises(InputError, match=f'"schwarzl-staverman" reads a relaxation modulus; {measurement} needs "nnls"'):
+        spectrum(tmp_path, mastercurve="mc", fit={"method": "schwarzl-staverman"})
+
+
+def test_the_method_left_out_is_that_of_the_measurement(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "mc", "relaxation")
+    smooth = 1e5 * (1 + 30 / (1 + (TIME / 1e-3) ** 0.3))
+    (folder / "mastercurve.csv").write_text(table(MEASURED["relaxation"][0], [TIME, smooth]))
+    report = spectrum(tmp_path, mastercurve="mc", fit={"equilibrium_modulus": "0.1 MPa"})
+    assert report.headline["fit"]["method"] == "schwarzl-staverman"
+
+
+def read(folder: Path, header: str, values: list[Array], **data: Any) -> tuple[Array, ...]:
+    (folder / "curve.csv").write_text(table(header, values))
+    document = {"file": "curve.csv", "reference_temperature": "20 degC", **data}
+    return read_curve(CurveData.model_validate(document, context={"folder": folder}), Inputs(folder)).columns
+
+
+def test_tables_from_elsewhere(tmp_path: Path) -> None:
+    x, y, z = np.array([1.0, 2.0, 4.0]), np.array([3.0, 5.0, 7.0]), np.array([0.5, 0.25, 0.1])
+    found = read(tmp_path, "f [Hz],E1 [kPa],tan", [x, y, z], columns={"frequency": "f", "storage": "E1", "tan_delta": "tan"})
+    np.testing.assert_allclose(found, [2 * np.pi * x, 1e3 * y, 1e3 * y * z])
+    names = {"angular_frequency": "w", "storage": "G1", "loss": "G2"}
+    found = read(tmp_path, "w [rad/s],G1 [Pa],G2 [Pa]", [x, y, z], columns=names, test="shear")
+    np.testing.assert_allclose(found, [x, 3 * y, 3 * z])
+    found = read(tmp_path, "time [s],J [1/MPa]", [x, z], columns={"compliance": "J"}, test="shear")
+    np.testing.assert_allclose(found, [x, 1e-6 * z / 3])
+    found = read(tmp_path, "time [min],modulus [Pa]", [x, y])
+    np.testing.assert_allclose(found, [60 * x, y])
+
+
+@pytest.mark.parametrize(
+    ("columns", "found"),
+    [
+        ({"modulus": "E", "compliance": "J"}, "either modulus or compliance"),
+        ({"angular_frequency": "w", "tan_delta": "t"}, "storage, and either loss or tan_delta, are needed"),
+        ({"angular_frequency": "w", "storage": "a", "loss": "b", "tan_delta": "t"}, "storage, and either loss or tan_delta"),
+        ({"storage": "a", "loss": "b"}, "either frequency"),
+        ({"frequency": "f", "angular_frequency": "w", "storage": "a", "loss": "b"}, "either frequency"),
+        ({"time": "t", "frequency": "f", "storage": "a", "loss": "b"}, "time cannot stand beside"),
+    ],
+)
+def test_columns_that_make_no_measurement_are_refused(columns: dict[str, str], found: str) -> None:
+    with pytest.raises(ValueError, match=found):
+        CurveData.model_validate({"file": "x", "reference_temperature": "20 degC", "columns": columns})
+
+
+def test_continuous_and_reduced_spectra_are_written(tmp_path: Path) -> None:
+    write_folder(tmp_path / "mc", "oscillation")
+    window = {"window": ["1 s", "1 h"], "temperatures": ["20 degC", "40 degC"], "tolerance": 0.02}
+    report = spectrum(tmp_path, mastercurve="mc", fit={"continuous": True}, reduce=window)
+    assert [column.header for column in report.tables["continuous-spectrum.csv"]] == ["relaxation_time [s]", "H [Pa]"]
+    proof = report.headline["reduce"]
+    assert proof["max_relative_error"] <= proof["tolerance"] == 0.02
+    tau, mu = (column.values for column in report.tables["spectrum.csv"])
+    assert len(tau) == len(mu) == proof["branches"] < 10
+    assert report.headline["fit"]["branches"] == 30
+    temperature, _, full, reduced = (np.asarray(column.values, dtype=float) for column in report.tables["reduction.csv"])
+    assert np.unique(temperature).tolist() == [20, 40]
+    assert np.abs(reduced / full - 1).max() == pytest.approx(proof["max_relative_error"])
+    assert report.headline["continuous"]["integral_Pa"] == pytest.approx(TRUTH.shear_modulus.sum(), rel=0.1)
+    labels = report.figure().axes[0].get_legend_handles_labels()[1]
+    assert f"reduced to {proof['branches']}" in labels
+    assert any("continuous" in label for label in labels)
+
+
+@pytest.mark.parametrize(
+    ("reduce", "found"),
+    [
+        ({"window": ["6 h", "1 s"]}, "the shorter time must come first"),
+        ({"window": ["1 s"]}, "at least 2"),
+        ({"window": ["1 s", "6 h"], "tolerance": 0}, "greater than 0"),
+        ({"window": ["1 s", "6 h"], "temperatures": ["-170 degC"]}, "reduce: temperature -170 degC is at or below -167.1 degC"),
+        ({"window": ["1 s", "2 s"], "tolerance": 1e-7}, "reduce: tolerance = 1e-07"),
+    ],
+)
+def test_impossible_reductions_are_refused(tmp_path: Path, reduce: dict[str, Any], found: str) -> None:
+    write_folder(tmp_path / "mc", "oscillation")
+    with pytest.raises(ValueError, match=found):
+        spectrum(tmp_path, mastercurve="mc", reduce=reduce)
+
+
+def test_truncate_and_reduce_exclude_each_other(tmp_path: Path) -> None:
+    write_folder(tmp_path / "mc", "oscillation")
+    with pytest.raises(ValueError, match="both say which branches to keep"):
+        spectrum(tmp_path, mastercurve="mc", truncate={"keep": 3}, reduce={"window": ["1 s", "6 h"]})
+
+
+def test_a_plot_needs_neither() -> None:
+    from dielast.characterise.oscillation import fit_oscillation
+
+    _, (frequency, _, storage, loss) = MEASURED["oscillation"]
+    assert len(plot_spectrum(fit_oscillation(frequency, storage, loss)).axes) == 2
