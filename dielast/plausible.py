@@ -93,6 +93,6 @@ def doubt_use(material: Material, temperature: float, lasting: float) -> None:
     fastest = float(material.relaxation_time(temperature)[..., -1])
     if 0 < lasting < fastest:
         warn(
-            f"the load lasts {lasting:.3g} s, but the fastest branch takes {fastest:.3g} s at {temperature:g} degC: the spectrum does "
-            "not tell what happens in so short a time"
+            f"the load lasts {lasting:.3g} s, but the fastest branch takes {fastest:.3g} s at {temperature:g} degC: the spectrum "
+            "does not tell what happens in so short a time"
         )

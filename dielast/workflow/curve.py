@@ -34,12 +34,13 @@ class Curve:
     """A master curve to be fitted: its `test`, the shift law, and `columns` (n,) with the abscissa first.
 
     Young's relaxation modulus (Pa) or tensile creep compliance (1/Pa) over reduced time (s), or Young's storage and loss modulus
-    over reduced angular frequency (rad/s).
+    over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range it was measured in, if that is known.
     """
 
     test: Test
     columns: tuple[Array, ...]
     shift: ShiftLaw
+    measured_temperature: tuple[float, float] | None = None
 
 
 def read_master_curve(folder: str, inputs: Inputs) -> Curve:
@@ -58,10 +59,12 @@ def read_master_curve(folder: str, inputs: Inputs) -> Curve:
             raise
         raise InputError(f"{folder}/summary.toml: {error}: a folder written by mastercurve is needed") from None
     name = f"{folder}/mastercurve.csv"
-    columns = number_columns(inputs.read(name), name, FITTED[test])
-    for row in np.flatnonzero(~np.all(np.isfinite(columns), axis=0))[:1]:
+    temperature, *columns = number_columns(inputs.read(name), name, ["temperature [degC]", *FITTED[test]])
+    for row in np.flatnonzero(~np.all(np.isfinite([temperature, *columns]), axis=0))[:1]:
         raise InputError(f"{name}: row {row + 2}: an empty cell")
-    return Curve(test, tuple(columns), law)
+    if not temperature.size:
+        raise InputError(f"{name}: no rows: a folder written by mastercurve is needed")
+    return Curve(test, tuple(columns), law, (float(temperature.min()), float(temperature.max())))
 
 
 def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> ShiftLaw:

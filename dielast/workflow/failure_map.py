@@ -41,7 +41,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     result, *drawn = assemble_all(plan, solve(plan, fingerprint(recipe, inputs), execution))
     if broken := int(np.count_nonzero(result.time_to_breakdown == 0)):
         warn(
-            f"{broken} of {plan.cells} cells break down as the voltage comes on: they are beyond the breakdown field from the start"
+            f"{broken} of {result.failure_mode.size} cells break down as the voltage comes on: they are beyond the breakdown field from the start"
         )
     lines = fit_lifetime(result)
 

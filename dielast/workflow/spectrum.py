@@ -41,7 +41,7 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
     reduction = reduced(result, curve.shift, recipe.reduce) if recipe.reduce else None
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
-    material = make_material(result, curve.shift, recipe.material, reduction)
+    material = make_material(result, curve, recipe.material, reduction)
 
     def figure() -> Any:
         from dielast.plots.spectrum import plot_spectrum
@@ -219,17 +219,16 @@ def headline(
     return found
 
 
-def make_material(
-    result: SpectrumFit, shift: ShiftLaw, constants: MaterialConstants, reduction: Reduction | None = None
-) -> Material:
+def make_material(result: SpectrumFit, curve: Curve, constants: MaterialConstants, reduction: Reduction | None = None) -> Material:
     """The material that the simulations read: the spectrum, its shift law, and constants that no relaxation test gives."""
     return Material(
         name=constants.name,
         equilibrium_modulus=result.equilibrium_shear_modulus,
         spectrum=result.spectrum if reduction is None else reduction.spectrum,
-        shift=shift,
+        shift=curve.shift,
         equilibrium_law=Gent(constants.J_lim.equilibrium or math.inf),
         nonequilibrium_law=Gent(constants.J_lim.nonequilibrium or math.inf),
         permittivity=permittivity(constants),
         breakdown=breakdown(constants.breakdown),
+        measured_temperature=curve.measured_temperature,
     )
