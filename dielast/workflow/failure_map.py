@@ -40,9 +40,8 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     doubt_breakdown(plan.breakdown_field)
     result, *drawn = assemble_all(plan, solve(plan, fingerprint(recipe, inputs), execution))
     if broken := int(np.count_nonzero(result.time_to_breakdown == 0)):
-        warn(
-            f"{broken} of {result.failure_mode.size} cells break down as the voltage comes on: they are beyond the breakdown field from the start"
-        )
+        some = f"{broken} of {result.failure_mode.size} cells"
+        warn(f"{some} break down as the voltage comes on: they are beyond the breakdown field from the start")
     lines = fit_lifetime(result)
 
     def figure() -> Any:
