@@ -99,7 +99,12 @@ class MeasuredTable:
         """
         index = self.find(wanted, role)
         scale, offset = self._conversion(index, wanted, role, dimension)
-        return _numbers(self, index, rows) * scale + offset
+        with np.errstate(over="ignore"):
+            values = _numbers(self, index, rows) * scale + offset
+        for row in np.flatnonzero(~np.isfinite(values))[:1]:
+            line = (self.lines if rows is None else self.lines[rows])[row]
+            raise InputError(f'{self.source}: line {line}: column "{self.names[index]}": the number is too large')
+        return values
 
     def _conversion(self, index: int, wanted: str | int, role: str, dimension: Dimension) -> tuple[float, float]:
         name, in_header = self.names[index], self.units[index]

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMULA = ("=", "@", "+", "\t", "\r")
+LONGEST_HEADER = 300  # characters
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
 
 
@@ -38,7 +39,8 @@ Table = Sequence[Column]
 
 def split_header(header: str) -> tuple[str, str | None]:
     """(name, unit) of a header cell written `name [unit]`, `name (unit)` or `name / unit`; the unit is None where it says none."""
-    match = _HEADER.fullmatch(header.strip())
+    # what is longer is no header, and would take the pattern very long
+    match = _HEADER.fullmatch(header.strip()) if len(header) <= LONGEST_HEADER else None
     if match is None or not match["name"]:
         return header.strip(), None
     return match["name"], next(unit for unit in (match["square"], match["round"], match["slash"]) if unit is not None).strip()

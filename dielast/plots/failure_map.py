@@ -86,7 +86,8 @@ def _lifetimes(axes: Axes, result: FailureMap, lines: Sequence[LifetimeLine], bo
     log_axis(axes, "y")
     if handles:
         # below the axes: within, the points of long and of short lives leave no corner free
-        said = "lines: exponential law" if fitted else None
+        notes = ["lines: exponential law"] * fitted + ["bands: interval of the draws"] * (bounds is not None)
+        said = "; ".join(notes) or None
         place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": min(2, len(handles))}
         axes.legend(handles=handles, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
 

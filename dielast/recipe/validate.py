@@ -39,6 +39,7 @@ _PLAIN = {
     "too_short": "at least {min_length} entry is needed",
     "literal_error": "one of {expected} is needed",
 }
+_DEEP_KEY = re.compile(r"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){64}")
 LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 
 
@@ -66,7 +67,10 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
     if len(content) > LARGEST_TOML:
         raise InputError(f"{source}: larger than {LARGEST_TOML >> 20} MiB: recipes and material files are not; tables go into CSV")
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))
+        text = content.decode("utf-8-sig")
+        if _DEEP_KEY.search(text):  # which takes the parser memory without end
+            raise RecursionError
+        return tomllib.loads(text)
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise InputError(f"{source}: line {line}: not UTF-8 text") from None

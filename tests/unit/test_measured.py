@@ -216,3 +216,9 @@ def test_the_recipe_may_settle_what_a_header_leaves_open() -> None:
     table = read_measured(b"w [rad/s],E [Pa]\n1,2\n", "dma.csv", units={"frequency": "Hz"})
     with pytest.raises(InputError, match=r"the header says \[rad/s\], the recipe's units say \[Hz\]; leave one out"):
         table.column("w", "frequency", FREQUENCY)
+
+
+def test_a_number_too_large_for_its_unit_is_one_line() -> None:
+    table = read_measured(b"t [s],E [GPa]\n1,2\n2,1e303\n", "x.csv")
+    with pytest.raises(InputError, match=r'^x.csv: line 3: column "E": the number is too large$'):
+        table.column("E", "modulus", STRESS)

@@ -13,6 +13,7 @@ from dielast.recipe.cases import read_cases
 from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.recipe.models import KINDS, recipe_model
 from dielast.recipe.spectrum import SpectrumRecipe
+from dielast.recipe.validate import parse_toml
 
 MASTERCURVE = """
 kind = "mastercurve"
@@ -181,3 +182,10 @@ def test_a_byte_order_mark_is_no_mistake(folder: Path) -> None:
     path = folder / "bom.toml"
     path.write_text(SPECTRUM, encoding="utf-8-sig")
     assert isinstance(read_recipe(path), SpectrumRecipe)
+
+
+def test_keys_without_end_are_one_line() -> None:
+    for text in ("a." * 5000 + "b = 1", "a = " + "[" * 50000, "a = " + "{b = " * 50000):
+        with pytest.raises(InputError, match=r"^r.toml: .*(nested too deeply|not TOML)"):
+            parse_toml(text.encode(), "r.toml")
+    assert parse_toml(b"a = [" + b"1.5, " * 500 + b"]", "r.toml") == {"a": [1.5] * 500}

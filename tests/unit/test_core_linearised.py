@@ -1,0 +1,181 @@
+"""Each stage of a step solves the linear system that Rosenbrock methods prescribe, against a dense one with exact derivatives.
+
+The equations are written down here once more, and plainly; their derivatives are taken by complex steps. Systems that are close to
+exact would do: the steps' errors would be kept small all the same, by more and shorter steps. So only this tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from dielast.gent import Gent
+from dielast.load import Control, Ramp
+from dielast.point import LoadedPoints, Points
+from dielast.symmetric import EQUIBIAXIAL, UNIAXIAL, SymmetricPoints, Symmetry
+
+FREE, HELD = Control.STRESS, Control.STRETCH
+SPRINGS, CASES, GAMMA = 4, 3, 0.21
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Equations = Callable[[complex, Complex], Complex]
+
+
+def points(random: np.random.Generator) -> Points:
+    limits = np.broadcast_to(np.array([[110.0], [55.0], [40.0], [np.inf]]), (SPRINGS, CASES)).copy()
+    modulus, rate = random.uniform(2e4, 3e5, (SPRINGS, CASES)), random.uniform(0.01, 3.0, (SPRINGS, CASES))
+    rate[0] = 0.0
+    permittivity, floor = random.uniform(3e-11, 5e-11, CASES), random.uniform(1.0, 100.0, CASES)
+    return Points(modulus, rate, Gent(limits), permittivity, floor)
+
+
+def load(random: np.random.Generator, controls: tuple[Control, Control], electric: bool, constant: bool) -> Ramp:
+    start, rate = np.empty((3, CASES)), np.zeros((3, CASES))
+    for axis, control in enumerate(controls):
+        start[axis] = random.uniform(1.2, 2.0, CASES) if control is HELD else random.uniform(1e4, 8e4, CASES)
+        if not constant:
+            rate[axis] = start[axis] * random.uniform(0.1, 0.5, CASES)
+    start[2] = random.uniform(1e6, 2e7, CASES) if electric else 0.0
+    rate[2] = random.uniform(1e5, 1e6, CASES) if electric and not constant else 0.0
+    return Ramp(controls, start, rate, constant, electric)
+
+
+def both_axes(material: Points, ramp: Ramp, case: int) -> Equations:
+    """Rates of x in axis 1 and axis 2 and imbalances of both axes, as functions of time and (x_1, x_2, Lambda or stress)."""
+    modulus, rate, limit = material.modulus[:, case], material.rate[:, case], np.asarray(material.law.J_lim)[:, case]
+    stressed = [control is FREE for control in ramp.controls]
+
+    def equations(time: complex, state: Complex) -> Complex:
+        driven = ramp.start[:, case] + ramp.rate[:, case] * time
+        (x1, x2), left_open = np.split(state[:-2], 2), state[-2:]
+        l1, l2 = (left_open[i] if stressed[i] else 2 * np.log(driven[i]) for i in range(2))
+        s1, s2 = (driven[i] if stressed[i] else left_open[i] for i in range(2))
+        a, b, c = np.exp(l1 - x1), np.exp(l2 - x2), np.exp(x1 + x2 - l1 - l2)
+        phi = 1 / (1 - (a + b + c - 3) / limit)
+        p, q = phi * (a - c), phi * (b - c)
+        maxwell = material.permittivity[case] * (driven[2] * np.exp((l1 + l2) / 2)) ** 2
+        return np.concatenate(
+            (
+                rate * (2 * p - q),
+                rate * (2 * q - p),
+                [modulus @ p - maxwell - s1 * np.exp(l1 / 2), modulus @ q - maxwell - s2 * np.exp(l2 / 2)],
+            )
+        )
+
+    return equations
+
+
+def one_axis(material: Points, ramp: Ramp, case: int, symmetry: Symmetry) -> Equations:
+    """The same of axis 1 alone, axis 2 following it."""
+    full = both_axes(material, ramp, case)
+    alike = symmetry is EQUIBIAXIAL
+
+    def equations(time: complex, state: Complex) -> Complex:
+        x, left_open = state[:-1], state[-1]
+        held = ramp.controls[0] is HELD
+        if held:  # axis 2 is as in axis 1, or free
+            log_stretch = 2 * np.log(ramp.start[0, case] + ramp.rate[0, case] * time)
+            other = left_open if alike else -0.5 * log_stretch
+        else:
+            other = left_open if alike else -0.5 * left_open
+        result = full(time, np.concatenate((x, x if alike else -0.5 * x, [left_open, other])))
+        return np.append(result[: len(x)], result[-2])
+
+    return equations
+
+
+def increment(
+    equations: Equations,
+    border: int,
+    begin: tuple[float, Array],
+    stage: tuple[float, Array],
+    history: Array,
+    h: float,
+    gamma_i: float,
+) -> Array:
+    """u of (M/gamma - h J) u = h f(stage) + M history + h^2 gamma_i df/dt."""
+    (time, state), tiny = begin, 1e-30
+    jacobian = np.stack(
+        [equations(time, state + 1j * tiny * unit).imag / tiny for unit in np.eye(state.size)],
+        axis=1,
+    )
+    in_time = equations(time + 1j * tiny, state.astype(complex)).imag / tiny
+    mass = np.append(np.ones(state.size + border), np.zeros(-border))
+    right = h * equations(stage[0], stage[1].astype(complex)).real + mass * history + h**2 * gamma_i * in_time
+    return np.asarray(np.linalg.solve(np.diag(mass) / GAMMA - h * jacobian, right))
+
+
+def compare(system: LoadedPoints | SymmetricPoints, border: int, equations: Callable[[int], Equations], seed: int) -> None:
+    random = np.random.default_rng(seed)
+    rows, (time, h) = SPRINGS * 2 // (3 + border) - border, random.uniform(0.1, 0.3, (2, CASES))
+    state = random.uniform(-0.2, 0.2, (rows, CASES))
+    for row in range(border, 0):
+        stressed = system.load.controls[row - border] is FREE
+        state[row] = random.uniform(0.5, 1.0, CASES) if stressed else random.uniform(1e4, 5e4, CASES)
+    later, past = state * random.uniform(0.9, 1.1, state.shape), random.uniform(-0.1, 0.1, state.shape)
+    linear = system.linearise(time, state, h, GAMMA)
+    stages = (
+        (linear.increment(time, state, None, 0.3), time, state, np.zeros_like(past), 0.3),
+        (linear.increment(time + 0.5 * h, later, past, -0.7), time + 0.5 * h, later, past, -0.7),
+        (linear.increment(time + h, later, past, 0.0), time + h, later, past, 0.0),
+    )
+    for found, at, stage, history, gamma_i in stages:
+        for case in range(CASES):
+            begin, end = (float(time[case]), state[:, case]), (float(at[case]), stage[:, case])
+            wanted = increment(equations(case), border, begin, end, history[:, case], float(h[case]), gamma_i)
+            np.testing.assert_allclose(found[:border, case], wanted[:border], rtol=1e-9, atol=1e-11)
+            np.testing.assert_allclose(found[border:, case], wanted[border:], rtol=1e-9)
+
+
+@pytest.mark.parametrize("constant", [True, False])
+@pytest.mark.parametrize("electric", [True, False])
+@pytest.mark.parametrize("controls", [(FREE, FREE), (FREE, HELD), (HELD, FREE), (HELD, HELD)])
+def test_a_stage_with_two_axes(controls: tuple[Control, Control], electric: bool, constant: bool) -> None:
+    random = np.random.default_rng(1)
+    material, ramp = points(random), load(random, controls, electric, constant)
+    compare(LoadedPoints(material, ramp), -2, lambda case: both_axes(material, ramp, case), 2)
+
+
+@pytest.mark.parametrize("constant", [True, False])
+@pytest.mark.parametrize(
+    ("symmetry", "control", "electric"),
+    [(UNIAXIAL, FREE, False), (UNIAXIAL, HELD, False), *((EQUIBIAXIAL, c, e) for c in (FREE, HELD) for e in (True, False))],
+)
+def test_a_stage_with_one(symmetry: Symmetry, control: Control, electric: bool, constant: bool) -> None:
+    random = np.random.default_rng(3)
+    material, ramp = points(random), load(random, (control, FREE if symmetry is UNIAXIAL else control), electric, constant)
+    for values in (ramp.start, ramp.rate):
+        values[1] = 0.0 if symmetry is UNIAXIAL else values[0]
+    compare(SymmetricPoints(material, ramp, symmetry), -1, lambda case: one_axis(material, ramp, case, symmetry), 4)
+
+
+@pytest.mark.parametrize("constant", [True, False])
+@pytest.mark.parametrize(("symmetry", "control"), [(UNIAXIAL, FREE), (UNIAXIAL, HELD), (EQUIBIAXIAL, FREE), (EQUIBIAXIAL, HELD)])
+def test_one_axis_says_what_two_say(symmetry: Symmetry, control: Control, constant: bool) -> None:
+    """State, membrane, error: a symmetric state means the same as the one with both axes that it stands for."""
+    random = np.random.default_rng(5)
+    controls = (control, FREE if symmetry is UNIAXIAL else control)
+    material, ramp = points(random), load(random, controls, False, constant)
+    for values in (ramp.start, ramp.rate):
+        values[1] = 0.0 if symmetry is UNIAXIAL else values[0]
+    one, two = SymmetricPoints(material, ramp, symmetry), LoadedPoints(material, ramp)
+    time = random.uniform(0.0, 1.0, CASES)
+    driven = ramp.value(time)
+    for scale in (1e-3, 1.0):  # the springs' or the border's part of the error is the largest
+        state, change = random.uniform(0.1, 0.9, (2, SPRINGS + 1, CASES))
+        if control is HELD:
+            state[-1] *= 1e5
+            change[-1] *= 1e5
+        change[-1] *= scale
+        internal, (log_squared, nominal) = one.internal(state), one.membrane(state, driven)
+        np.testing.assert_array_equal(one.pack(internal, log_squared, nominal), state)
+        whole = two.pack(internal, log_squared, nominal)
+        np.testing.assert_array_equal(two.internal(whole), internal)
+        for mine, theirs in zip(two.membrane(whole, driven), (log_squared, nominal), strict=True):
+            np.testing.assert_allclose(mine, theirs, rtol=1e-14)
+        left_open = np.stack((change[-1], change[-1] if symmetry is EQUIBIAXIAL else -0.5 * change[-1] * (control is FREE)))
+        change_of_both = np.concatenate((one.internal(change).reshape(-1, CASES), left_open))
+        np.testing.assert_allclose(one.error(state, change), two.error(whole, change_of_both), rtol=1e-14)
