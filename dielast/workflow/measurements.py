@@ -164,7 +164,9 @@ def _read(part: Part, data: MeasurementData, per_shear: float, labels: dict[tupl
     viscosity = np.zeros(abscissa.size)
     if "complex_viscosity" in part.columns and (not part.is_export or part.filled("complex_viscosity")[rows].all()):
         viscosity = per_shear * column("complex_viscosity")
-    ordinates = _ordinates(part, column, lines, per_shear)
+    with np.errstate(all="ignore"):
+        ordinates = _ordinates(part, column, lines, per_shear)
+    _refuse(part, lines, ~np.all(np.isfinite(ordinates), axis=0), part.measurement, "is too large a number")
     _refuse_most(part, lines, np.any(ordinates <= 0, axis=0))
     return _Readings(temperature, abscissa, ordinates, label, viscosity)
 

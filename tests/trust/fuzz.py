@@ -248,7 +248,7 @@ def _runs(scratch: Path) -> dict[str, Target]:
     from dielast.recipe.mastercurve import MasterCurveRecipe
     from dielast.recipe.simulation import RelaxRecipe
     from dielast.workflow.history import solver_steps
-    from dielast.workflow.mastercurve import read_curves
+    from dielast.workflow.measurements import read_curves, read_measurements
     from dielast.workflow.spectrum import read_master_curve
 
     folder = scratch / "inputs"
@@ -258,10 +258,10 @@ def _runs(scratch: Path) -> dict[str, Target]:
     for path in (data_file, load_file):
         path.write_text("time [s],stretch [1]\n")
 
-    def model(kind: str, text: str) -> object:
-        recipe = folder / f"{kind}.toml"
+    def model(name: str, text: str, kind: str | None = None) -> object:
+        recipe = folder / f"{name}.toml"
         recipe.write_text(text)
-        return read_cases(recipe, kind, ())[0].recipe
+        return read_cases(recipe, kind or name, ())[0].recipe
 
     mastercurve = model(
         "mastercurve",
@@ -275,7 +275,23 @@ def _runs(scratch: Path) -> dict[str, Target]:
         data_file.write_bytes(data)
         return read_curves(mastercurve.data, Inputs(folder))
 
-    result["measurement"] = Target("measurement", [(GOLDEN / "data" / "relaxation.csv").read_bytes()], curves, ["data.csv", ""])
+    result["measurement"] = Target(
+        "measurement", [(GOLDEN / "data" / "relaxation.csv").read_bytes()], curves, ["data.csv", "temperature", "-", *"0123456789"]
+    )
+
+    export_file = folder / "export.txt"
+    exports = [path.read_bytes() for path in sorted((TOP / "tests" / "instruments").iterdir()) if path.is_file()]
+    export_file.write_bytes(exports[0])
+    export = model(
+        "export", 'kind = "mastercurve"\n[data]\nfile = "export.txt"\n[shift]\nreference_temperature = "20 degC"\n', "mastercurve"
+    )
+    assert isinstance(export, MasterCurveRecipe)
+
+    def exported(data: bytes) -> object:
+        export_file.write_bytes(data)
+        return read_measurements(export.data, Inputs(folder))
+
+    result["export"] = Target("export", exports, exported, ["export.txt"])
 
     relax = model("relax", 'kind = "relax"\nmaterial = "example:vhb4905.toml"\nmode = "uniaxial"\n[[step]]\ntable = "load.csv"\n')
     assert isinstance(relax, RelaxRecipe)

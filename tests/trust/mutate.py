@@ -22,7 +22,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, SourceFileLoader
@@ -320,13 +320,17 @@ def reached(store: Path) -> tuple[dict[str, dict[str, list[str]]], dict[str, flo
     return known["lines"], known["seconds"]
 
 
-def tests_of(mutant: Mutant, lines: dict[str, dict[str, list[str]]], seconds: dict[str, float], budget: float) -> list[str]:
-    """Tests that reach the change, shortest first and as many as the `budget` (s) allows; of what runs at import, of the module."""
+def tests_of(
+    mutant: Mutant, lines: dict[str, dict[str, list[str]]], seconds: dict[str, float], successes: Counter[str], budget: float
+) -> list[str]:
+    """Tests that reach the change, or the module if it is made at import: those with most successes for their time first, and as
+    many as the `budget` (s) allows.
+    """
     own = lines.get(mutant.module, {})
     tests = own.get(str(mutant.line), []) or sorted({test for line in own.values() for test in line})
     chosen: list[str] = []
     spent = 0.0
-    for test in sorted(tests, key=lambda test: seconds[test]):
+    for test in sorted(tests, key=lambda test: (seconds[test] + 0.01) / (successes[test] + 0.1)):
         spent += seconds[test]
         if spent > budget and chosen:
             break
@@ -334,13 +338,19 @@ def tests_of(mutant: Mutant, lines: dict[str, dict[str, list[str]]], seconds: di
     return chosen
 
 
-def noticed(mutant: Mutant, tests: Sequence[str], timeout: float) -> bool | None:
-    """Whether a test fails under the change; None if it never came to an end, which is noticed too."""
+def noticed(mutant: Mutant, tests: Sequence[str], timeout: float, note: Path) -> bool | None:
+    """Whether a test fails under the change, named in the file `note`; None if it never came to an end, which is noticed too."""
+
+    class Note:
+        def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+            if report.failed:
+                note.write_text(report.nodeid, "utf-8")
 
     def action() -> int:
         sys.meta_path.insert(0, Changed(mutant))
-        return run_tests(["-x", *tests])
+        return run_tests(["-x", *tests], Note())
 
+    note.write_text("", "utf-8")
     code = forked(action, timeout)
     return None if code is None else code != 0
 
@@ -357,35 +367,37 @@ def main() -> int:
     parser.add_argument("modules", nargs="*", default=CORE, help="such as point or simulate/film; by default the core")
     parser.add_argument("--sample", type=int, default=400, help="number of changes; 0 for all")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--skip", type=int, default=0, help="of the sample, changes to leave out at the start")
     parser.add_argument("--budget", type=float, default=30.0, help="s of tests for each change")
     parser.add_argument("--kind", help="only changes of this kind, such as constant, sign, operator, swap")
     parser.add_argument("--only", help="only changes whose line reads like this, such as 'GAS_CONSTANT ='")
     parser.add_argument("--learnt", type=Path, help="file that keeps which tests reach which line from one run to the next")
     arguments = parser.parse_args()
 
-    with tempfile.TemporaryDirectory() as scratch:
-        lines, seconds = reached(arguments.learnt or Path(scratch) / "learnt.json")
     every = [mutant for module in arguments.modules for mutant in mutants(module)]
     if arguments.kind:
         every = [mutant for mutant in every if mutant.kind == arguments.kind]
     if arguments.only:
-        every = [mutant for mutant in every if arguments.only in f"{mutant.before} -> {mutant.after}"]
-    chosen = random.Random(arguments.seed).sample(every, min(arguments.sample or len(every), len(every)))[arguments.skip :]
-    print(f"{len(chosen)} of {len(every)} changes", flush=True)
-    known = listed()
+        every = [mutant for mutant in every if arguments.only in mutant.change]
+    chosen = random.Random(arguments.seed).sample(every, min(arguments.sample or len(every), len(every)))
+    known, successes = listed(), Counter[str]()
     scores: dict[str, list[int]] = defaultdict(lambda: [0, 0, 0])
-    for number, mutant in enumerate(chosen, start=1):
-        tests = tests_of(mutant, lines, seconds, arguments.budget)
-        result = noticed(mutant, tests, 60 + 4 * min(arguments.budget, sum(seconds[test] for test in tests))) if tests else False
-        equivalent = result is False and (mutant.tuning or mutant.change in known)
-        for score in (scores[mutant.module], scores["all"]):
-            score[0] += 1
-            score[1] += result is not False
-            score[2] += equivalent
-        if result is False:
-            why = "by rule" if mutant.tuning else known.get(mutant.change, "NOTICED BY NONE")
-            print(f"{number:4} {mutant.module}:{mutant.line}: [{mutant.kind}] {mutant.change}  # {why}", flush=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        lines, seconds = reached(arguments.learnt or Path(scratch) / "learnt.json")
+        print(f"{len(chosen)} of {len(every)} changes", flush=True)
+        for number, mutant in enumerate(chosen, start=1):
+            reason, note = "by rule" if mutant.tuning else known.get(mutant.change, ""), Path(scratch) / "note"
+            tests = tests_of(mutant, lines, seconds, successes, arguments.budget)
+            result = noticed(mutant, tests, 30 + 4 * arguments.budget, note) if tests and not reason else False
+            successes[note.read_text("utf-8") if result else ""] += 1
+            for score in (scores[mutant.module], scores["all"]):
+                score[0] += 1
+                score[1] += result is not False
+                score[2] += bool(reason)
+            if result is False:
+                print(
+                    f"{number:4} {mutant.module}:{mutant.line}: [{mutant.kind}] {mutant.change}  # {reason or 'UNNOTICED'}",
+                    flush=True,
+                )
     print(f"\n{'module':34}{'changes':>8}{'noticed':>8}{'equiv.':>8}{'score':>8}{'of all':>8}")
     for module, (total, found, equal) in sorted(scores.items(), key=lambda item: item[0] == "all"):
         print(f"{module:34}{total:8}{found:8}{equal:8}{found / max(1, total - equal):8.1%}{found / total:8.1%}")
