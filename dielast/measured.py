@@ -8,6 +8,7 @@ of units below the names, or from the recipe; they are never guessed.
 from __future__ import annotations
 
 import codecs
+import contextlib
 import csv
 import difflib
 import math
@@ -25,6 +26,7 @@ from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}
 _SNIFFED_LINES = 200
+_WORKBOOK = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 _NUMBER = {
     ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?"),
@@ -161,8 +163,10 @@ def read_measured(
 def decode(content: bytes, source: str, encoding: str | None = None) -> str:
     """The text in `content`: UTF-8, UTF-16 if marked or plainly so, or else latin-1, unless `encoding` is stated.
 
-    Raises `InputError` naming `source` if it is no text, or an unknown encoding.
+    Its lines end in a line feed, whatever system they come from. Raises `InputError` naming `source` if it is no text, or an unknown encoding.
     """
+    if content.startswith(_WORKBOOK):
+        raise InputError(f"{source}: not a text table but a workbook (Excel): save it as CSV")
     if encoding is None:
         if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             encoding = "utf-16"
@@ -170,7 +174,7 @@ def decode(content: bytes, source: str, encoding: str | None = None) -> str:
             encoding = "utf-16-le"
         else:
             try:
-                return content.decode("utf-8-sig")
+                return "\n".join(split_lines(content.decode("utf-8-sig")))
             except UnicodeDecodeError:
                 encoding = "latin-1"
     try:
@@ -181,7 +185,7 @@ def decode(content: bytes, source: str, encoding: str | None = None) -> str:
         raise InputError(f"{source}: byte {error.start} is not {encoding} text") from None
     if "\x00" in text:
         raise InputError(f"{source}: not a text table (it holds NUL characters)")
-    return text
+    return "\n".join(split_lines(text))
 
 
 def split_lines(text: str) -> list[str]:
@@ -218,7 +222,8 @@ def split_cells(line: str, separator: str) -> list[str]:
         # a unit in brackets belongs to the name before it
         return re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", line)
     if '"' in line:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+        with contextlib.suppress(csv.Error):  # a cell larger than any
+            return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
     return [cell.strip() for cell in line.split(separator)]
 
 

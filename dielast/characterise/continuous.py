@@ -16,11 +16,12 @@ from dielast.characterise.curve import votes
 from dielast.characterise.nnls import Curve, fit_strengths
 from dielast.characterise.response import OSCILLATION, RELAXATION
 from dielast.characterise.spectrum import SpectrumFit
-from dielast.errors import InputError
+from dielast.errors import InputError, warn
 
 Array = NDArray[np.float64]
 
 _LEAST_SMOOTHING = 1e-2  # no measurement is so exact that less would tell anything: without noise, less breaks H up into lines
+_PIECES = 4  # separate processes, of which a material may have some
 _PAST = (0.5, 1.0)  # decades by which H reaches past the curve's shortest and longest time: such processes still show
 
 
@@ -47,7 +48,7 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     """H(ln tau) of the curve that `fit` was made of, with its equilibrium modulus, from half a decade before its first time to a
     decade past its last.
 
-    Raises `InputError` for a creep curve, which gives no relaxation spectrum but by way of a discrete one.
+    Warns where H falls apart into many pieces. Raises `InputError` for a creep curve, which gives no relaxation spectrum but by way of a discrete one.
     """
     if fit.test == "creep":
         raise InputError("a creep curve has no continuous relaxation spectrum of its own: only its discrete one is converted")
@@ -62,6 +63,12 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     known = (fit.equilibrium_shear_modulus,)
     solution = fit_strengths(curve, grid, known, least=_LEAST_SMOOTHING)
     model = response.processes(time, grid) @ solution.strength + response.constants(time)[0] * fit.equilibrium_shear_modulus
+    pieces = int(np.count_nonzero(np.diff((solution.strength > 0).astype(int)) > 0)) + int(solution.strength[0] > 0)
+    if pieces > _PIECES:
+        warn(
+            f"the continuous spectrum falls apart into {pieces} pieces: the curve is finer than its points are independent, or was "
+            "made of a discrete spectrum; only its course on average means something"
+        )
     width = float(np.log(longest / shortest) / (grid.size - 1))
     error = float(np.sqrt(np.mean((model / curve.values - 1) ** 2)))
     return ContinuousSpectrum(grid, solution.strength / width, width, solution.smoothing, error)

@@ -10,13 +10,24 @@ import re
 
 from dielast.errors import InputError
 from dielast.instruments.names import mode_of
-from dielast.instruments.segment import Row, Segment, build, is_blank, last_filled, numbered, separator_of, shift_left, value
+from dielast.instruments.segment import (
+    Row,
+    Segment,
+    build,
+    is_blank,
+    last_filled,
+    numbered,
+    separator_of,
+    shift_left,
+    stated_points,
+    value,
+)
 from dielast.measured import is_number, split_lines
 
 NAME = "Anton Paar RheoCompass"
 
 _START = re.compile(r"^\"?(Interval data|Intervalldaten):", re.MULTILINE)
-_MARK = re.compile(r"^\"?(Interval and data points|Interval data|Intervalldaten):", re.MULTILINE)
+_MARK = re.compile(r"^\"?(Interval and data points|Interval data|Intervalldaten):\"?[\t;,]", re.MULTILINE)
 
 
 def sniff(text: str) -> bool:
@@ -41,7 +52,7 @@ def read(text: str, source: str) -> list[Segment]:
         elif key.startswith("Interval and data points:"):
             filled = [cell for cell in row[1][1:] if cell]
             number = filled[0] if filled else ""
-            points = int(filled[1]) if len(filled) > 1 and filled[1].isdecimal() else None
+            points = stated_points(filled[1]) if len(filled) > 1 else None
         elif _START.match(key):
             name = " ".join(part for part in (result, number and f"interval {number}") if part)
             segments.append(_interval(rows[place:], source, name or f"interval {len(segments) + 1}", end, points))

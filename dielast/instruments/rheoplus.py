@@ -10,12 +10,13 @@ import re
 
 from dielast.errors import InputError
 from dielast.instruments.names import mode_of
-from dielast.instruments.segment import Segment, build, last_filled, numbered, separator_of, value
+from dielast.instruments.segment import Segment, build, last_filled, numbered, separator_of, stated_points, value
 from dielast.measured import is_number, split_lines
 
 NAME = "Anton Paar Rheoplus"
 
-_MARK = re.compile(r"^\"?(Data Series Information|Meas\. Pts\.)", re.MULTILINE)
+# a table of one's own may count its Meas. Pts. as well, but has no line of bare units in brackets below them
+_MARK = re.compile(r"^\"?(Data Series Information\"?[\t;, ]*$|Meas\. Pts\.[^\n]*\n\"?[\t;, ]+\"?\[)", re.MULTILINE)
 _TABLE = "Meas. Pts."
 
 
@@ -41,7 +42,7 @@ def read(text: str, source: str) -> list[Segment]:
             case "Interval:":
                 number = value(row)
             case "Number of Data Points:":
-                points = int(value(row)) if value(row).isdecimal() else None
+                points = stated_points(value(row))
             case key if key == _TABLE:
                 below = rows[place + 1 :]
                 units = below[0] if below else None

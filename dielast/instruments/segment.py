@@ -33,6 +33,11 @@ def numbered(text: str, separator: str) -> list[Row]:
     return [(number, split_cells(line, separator)) for number, line in enumerate(split_lines(text), start=1)]
 
 
+def stated_points(text: str) -> int | None:
+    """The number of points that a file states, if it does."""
+    return int(text) if text.isdecimal() and len(text) < 10 else None
+
+
 def separator_of(line: str) -> str:
     """What parts the cells of a line of names: a tab, else a semicolon, else a comma."""
     return next((mark for mark in "\t;," if mark in line), "\t")

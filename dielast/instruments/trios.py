@@ -20,6 +20,7 @@ from dielast.instruments.segment import (
     numbered,
     separator_of,
     shift_left,
+    stated_points,
     value,
 )
 from dielast.measured import split_lines
@@ -28,7 +29,7 @@ NAME = "TA Instruments TRIOS"
 
 _STEP = re.compile(r"^\[step\][\t;, ]*$", re.IGNORECASE | re.MULTILINE)
 _HEADER = re.compile(
-    r"^(TA Instruments LIMS export|\[(Parameters: )?File Parameters\]|Trios version)", re.IGNORECASE | re.MULTILINE
+    r"^(TA Instruments LIMS export|\[(Parameters: )?File Parameters\]|Trios version[\t;,])", re.IGNORECASE | re.MULTILINE
 )
 _INSTRUMENT = re.compile(r"^Instrument type[\t;,]+(?P<type>[^\t;,\r\n]*)", re.IGNORECASE | re.MULTILINE)
 _KINDS: tuple[tuple[str, Test], ...] = (("rsa|dma|q800", "tension"), ("ares|hr|ar-?g2|ar ?\\d", "shear"))
@@ -82,6 +83,6 @@ def _lims_step(body: list[Row], source: str, end: int, test: Test | None) -> Seg
         (shift_left(keyed["variables"]), units),
         [shift_left(row) for row in body if row[1][0].casefold() == "data point"],
         last_line=end,
-        points=int(points) if points.isdecimal() else None,
+        points=stated_points(points),
         test=test,
     )

@@ -20,6 +20,8 @@ from dielast.simulate.lifetime import LifetimeLine
 
 Array = NDArray[np.float64]
 MOST_LINES = 6
+MOST_BESIDE_A_MAP = 4  # prestretches; the map shows them all
+MOST_MARKERS = 13  # a line
 FEWEST_FOR_A_MAP = 5  # prestretches
 # what contour lines show: round times
 CONTOURS = {1.0: "1 s", 60.0: "1 min", 600.0: "10 min", 3600.0: "1 h", 21600.0: "6 h", 86400.0: "24 h"}
@@ -35,9 +37,10 @@ def plot_failure_map(
     equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
     mapped = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP and equibiaxial
     with style():
-        rows = -(-len(_chosen(result)) // 2)
+        chosen = _chosen(result, mapped)
+        rows = -(-len(chosen) // 2)
         figure, axes = panels(2 if mapped else 1, title, widths=(1.0, 1.2) if mapped else None, height=2.75 + 0.15 * rows)
-        _lifetimes(axes[0], result, lines, bounds)
+        _lifetimes(axes[0], result, chosen, lines, bounds)
         if mapped:
             _map(figure, axes[1], result)
             for label, own in zip("ab", axes, strict=True):
@@ -45,20 +48,31 @@ def plot_failure_map(
     return figure
 
 
-def _chosen(result: FailureMap) -> list[tuple[int, int]]:
+def _chosen(result: FailureMap, mapped: bool) -> list[tuple[int, int]]:
     """Temperature and prestretch of the films to draw: all if they are few, else some prestretches, or one over temperature."""
     temperatures, prestretches = result.failure_mode.shape[:2]
-    if temperatures * prestretches <= MOST_LINES:
+    if temperatures * prestretches <= MOST_LINES and not mapped:
         return [(i, j) for i in range(temperatures) for j in range(prestretches)]
     if temperatures == 1:
-        return [(0, j) for j in np.unique(np.linspace(0, prestretches - 1, MOST_LINES).astype(int)).tolist()]
-    return [(i, prestretches // 2) for i in np.unique(np.linspace(0, temperatures - 1, MOST_LINES).astype(int)).tolist()]
+        return [(0, j) for j in _spread(prestretches, MOST_BESIDE_A_MAP if mapped else MOST_LINES)]
+    return [(i, prestretches // 2) for i in _spread(temperatures, MOST_LINES)]
 
 
-def _lifetimes(axes: Axes, result: FailureMap, lines: Sequence[LifetimeLine], bounds: tuple[Array, Array] | None) -> None:
+def _spread(count: int, most: int) -> list[int]:
+    """At most so many indices of `count`, evenly spread from the first to the last."""
+    return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
+
+
+def _lifetimes(
+    axes: Axes,
+    result: FailureMap,
+    chosen: Sequence[tuple[int, int]],
+    lines: Sequence[LifetimeLine],
+    bounds: tuple[Array, Array] | None,
+) -> None:
     handles: list[Line2D] = []
     fitted = False
-    for index, (i, j) in enumerate(_chosen(result)):
+    for index, (i, j) in enumerate(chosen):
         time, line = result.time_to_failure[i, j], lines[i * len(result.prestretch) + j]
         fails = np.isfinite(time) & (time > 0)
         colour = COLOURS[index % len(COLOURS)]
@@ -75,7 +89,8 @@ def _lifetimes(axes: Axes, result: FailureMap, lines: Sequence[LifetimeLine], bo
             label += f", {result.temperature[i]:g} °C"
         marker: Any = {"marker": MARKERS[index % len(MARKERS)], "color": colour, "markerfacecolor": "white"}
         dashes: Any = LINES[index % len(LINES)] if np.isfinite(line.slope) else "none"
-        axes.plot(result.voltage[fails] / 1e3, time[fails], linestyle="none", zorder=3, **marker)
+        every = _spread(int(np.count_nonzero(fails)), MOST_MARKERS)
+        axes.plot(result.voltage[fails] / 1e3, time[fails], linestyle="none", zorder=3, markevery=every, **marker)
         handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=label, **marker))
         if np.isfinite(line.slope):
             fitted = True

@@ -53,7 +53,10 @@ def _plot_over_time(result: MasterCurve, curves: Sequence[RelaxationCurve | Cree
             label = degrees(float(temperature)) if few else None
             position, value = result.reduced_abscissa[here], result.ordinates[0][here]
             _points(master, position, value, colour, float(temperature), index, most, label)
-        master.plot(result.smooth_abscissa, result.smooth_ordinates[0], "-", color="black", linewidth=0.8, label="fitted curve")
+        seen = where_determined(result)
+        master.plot(
+            result.smooth_abscissa[seen], result.smooth_ordinates[0][seen], "-", color="black", linewidth=0.8, label="fitted curve"
+        )
         for axes in (raw, master):
             log_axis(axes, "x")
             log_axis(axes, "y")
@@ -70,6 +73,14 @@ def _plot_over_time(result: MasterCurve, curves: Sequence[RelaxationCurve | Cree
         for letter, axes in zip("abc", (raw, shift, master), strict=True):
             axes.set_title(f"({letter})", loc="left")
     return figure
+
+
+def where_determined(result: MasterCurve) -> NDArray[np.bool_]:
+    """Which points of the fitted curve lie among points of temperatures whose shift is determined: only there is it one curve."""
+    adrift = [entry.temperature for entry in result.undetermined]
+    reduced = result.reduced_abscissa[~np.isin(result.point_temperature, adrift)]
+    slack = 1 + 1e-6
+    return (result.smooth_abscissa >= reduced.min() / slack) & (result.smooth_abscissa <= reduced.max() * slack)
 
 
 def _points(

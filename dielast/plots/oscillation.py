@@ -14,8 +14,8 @@ from matplotlib.ticker import LogLocator
 
 from dielast.characterise.mastercurve import MasterCurve
 from dielast.characterise.measurement import FrequencySweep
-from dielast.plots.mastercurve import MOST_IN_LEGEND, POINTS, _points, _shift_factors
-from dielast.plots.style import MARKERS, TEMPERATURES, log_axis, sheet, style
+from dielast.plots.mastercurve import MOST_IN_LEGEND, POINTS, _points, _shift_factors, where_determined
+from dielast.plots.style import MARKERS, TEMPERATURES, degrees, log_axis, sheet, style
 
 
 def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], title: str | None = None) -> Figure:
@@ -44,7 +44,7 @@ def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], titl
         moduli.set_ylabel("Young's moduli" + (", shifted [Pa]" if shifted else " [Pa]"))
         moduli.tick_params(labelbottom=False)
         tangent.set_ylabel("tan δ")
-        tangent.set_xlabel(f"reduced angular frequency at {result.reference_temperature:g} °C [rad/s]")
+        tangent.set_xlabel(f"reduced angular frequency at {degrees(result.reference_temperature)} [rad/s]")
         _legend(moduli, result)
         if result.temperature.size > MOST_IN_LEGEND:
             figure.colorbar(colour, ax=[moduli, tangent], label="temperature [°C]", pad=0.01, aspect=40)
@@ -62,12 +62,13 @@ def _superposed(moduli: Axes, tangent: Axes, result: MasterCurve, colour: Scalar
         across = result.reduced_angular_frequency[here]
         for axes, value, filled in ((moduli, storage, True), (moduli, loss, False), (tangent, loss / storage, True)):
             _points(axes, across, value[here], colour, float(temperature), index, most, filled=filled)
+    seen = where_determined(result)
     for axes, value in (
         (moduli, result.smooth_ordinates[0]),
         (moduli, result.smooth_ordinates[1]),
         (tangent, result.smooth_ordinates[1] / result.smooth_ordinates[0]),
     ):
-        axes.plot(result.smooth_abscissa, value, "-", color="black", linewidth=0.8)
+        axes.plot(result.smooth_abscissa[seen], value[seen], "-", color="black", linewidth=0.8)
 
 
 def _legend(axes: Axes, result: MasterCurve) -> None:
@@ -81,7 +82,7 @@ def _legend(axes: Axes, result: MasterCurve) -> None:
         places = (result.temperature - result.temperature[0]) / np.ptp(result.temperature)
         for index, (temperature, place) in enumerate(zip(result.temperature, places, strict=True)):
             own, marker = TEMPERATURES(float(place)), MARKERS[index % len(MARKERS)]
-            label = f"{temperature:g} °C"
+            label = degrees(float(temperature))
             entries.append(Line2D([], [], color=own, marker=marker, markersize=3, linestyle="none", label=label))
     spacing = {"columnspacing": 1.0, "handletextpad": 0.2, "borderaxespad": 0.2}
     axes.legend(handles=entries, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(entries), **spacing)

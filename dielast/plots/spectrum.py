@@ -68,9 +68,8 @@ def _draw_fit(axes: Axes, result: SpectrumFit) -> None:
     sweep = result.test == "oscillation"
     abscissa = 1 / result.reduced_time if sweep else result.reduced_time
     shown = spread(np.log10(abscissa), 80)
-    channels = zip(np.atleast_2d(result.measured), np.atleast_2d(result.model), strict=True)
     names = ("storage", "loss") if sweep else ("master curve",)
-    for index, ((measured, model), name) in enumerate(zip(channels, names, strict=True)):
+    for index, (measured, name) in enumerate(zip(np.atleast_2d(result.measured), names, strict=True)):
         axes.plot(
             abscissa[shown],
             measured[shown],
@@ -81,6 +80,8 @@ def _draw_fit(axes: Axes, result: SpectrumFit) -> None:
             markeredgewidth=0.7,
             label=name,
         )
+    # lines last, so that the legend names what was measured first
+    for index, model in enumerate(np.atleast_2d(result.model)):
         axes.plot(abscissa, model, "-", color=COLOURS[0], label=None if index else "discrete model")
     axes.set_xlabel("reduced angular frequency [rad/s]" if sweep else "reduced time [s]")
     axes.set_ylabel(ORDINATES[result.test])

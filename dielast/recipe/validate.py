@@ -39,7 +39,8 @@ _PLAIN = {
     "too_short": "at least {min_length} entry is needed",
     "literal_error": "one of {expected} is needed",
 }
-_DEEP_KEY = re.compile(r"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){64}")
+DEEPEST = 64  # parts of a dotted key
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 
 
@@ -81,6 +82,8 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
         raise InputError(f"{source}: line {line}: not TOML: {what[0].lower()}{what[1:]}") from None
     except RecursionError:
         raise InputError(f"{source}: not TOML: nested too deeply") from None
+    except ValueError:  # Python's own limit
+        raise InputError(f"{source}: not TOML: a number of too many digits") from None
 
 
 def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model:
@@ -146,7 +149,7 @@ def _apply(values: dict[str, Any], override: str) -> None:
         raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
     try:
         value = tomllib.loads(f"value = {text.strip()}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
+    except (ValueError, RecursionError):
         value = text.strip()
     set_key(values, path.strip(), value, f"--set {override}")
 
@@ -154,6 +157,8 @@ def _apply(values: dict[str, Any], override: str) -> None:
 def set_key(values: dict[str, Any], path: str, value: Any, where: str) -> None:
     """Set the key at a `path` such as `step.0.rate`; raises `InputError` beginning with `where` if the path leads nowhere."""
     keys = path.split(".")
+    if len(keys) > DEEPEST:
+        raise InputError(f"{where}: the path leads nowhere: it has {len(keys)} parts")
     target: Any = values
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1

@@ -80,7 +80,8 @@ def _runs(rows: Index, abscissa: Array, source: Index) -> list[Index]:
     """
     along = abscissa[rows]
     if np.count_nonzero(np.diff(along) < 0) > np.count_nonzero(np.diff(along) > 0):
-        along = 1 / along  # a sweep from high to low frequencies
+        with np.errstate(over="ignore"):
+            along = 1 / along  # a sweep from high to low frequencies
     anew = (np.diff(source[rows]) != 0) | (along[1:] < 0.5 * along[:-1])
     runs = np.split(rows, np.flatnonzero(anew) + 1)
     return runs if min(run.size for run in runs) >= SHORTEST else [rows]

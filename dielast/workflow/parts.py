@@ -79,7 +79,12 @@ def parts_of(content: bytes, source: str, file: int, data: MeasurementData) -> t
         table = read_measured(content, source, data.text_format(), data.units)
         measurement, columns = _said(data, data.columns)
         return [Part(table, columns, measurement, file, TABLE, "tension")], []
-    segments = known.read(decode(content, source, data.encoding), source)
+    try:
+        segments = known.read(decode(content, source, data.encoding), source)
+    except InputError as error:
+        if data.columns is None:
+            raise
+        raise InputError(f'{error} (or is it no {known.NAME} export? say format = "table")') from None
     steps = [
         replace(segment, table=replace(segment.table, stated_units=data.units, decimal=data.decimal or segment.table.decimal))
         for segment in segments

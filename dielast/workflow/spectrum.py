@@ -15,7 +15,7 @@ from dielast.characterise.creep import fit_creep
 from dielast.characterise.oscillation import fit_oscillation
 from dielast.characterise.reduce import Reduction, reduce_spectrum
 from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
-from dielast.errors import DielastWarning, InputError
+from dielast.errors import DielastWarning, InputError, warn
 from dielast.export.card import export_cards
 from dielast.files import Inputs
 from dielast.gent import Gent
@@ -32,6 +32,7 @@ from dielast.workflow.report import Execution, Report
 __all__ = ["Curve", "headline", "make_material", "read_curve", "read_master_curve", "run", "tables"]
 
 Array = NDArray[np.float64]
+BEYOND = 3.0  # times the ends of a master curve: so far processes within still show
 
 
 def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -40,6 +41,8 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     curve = read_master_curve(recipe.mastercurve, inputs) if recipe.mastercurve is not None else read_curve(recipe.data, inputs)
     result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
     reduction = reduced(result, curve.shift, recipe.reduce) if recipe.reduce else None
+    if recipe.fit.continuous and curve.test == "creep":
+        raise InputError("fit.continuous: a creep curve has no relaxation spectrum of its own: only its discrete one is converted")
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
     material = make_material(result, curve, recipe.material, reduction)
 
@@ -121,7 +124,7 @@ def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
     """The reduced spectrum that a recipe asks for; raises `InputError` as `reduce_spectrum` does."""
     first, last = reduce.window
     try:
-        return reduce_spectrum(
+        reduction = reduce_spectrum(
             result.spectrum,
             result.equilibrium_shear_modulus,
             shift,
@@ -131,6 +134,26 @@ def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
         )
     except InputError as error:
         raise InputError(*(f"reduce: {message}" for message in error.messages)) from None
+    _warn_of_unmeasured(result, shift, reduction, reduce)
+    return reduction
+
+
+def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reduction, reduce: Reduce) -> None:
+    """The window may reach, at its temperatures, beyond what the master curve was measured for."""
+    known_from, known_to = float(result.reduced_time[0]) / BEYOND, float(result.reduced_time[-1]) * BEYOND
+    temperatures = np.unique(reduction.test_temperature)
+    faster = 10 ** -shift.log10_shift_factor(temperatures)
+    out = [
+        f"to {faster.max() * reduce.window[1]:.3g} s at {temperatures[faster.argmax()]:g} degC",
+        f"from {faster.min() * reduce.window[0]:.3g} s at {temperatures[faster.argmin()]:g} degC",
+    ]
+    beyond = [faster.max() * reduce.window[1] > known_to, faster.min() * reduce.window[0] < known_from]
+    if any(beyond):
+        reach = " and ".join(text for text, is_out in zip(out, beyond, strict=True) if is_out)
+        warn(
+            f"reduce.window reaches {reach} in reduced time, but the master curve is known from {result.reduced_time[0]:.3g} to "
+            f"{result.reduced_time[-1]:.3g} s: beyond, the reduced spectrum agrees with a whole one that is itself extrapolated"
+        )
 
 
 def tables(

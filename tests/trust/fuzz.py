@@ -206,7 +206,9 @@ def targets(scratch: Path) -> dict[str, Target]:
         return read
 
     for kind in KINDS:
-        result[f"recipe-{kind}"] = Target(f"recipe-{kind}", [starters[kind], *golden[kind]], reads(kind), [str(recipe)])
+        result[f"recipe-{kind}"] = Target(
+            f"recipe-{kind}", [starters[kind], *golden[kind]], reads(kind), [str(recipe), "example:", "../", "/"]
+        )
 
     kept = scratch / "recipes" / "kept.toml"
     kept.write_bytes(starters["actuate"])

@@ -64,6 +64,31 @@ TUNING = {
     *("STALL_STEPS", "STALL_REACH", "CLOSE", "INSIDE", "DIP", "GOLDEN", "FALLS", "ROOT", "MOVE", "STRICT", "FOLD", "FOLD_STEPS"),
     *("FOLD_REACH", "HOLD", "HASTE", "ELASTIC_RATE", "FOLLOWER_WEIGHT"),
 }
+# what the golden files alone must notice: module, what stands there, what stands there instead
+STATED = (
+    ("shift", "GAS_CONSTANT = 8.314462618", "GAS_CONSTANT = 8.3145"),
+    ("units", "ZERO_CELSIUS = 273.15", "ZERO_CELSIUS = 273.16"),
+    ("units", "kelvin; offset: 273.15", "kelvin; offset: 273.16"),
+    ("material", "VACUUM_PERMITTIVITY = 8.8541878128e-12", "VACUUM_PERMITTIVITY = 8.855e-12"),
+    ("point", "self.permittivity * field**2", "0.5 * self.permittivity * field**2"),
+    ("symmetric", "points.permittivity * np.square(", "0.5 * points.permittivity * np.square("),
+    ("stability", "maxwell = 2 * points", "maxwell = points"),
+    ("shift", "-self.C1 * distance", "self.C1 * distance"),
+    ("shift", "np.asarray(self.activation_energy", "np.asarray(-self.activation_energy"),
+    ("shift", "self.log10_shift) - origin", "self.log10_shift) + origin"),
+    ("shift", "/ np.log(10)", "/ np.log(10.001)"),
+    ("material", "10 ** self.shift", "10 ** -self.shift"),
+    ("simulate/membrane", "stretch_1=stretch[0]", "stretch_1=stretch[1]"),
+    ("simulate/membrane", "nominal_stress_2=record.nominal_stress[1]", "nominal_stress_2=record.nominal_stress[0]"),
+    ("simulate/actuate", "stretch_2=stretch[1]", "stretch_2=stretch[0]"),
+    ("simulate/actuate", "nominal_stress_1=values[2]", "nominal_stress_1=values[3]"),
+    ("simulate/actuate", "true_field=values[4] * stretch[0] * stretch[1]", "true_field=values[4] * stretch[0] ** 2"),
+    ("simulate/actuate", "relative_stretch_1=stretch[0] / begin[0, :, None]", "relative_stretch_1=stretch[0] / begin[1, :, None]"),
+    ("simulate/failure_map", "times[Kind.BREAKDOWN], times[Kind.PULL_IN]", "times[Kind.PULL_IN], times[Kind.BREAKDOWN]"),
+    ("simulate/lifetime", "float(temperature), pair, slope, intercept", "float(temperature), pair, intercept, slope"),
+    ("gent", "1 - 3 * slope", "1 - 2 * slope"),
+    ("prony", "np.exp(-t[..., None]", "np.exp(-1.001 * t[..., None]"),
+)
 ARITHMETIC: dict[type[ast.AST], type[ast.AST]] = {
     **{ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult, ast.FloorDiv: ast.Mult},
     **{ast.Mod: ast.Mult, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd},
@@ -91,17 +116,33 @@ class Mutant:
     before: str
     after: str
     tuning: bool
+    at_import: bool
     path: tuple[tuple[str, int | None], ...]
     node: ast.AST
 
+    def code(self) -> CodeType:
+        """The changed module, compiled."""
+        return compile(self.tree(), str(TOP / "dielast" / f"{self.module}.py"), "exec")
+
     def tree(self) -> ast.Module:
         """The changed module."""
+        if isinstance(self.node, ast.Module):
+            return self.node
         tree = _parsed(self.module)
         where: ast.AST = tree
         for field, index in self.path[:-1]:
             where = getattr(where, field) if index is None else getattr(where, field)[index]
         _put(where, *self.path[-1], self.node)
         return ast.fix_missing_locations(tree)
+
+    @classmethod
+    def stated(cls, module: str, before: str, after: str) -> Mutant:
+        """A change of the text itself."""
+        text = (TOP / "dielast" / f"{module}.py").read_text("utf-8")
+        if before not in text:
+            raise SystemExit(f"{module}: {before!r} is not there to be changed")
+        line = text[: text.index(before)].count("\n") + 1
+        return cls(module, line, "stated", before, after, False, True, (), ast.parse(text.replace(before, after, 1)))
 
     @property
     def change(self) -> str:
@@ -184,8 +225,9 @@ def mutants(module: str) -> list[Mutant]:
     """All changes of a module."""
     result: list[Mutant] = []
 
-    def visit(parent: ast.AST, path: tuple[tuple[str, int | None], ...], returned: str, tuning: bool) -> None:
+    def visit(parent: ast.AST, path: tuple[tuple[str, int | None], ...], inside: bool, returned: str, tuning: bool) -> None:
         if isinstance(parent, ast.FunctionDef):
+            inside = True
             returned = ast.unparse(parent.returns) if parent.returns else ""
         if isinstance(parent, ast.Assign):
             names = {name.id for target in parent.targets for name in ast.walk(target) if isinstance(name, ast.Name)}
@@ -202,10 +244,11 @@ def mutants(module: str) -> list[Mutant]:
                     _put(parent, field, index, child)
                     number = child.value if isinstance(child, ast.Constant) else None
                     steers = tuning or (isinstance(number, float) and 0 < number <= 1e-4)  # such a number is a tolerance
-                    result.append(Mutant(module, getattr(child, "lineno", 0), kind, before, after, steers, here, other))
-                visit(child, here, returned, tuning)
+                    line, at_import = getattr(child, "lineno", 0), not inside
+                    result.append(Mutant(module, line, kind, before, after, steers, at_import, here, other))
+                visit(child, here, inside, returned, tuning)
 
-    visit(_parsed(module), (), "", False)
+    visit(_parsed(module), (), False, "", False)
     return [each for each in result if each.before != each.after]
 
 
@@ -231,7 +274,7 @@ class Changed(SourceFileLoader):
 
     def get_code(self, fullname: str) -> CodeType:
         """The changed code."""
-        return compile(self.mutant.tree(), self.path, "exec")
+        return self.mutant.code()
 
 
 class Durations:
@@ -327,7 +370,8 @@ def tests_of(
     many as the `budget` (s) allows.
     """
     own = lines.get(mutant.module, {})
-    tests = own.get(str(mutant.line), []) or sorted({test for line in own.values() for test in line})
+    reaching = [] if mutant.at_import else own.get(str(mutant.line), [])
+    tests = reaching or sorted({test for line in own.values() for test in line})
     chosen: list[str] = []
     spent = 0.0
     for test in sorted(tests, key=lambda test: (seconds[test] + 0.01) / (successes[test] + 0.1)):
@@ -368,23 +412,35 @@ def main() -> int:
     parser.add_argument("--sample", type=int, default=400, help="number of changes; 0 for all")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--budget", type=float, default=30.0, help="s of tests for each change")
+    parser.add_argument("--stated", action="store_true", help="instead, what the golden files alone must notice")
+    parser.add_argument("--numbers", help="of the sample, only these, such as 7,9,14")
+    parser.add_argument("--among", default="", help="only tests below this folder or of this file, such as tests/golden")
     parser.add_argument("--kind", help="only changes of this kind, such as constant, sign, operator, swap")
     parser.add_argument("--only", help="only changes whose line reads like this, such as 'GAS_CONSTANT ='")
     parser.add_argument("--learnt", type=Path, help="file that keeps which tests reach which line from one run to the next")
     arguments = parser.parse_args()
 
-    every = [mutant for module in arguments.modules for mutant in mutants(module)]
+    if arguments.stated:
+        arguments.among, arguments.sample = "tests/golden", 0
+        every = [Mutant.stated(*each) for each in STATED]
+    else:
+        every = [mutant for module in arguments.modules for mutant in mutants(module)]
     if arguments.kind:
         every = [mutant for mutant in every if mutant.kind == arguments.kind]
     if arguments.only:
         every = [mutant for mutant in every if arguments.only in mutant.change]
     chosen = random.Random(arguments.seed).sample(every, min(arguments.sample or len(every), len(every)))
+    numbers = [int(number) for number in (arguments.numbers or "").split(",") if number]
     known, successes = listed(), Counter[str]()
     scores: dict[str, list[int]] = defaultdict(lambda: [0, 0, 0])
     with tempfile.TemporaryDirectory() as scratch:
         lines, seconds = reached(arguments.learnt or Path(scratch) / "learnt.json")
+        for own in lines.values():
+            own.update({line: [test for test in tests if test.startswith(arguments.among)] for line, tests in own.items()})
         print(f"{len(chosen)} of {len(every)} changes", flush=True)
         for number, mutant in enumerate(chosen, start=1):
+            if numbers and number not in numbers:
+                continue
             reason, note = "by rule" if mutant.tuning else known.get(mutant.change, ""), Path(scratch) / "note"
             tests = tests_of(mutant, lines, seconds, successes, arguments.budget)
             result = noticed(mutant, tests, 30 + 4 * arguments.budget, note) if tests and not reason else False

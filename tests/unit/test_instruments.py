@@ -175,16 +175,16 @@ def test_a_file_cut_anywhere_is_read_as_far_as_it_goes_or_is_an_error_of_one_lin
         ("rheocompass-sweeps.csv", lambda text: text[: text.rstrip().rindex("\n") + 1], "ends after 12 of 13 points"),
         ("rheocompass-sweeps.csv", lambda text: text.replace("\t\t[°C]\t[rad/s]\t[Pa]\t[Pa]", ""), "row of units under the names"),
         ("rheocompass-sweeps.csv", lambda text: text[: text.index("Interval data:")], 'without any "Interval data:"'),
-        ("rheoplus-sweeps.txt", lambda text: text.replace("\t[°C]\t[1/s]\t[Pa]\t[Pa]\r\n", ""), "row of units under the names"),
+        ("rheoplus-sweeps.txt", lambda text: text.replace("\t[°C]\t[1/s]\t[Pa]\t[Pa]\n", ""), "row of units under the names"),
         ("rheoplus-sweeps.txt", lambda text: text[: text.index("Meas. Pts.")], 'without any "Meas. Pts."'),
         ("universal-analysis-sweeps.txt", lambda text: text[: text.index("StartOfData")], "without its signals or StartOfData"),
         (
             "rheology-advantage-sweeps.txt",
-            lambda text: text.replace("°C\trad/s\tPa\tPa\tPa\r\n", ""),
+            lambda text: text.replace("°C\trad/s\tPa\tPa\tPa\n", ""),
             "row of units under the names",
         ),
         ("proteus-sweeps.csv", lambda text: text[: text.index("##")], "without its line of names"),
-        ("eplexor-sweeps.txt", lambda text: text.replace("°C\tHz\tMPa\tMPa\r\n", ""), "row of units under the names"),
+        ("eplexor-sweeps.txt", lambda text: text.replace("°C\tHz\tMPa\tMPa\n", ""), "row of units under the names"),
     ],
 )
 def test_a_damaged_export_says_where(name: str, change: Callable[[str], str], message: str) -> None:
@@ -284,3 +284,31 @@ def test_every_unit_of_the_vendors_is_known() -> None:
         for role, (_, unit, scale) in names.items():
             if role not in NOT_A_ROLE and unit != "1/s":
                 assert conversion(unit or "-", ROLES[role])[0] == pytest.approx(scale, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in (Path(__file__).parents[1] / "instruments").iterdir()))
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_line_ends_make_no_difference(name: str, newline: str) -> None:
+    content = (Path(__file__).parents[1] / "instruments" / name).read_bytes()
+    plain = decode(content, name)
+    text = decode(newline.join(plain.split("\n")).encode(), name)
+    known, same = recognise(plain), recognise(text)
+    assert known is not None and same is known
+    for own, other in zip(known.read(plain, name), known.read(text, name), strict=True):
+        assert (own.name, own.test, own.table.names, own.table.units) == (other.name, other.test, other.table.names, other.table.units)
+        assert own.table.cells == other.table.cells
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Meas. Pts.;T [degC];f [Hz];E' [MPa];E'' [MPa]\n1;20;0.1;2;1\n2;20;1;3;1\n",
+        "Meas. Pts. as in the logbook\nT [degC];f [Hz];E' [MPa];E'' [MPa]\n20;0.1;2;1\n20;1;3;1\n",
+        "Interval data: 1 to 2\nT [degC];f [Hz];E' [MPa];E'' [MPa]\n20;0.1;2;1\n20;1;3;1\n",
+        "Trios version 5 was used\nT [degC];f [Hz];E' [MPa];E'' [MPa]\n20;0.1;2;1\n20;1;3;1\n",
+        "Data Series Information from the logbook\nT [degC];f [Hz]\n20;0.1\n20;1\n",
+        "# measured on an Eplexor 500 N\nT [degC];f [Hz];E' [MPa];E'' [MPa]\n20;0.1;2;1\n20;1;3;1\n",
+    ],
+)
+def test_a_table_of_ones_own_is_no_export_for_a_word_in_it(text: str) -> None:
+    assert recognise(text) is None

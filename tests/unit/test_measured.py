@@ -222,3 +222,15 @@ def test_a_number_too_large_for_its_unit_is_one_line() -> None:
     table = read_measured(b"t [s],E [GPa]\n1,2\n2,1e303\n", "x.csv")
     with pytest.raises(InputError, match=r'^x.csv: line 3: column "E": the number is too large$'):
         table.column("E", "modulus", STRESS)
+
+
+@pytest.mark.parametrize("newline", ["\r\n", "\r", "\n"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
+def test_text_from_any_system_has_the_same_line_ends(newline: str, encoding: str) -> None:
+    assert decode(f"Ä{newline}b{newline}".encode(encoding), "x.txt") == "Ä\nb\n"
+
+
+@pytest.mark.parametrize("content", [b"PK\x03\x04\x14\x00\x06\x00", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"])
+def test_a_workbook_is_named(content: bytes) -> None:
+    with pytest.raises(InputError, match=r"dma.xlsx: not a text table but a workbook \(Excel\): save it as CSV"):
+        read_measured(content, "dma.xlsx")

@@ -1,0 +1,85 @@
+"""Signals of many cases at once: what happens to one case is found whatever the others do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from dielast.events import Kind, Watch
+from dielast.gent import Gent
+from dielast.material import Material
+from dielast.prony import Spectrum
+from dielast.roots import fall, samples
+from dielast.shift import NoShift
+from dielast.simulate import actuate as module
+from dielast.simulate.actuate import actuate
+from dielast.simulate.voltage import VoltageStep
+
+Array = NDArray[np.float64]
+AT, WIDTH = 300.0, 1e-3
+
+
+def dips(fraction: Array) -> Array:
+    """Five signals: a dip below zero, a dip above it, a plain fall, nothing at all, and a dip whose bottom is at a sample."""
+    f = np.broadcast_to(fraction, (5,))
+    return np.stack(
+        (((f[0] - 0.37) / 0.3) ** 2 - 1e-4, ((f[1] - 0.6) / 0.5) ** 2 + 0.01, 0.7 - f[2], 1 + 0 * f[3], (f[4] - 0.5) ** 2 - 1e-6)
+    )
+
+
+def test_samples_follow_each_dip_to_its_bottom_and_leave_the_rest_alone() -> None:
+    values, fractions = samples(dips, dips(np.zeros(5)), dips(np.ones(5)))
+    assert fractions[[0, -1]].tolist() == [[0.0] * 5, [1.0] * 5]
+    assert np.array_equal(values, np.stack([dips(row) for row in fractions]))
+    assert np.all(np.diff(fractions, axis=0) > 0)
+    assert values[:, 0].min() == pytest.approx(-1e-4, abs=1e-7)
+    assert fractions[values[:, 0].argmin(), 0] == pytest.approx(0.37, abs=1e-3)
+    assert values[:, 1].min() == pytest.approx(0.01, abs=1e-7)
+    assert fractions[values[:, 1].argmin(), 1] == pytest.approx(0.6, abs=1e-3)
+    for column in (2, 3):
+        assert fractions[:, column].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert values[2, 4] == -1e-6
+    for column in range(5):
+        one = samples(lambda f, c=column: dips(f)[c : c + 1], dips(np.zeros(5))[[column]], dips(np.ones(5))[[column]])
+        assert np.array_equal(one[0][:, 0], values[:, column])
+        assert np.array_equal(one[1][:, 0], fractions[:, column])
+
+
+def test_a_root_at_the_edge_or_found_by_chance_is_exact() -> None:
+    def signal(fraction: Array) -> Array:
+        return np.array([0.5, 1.0, 0.75]) - fraction
+
+    assert fall(signal, np.zeros(3), np.ones(3)) == pytest.approx([0.5, 1.0, 0.75], abs=1e-15)
+
+
+class Prescribed(Watch):
+    """A watch of five cases whose margin is a given function of time: at AT it dips below zero, or only near it, or falls to it, or
+    keeps near zero or far from it.
+    """
+
+    def _signal(self, kind: Kind, system: Any, cases: Any, time: Array, state: Array) -> Array:
+        if kind is not Kind.PULL_IN:
+            return super()._signal(kind, system, cases, time, state)
+        x = (self._begin[cases] + time) / AT - 1
+        dip = 0.1 * np.minimum(x**2, 1.0)
+        return np.choose(cases % 5, (dip - 0.1 * WIDTH**2, dip + 1e-6, 0.1 * np.clip(-x, -1, 1), np.full_like(x, 0.1), 1 + 0 * x))
+
+
+@pytest.mark.parametrize("voltage", [2e3, 2.2e3])
+def test_one_case_dips_while_others_do_not(monkeypatch: pytest.MonkeyPatch, voltage: float) -> None:
+    monkeypatch.setattr(module, "Watch", Prescribed)
+    tau = np.geomspace(1e4, 1e-2, 7)
+    solid = Material(
+        "soft", 26e3, Spectrum(tau, np.geomspace(1e4, 3e5, 7)), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11
+    )
+    programme = [VoltageStep(voltage), VoltageStep.hold(1e3)]
+    history = actuate(
+        solid, programme, thickness=np.full(5, 5e-4), prestretch=1.5, relax=10.0, stop_at="pull-in", rtol=1e-4, points_per_decade=5
+    )
+    assert [len(events) for events in history.events] == [1, 0, 1, 0, 0]
+    assert history.events[0][0].time == pytest.approx(AT * (1 - WIDTH), rel=1e-9)
+    assert history.events[2][0].time == pytest.approx(AT, rel=1e-9)
+    assert [outcome.time for outcome in history.outcome] == pytest.approx([AT * (1 - WIDTH), 1e3, AT, 1e3, 1e3])

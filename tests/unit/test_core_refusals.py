@@ -1,0 +1,145 @@
+"""What the numerical core refuses, and how it says so: one line that names the place and what is expected."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dielast.ensemble import draw_sample
+from dielast.errors import InputError, NumericsError
+from dielast.gent import Cases, Floats, Gent, SpringLaw
+from dielast.load import Step, pieces
+from dielast.material import Breakdown, Material
+from dielast.point import Points
+from dielast.prony import Spectrum
+from dielast.shift import NoShift, ShiftTable
+from dielast.simulate.actuate import actuate
+from dielast.simulate.creep import creep
+from dielast.simulate.failure_map import plan_failure_map
+from dielast.simulate.history import run
+from dielast.simulate.relax import relax
+from dielast.simulate.voltage import VoltageStep, sine, triangle, voltage_table
+
+SOLID = Material(
+    "soft", 26e3, Spectrum(np.array([100.0, 1.0]), np.array([2e4, 9e4])), NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11
+)
+MEASURED = replace(SOLID, shift=ShiftTable(20.0, (0.0, 20.0, 40.0), (1.0, 0.0, -1.0)))
+HOLD = [Step(stress=1e4), Step.hold(1.0)]
+FILM: dict[str, Any] = {"thickness": 5e-4, "prestretch": 1.5, "breakdown_field": 4e7}
+
+
+def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
+    return lambda: actuate(change.pop("material", SOLID), steps, **(FILM | change))
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (lambda: creep(MEASURED, HOLD, temperature=41.0), r"temperature 41 degC is outside the shift table's 0 to 40 degC"),
+        (lambda: creep(MEASURED, HOLD, temperature=[20.0, 41.0]), r"case 1: temperature 41 degC is outside"),
+        (lambda: creep([SOLID, MEASURED], HOLD, temperature=[99.0, -1.0]), r"case 1: temperature -1 degC is outside"),
+        (lambda: ShiftTable(20.0, (0.0, 20.0), (1.0,)), r"2 temperatures but 1 shift factors: one for each is needed"),
+        (lambda: ShiftTable(20.0, (), ()), r"0 temperatures but 0 shift factors"),
+        (lambda: ShiftTable(20.0, (0.0, 40.0, 20.0), (1.0, 0.0, -1.0)), r"must ascend"),
+        (lambda: ShiftTable(20.0, (0.0, 20.0, 20.0), (1.0, 0.0, -1.0)), r"must ascend"),
+        (lambda: Breakdown((1.0, 2.0), (4e7,)), r"2 prestretches but 1 breakdown fields: one field for each is needed"),
+        (lambda: Breakdown((), ()), r"0 prestretches but 0 breakdown fields"),
+        (lambda: Breakdown((1.0, 3.0, 2.0), (4e7, 5e7, 6e7)), r"breakdown prestretches must ascend"),
+        (lambda: Breakdown((1.0, 1.0), (4e7, 5e7)), r"breakdown prestretches must ascend"),
+        (lambda: Breakdown((1.0, 2.0), (4e7, 0.0)), r"a breakdown field must be positive"),
+        (driven([VoltageStep(1e3)], prestretch=(1.5, 1.5, 1.5)), r"a prestretch of 3 values: a pair, one for each axis, is needed"),
+        (driven([VoltageStep(1e3)], material=[]), r"a material is needed"),
+        (driven([VoltageStep(1e3)], temperature=np.nan), r"every temperature must be finite"),
+        (driven([VoltageStep(1e3)], points_per_decade=0), r"0 points per decade: at least one is needed"),
+        (driven([VoltageStep(1e3)], prestretch=[1.5, 0.5]), r"case 1: prestretch 0.5: it must not be below 1"),
+        (driven([VoltageStep(1e3)], prestretch=(1.5, 8.0)), r"prestretch 1.5 x 8 is beyond the Gent limit, J_lim = 55"),
+        (driven([VoltageStep(duration=1.0, rate=1.0)]), r"step 0: a voltage, or the duration of a hold is needed"),
+        (driven([VoltageStep(1e3, rate=0.0)]), r"step 0: rate 0 never reaches the voltage"),
+        (driven([VoltageStep(np.inf)]), r"step 0: voltage must be finite"),
+        (
+            driven([VoltageStep(1e3, rate=[1.0, -1.0])]),
+            r"step 0: case 1: rate -1 V/s leads away from the voltage: \+1000 V are to go, so the rate must be positive",
+        ),
+        (driven([VoltageStep(1e3), VoltageStep(500.0, rate=1.0)]), r"step 1: .* -500 V are to go, so the rate must be negative"),
+        (lambda: sine(1e3, 1.0, points=3), r"3 points a period do not make a sine: at least 4 are needed"),
+        (lambda: sine(1e3, 0.0), r"period 0 s: it must be positive"),
+        (lambda: triangle(1e3, 1.0, 0), r"0 cycles: at least one is needed"),
+        (lambda: voltage_table([0.0, 1.0], [0.0]), r"one voltage for each time, got 1 for 2"),
+        (lambda: voltage_table([], []), r"one voltage for each time, got 0 for 0"),
+        (lambda: voltage_table([-1.0, 1.0], [0.0, 1.0]), r"must be finite and not negative"),
+        (lambda: voltage_table([0.0, 1.0, 1.0], [0.0, 1.0, 2.0]), r"goes back in time: 1 s follows 1 s"),
+        (lambda: creep(SOLID, HOLD, times=[[0.0], [0.5], [1.0]]), r"one list for all or one for each of 1 cases"),
+        (lambda: relax(SOLID, [Step(stretch=2.0)]).stored_energy(), r"energies need the viscous stretches"),
+        (lambda: plan_failure_map(SOLID, voltage=[np.nan], horizon=1.0, **FILM), r"every voltage must be finite"),
+        (
+            lambda: plan_failure_map(
+                SOLID, voltage=[1e3], horizon=1.0, sample=draw_sample([replace(SOLID, permittivity=None)], 1), **FILM
+            ),
+            r"in a draw: material 'soft' has no permittivity",
+        ),
+    ],
+)
+def test_what_is_refused(action: Callable[[], object], message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        action()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_prestretch_that_locks_the_branches_is_given_up_with_its_case() -> None:
+    # far beyond the branches' limit, and faster than they can flow
+    with pytest.raises(NumericsError, match=r"case 1: prestretch 6 cannot be computed: "):
+        driven([VoltageStep(1e3)], prestretch=[1.5, 6.0], prestretch_rate=1e6)()
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """phi = 1 + c (I1 - 3)."""
+
+    c: float
+
+    def stiffness(self, invariant: Floats) -> Floats:
+        return 1 + self.c * (invariant - 3)
+
+    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
+        return self.stiffness(invariant), np.full_like(invariant, self.c)
+
+    def energy(self, invariant: Floats) -> Floats:
+        return 0.5 * (invariant - 3) + 0.25 * self.c * (invariant - 3) ** 2
+
+    def largest_invariant(self) -> Floats:
+        return np.asarray(np.inf)
+
+    def take(self, cases: Cases) -> SpringLaw:
+        return self
+
+
+def test_laws_of_ones_own_share_a_run_only_where_they_are_one() -> None:
+    law = Quadratic(0.1)
+    own = replace(SOLID, equilibrium_law=law, nonequilibrium_law=law)
+    shorter = replace(own, spectrum=SOLID.spectrum.slowest(1))
+    with pytest.raises(InputError, match="different laws or numbers of branches can share a run only if all springs are Gent's"):
+        Points.of([own, shorter], np.array([20.0, 20.0]), 1e-6)
+    with pytest.raises(InputError, match="only if all springs are Gent's"):
+        Points.of([own, SOLID], np.array([20.0, 20.0]), 1e-6)
+    together = creep([own, replace(own, equilibrium_modulus=3e4)], HOLD, points_per_decade=3)
+    alone = creep(own, HOLD, points_per_decade=3)
+    assert together.stretch_1[0] == pytest.approx(alone.stretch_1[0], rel=1e-9)
+
+
+def test_a_load_without_equilibrium_ends_its_case_where_it_is_applied() -> None:
+    # nothing finite balances what no number can hold
+    points = Points.of(SOLID, np.array([20.0, 20.0]), 1e-6)
+    steps = [Step.hold(2.0), Step(stress=[1e4, 1e308]), Step.hold(3.0)]
+    record = run(points, pieces(steps, "equibiaxial", 2), points_per_decade=3)
+    assert record.outcome[0].completed
+    assert record.outcome[0].time == 5.0
+    assert not record.outcome[1].completed
+    assert record.outcome[1].time == 2.0
+    assert record.outcome[1].reason.startswith("no stable equilibrium")
+    before = record.time[1] <= 2.0
+    assert np.isfinite(record.nominal_stress[:, 1, before]).all()
+    assert np.isnan(record.nominal_stress[:, 1, ~before]).all()
