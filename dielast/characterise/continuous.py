@@ -66,8 +66,8 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     pieces = int(np.count_nonzero(np.diff((solution.strength > 0).astype(int)) > 0)) + int(solution.strength[0] > 0)
     if pieces > _PIECES:
         warn(
-            f"the continuous spectrum falls apart into {pieces} pieces: the curve is finer than its points are independent, or was "
-            "made of a discrete spectrum; only its course on average means something"
+            f"the continuous spectrum falls apart into {pieces} pieces: the curve's errors are alike from point to point, or it was "
+            "made of a discrete spectrum; only the course of H on average means something"
         )
     width = float(np.log(longest / shortest) / (grid.size - 1))
     error = float(np.sqrt(np.mean((model / curve.values - 1) ** 2)))

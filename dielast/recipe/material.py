@@ -19,7 +19,7 @@ from dielast.recipe.fields import Modulus, MolarEnergy, Section, Temperature, Te
 from dielast.recipe.validate import check, parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 
-JLim = Annotated[float, Field(gt=0)]
+JLim = Annotated[float, Field(ge=1e-6)]
 
 
 class Equilibrium(Section):

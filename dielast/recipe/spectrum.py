@@ -137,8 +137,8 @@ class Reduce(Section):
 class GentLimits(Section):
     """J_lim of the equilibrium spring and of the branches; left out, a spring is neo-Hookean."""
 
-    equilibrium: float | None = Field(None, gt=0, description="Of the spring that never relaxes.")
-    nonequilibrium: float | None = Field(None, gt=0, description="Of the spring in every branch.")
+    equilibrium: float | None = Field(None, ge=1e-6, description="Of the spring that never relaxes.")
+    nonequilibrium: float | None = Field(None, ge=1e-6, description="Of the spring in every branch.")
 
 
 class MaterialConstants(Dielectric):

@@ -163,7 +163,7 @@ def set_key(values: dict[str, Any], path: str, value: Any, where: str) -> None:
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1
         if isinstance(target, list):
-            if not key.isdecimal() or int(key) >= len(target):
+            if not key.isdecimal() or len(key) > 9 or int(key) >= len(target):
                 there = f"has entries 0 to {len(target) - 1}" if target else "is empty"
                 raise InputError(f"{where}: {'.'.join(keys[:depth])} {there}")
             if last:

@@ -2,14 +2,18 @@
 
     python tests/bench/bench_uncertainty.py [--draws N] [--rounds N]
 
-A map of 2 prestretches and 25 voltages; both ways are library calls, and their bounds are compared.
+A map of 2 prestretches and 25 voltages, by library calls, whose bounds are compared, and by the commands that a user would type:
+one `dielast failure-map` for each draw's material against one with `[uncertainty]`.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import statistics
+import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -21,9 +25,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from synthetic import TRUTH
 
 from dielast.ensemble import draw_sample, interval
+from dielast.material import Material
 from dielast.prony import Spectrum
+from dielast.recipe.draws import draw_columns
+from dielast.recipe.material import write_material
 from dielast.shift import WLF
 from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
+from dielast.table import to_csv
 
 MAP: dict[str, Any] = {
     "voltage": np.linspace(3.4e3, 4.6e3, 25),
@@ -32,6 +40,38 @@ MAP: dict[str, Any] = {
     "horizon": 86400.0,
     "relax": 5400.0,
 }
+
+
+RECIPE = """kind = "failure-map"
+material = "material.toml"
+horizon = "24 h"
+[film]
+thickness = "0.5 mm"
+prestretch = [1.7, 1.9]
+relax = "1.5 h"
+[voltage]
+from = "3.4 kV"
+to = "4.6 kV"
+points = 25
+"""
+
+
+def by_command(members: list[Material], draws: int, rounds: int) -> tuple[float, float]:
+    """Seconds for a command for each draw, scaled from a few, and for one with all draws."""
+    call = [sys.executable, "-c", "from dielast.cli import main; main()", "failure-map", "--plot", "none", "-q"]
+    alone, together = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder)
+        (here / "one.toml").write_text(RECIPE)
+        (here / "all.toml").write_text(RECIPE + f"[uncertainty]\ndraws = {draws}\n")
+        (here / "material.toml").write_bytes(write_material(TRUTH, "draws.csv"))
+        (here / "draws.csv").write_bytes(to_csv(draw_columns(np.arange(len(members)), members)))
+        for _ in range(rounds):
+            for recipe, times in (("one.toml", alone), ("all.toml", together)):
+                begin = time.perf_counter()
+                subprocess.run([*call, recipe], cwd=here, check=True, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"})
+                times.append(time.perf_counter() - begin)
+    return draws * statistics.median(alone), statistics.median(together)
 
 
 def main() -> None:
@@ -64,6 +104,9 @@ def main() -> None:
     print(f"failure map of {drawn[0].time_to_failure.size} cells, {options.draws} draws, medians of {options.rounds} rounds")
     print(f"{'a run for each draw':28}{slow:9.2f} s   (10 runs, scaled)")
     print(f"{'all draws in one run':28}{fast:9.2f} s   ratio {slow / fast:.1f}")
+    slow, fast = by_command(members, options.draws, options.rounds)
+    print(f"{'a command for each draw':28}{slow:9.2f} s   (scaled)")
+    print(f"{'one command':28}{fast:9.2f} s   ratio {slow / fast:.1f}")
     off = [np.abs(one.time_to_failure / other.time_to_failure - 1) for one, other in zip(few, drawn, strict=False)]
     print(f"largest difference of a time to failure: {np.nanmax(off):.2%}")
     low, high = interval(np.array([each.time_to_failure for each in drawn]), 0.9)

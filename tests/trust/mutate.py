@@ -68,7 +68,6 @@ TUNING = {
 STATED = (
     ("shift", "GAS_CONSTANT = 8.314462618", "GAS_CONSTANT = 8.3145"),
     ("units", "ZERO_CELSIUS = 273.15", "ZERO_CELSIUS = 273.16"),
-    ("units", "kelvin; offset: 273.15", "kelvin; offset: 273.16"),
     ("material", "VACUUM_PERMITTIVITY = 8.8541878128e-12", "VACUUM_PERMITTIVITY = 8.855e-12"),
     ("point", "self.permittivity * field**2", "0.5 * self.permittivity * field**2"),
     ("symmetric", "points.permittivity * np.square(", "0.5 * points.permittivity * np.square("),

@@ -13,7 +13,7 @@ from dielast.characterise.continuous import continuous_spectrum
 from dielast.characterise.creep import fit_creep
 from dielast.characterise.oscillation import fit_oscillation
 from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
-from dielast.errors import InputError
+from dielast.errors import DielastWarning, InputError
 
 Array = NDArray[np.float64]
 
@@ -97,3 +97,12 @@ def test_what_has_no_continuous_spectrum_is_refused() -> None:
         continuous_spectrum(fit_creep(TIME, 1e-6 * TIME**0.1, branches=15, equilibrium_modulus=0.0))
     with pytest.raises(InputError, match="0 points per decade"):
         continuous_spectrum(fitted(young(wedge), 0.0), 0)
+
+
+def test_a_spectrum_that_falls_apart_is_warned_of() -> None:
+    lines = np.logspace(-3, 3, 7)
+    time = np.logspace(-4, 4, 400)
+    modulus = 3 * (LEVEL + np.exp(-time[:, None] / lines) @ np.full(7, 1e5))
+    fit = fit_spectrum(time, modulus, method="nnls", branches=7, relaxation_time=(1e-3, 1e3), equilibrium_modulus=3 * LEVEL)
+    with pytest.warns(DielastWarning, match=r"the continuous spectrum falls apart into \d pieces"):
+        continuous_spectrum(fit)

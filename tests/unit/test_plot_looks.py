@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from dielast import RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
+from dielast import FrequencySweep, RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
 from dielast.characterise.mastercurve import MasterCurve
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, headroom, log_axis, panels, render, spread, style
 
@@ -118,3 +118,24 @@ def test_the_same_figure_is_the_same_bytes_without_dates(form: str) -> None:
     assert once == again
     for word in (b"CreationDate", b"dc:date", b"Matplotlib v", b"matplotlib.org"):
         assert word not in once
+
+
+@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+@pytest.mark.parametrize("swept", [False, True])
+def test_the_fitted_curve_ends_where_shifts_are_undetermined(swept: bool) -> None:
+    x = np.geomspace(1e-2, 1e2, 30)
+    measured: list[RelaxationCurve | FrequencySweep] = []
+    for T in (-200.0, -20.0, 0.0, 20.0, 40.0):
+        a = 10 ** (-T / 20)
+        if swept:
+            phase = (1j * x * a) ** 0.5
+            modulus = 1e5 + 1e7 * phase / (1 + phase)
+            measured.append(FrequencySweep(T, x, modulus.real, modulus.imag + 1e3))
+        else:
+            measured.append(RelaxationCurve(T, x, 1e5 + 1e7 / (1 + (x / a) ** 0.5)))
+    result = build_master_curve(measured, reference_temperature=20.0, law="arrhenius")
+    assert [entry.temperature for entry in result.undetermined] == [-200]
+    sure = result.reduced_abscissa[result.point_temperature > -200]
+    (fitted,) = [line for line in plot_master_curve(result, measured).axes[2].lines if line.get_linestyle() == "-"][:1]
+    drawn = np.asarray(fitted.get_xdata(), dtype=float)
+    assert sure.min() * 0.999 <= drawn.min() and drawn.max() <= sure.max() * 1.001

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.characterise.interconversion import retardation_from_relaxation
-from dielast.errors import InputError
+from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
 from dielast.plots.spectrum import plot_spectrum
 from dielast.prony import Spectrum
@@ -39,6 +39,11 @@ MEASURED: dict[str, tuple[str, list[Array]]] = {
 }
 
 
+def with_temperature(header: str, columns: list[Array]) -> str:
+    """A table of measured points as `mastercurve` writes it."""
+    return table(f"temperature [degC],{header}", [np.linspace(60, -20, columns[0].size), *columns])
+
+
 def table(header: str, columns: list[Array]) -> str:
     return "\n".join([header, *(",".join(f"{value:.9g}" for value in row) for row in np.transpose(columns))]) + "\n"
 
@@ -49,7 +54,7 @@ def write_folder(folder: Path, measurement: str, data: str | None = None) -> Pat
     data = f'[data]\nmeasurement = "{measurement}"\n' if data is None else data
     shift = 'reference_temperature_degC = 20.0\nlaw = "wlf"\nC1 = 13.7\nC2_K = 187.1\n'
     (folder / "summary.toml").write_text(f'kind = "mastercurve"\n[shift]\n{shift}{data}')
-    (folder / "mastercurve.csv").write_text(table(*MEASURED[measurement]))
+    (folder / "mastercurve.csv").write_text(with_temperature(*MEASURED[measurement]))
     return folder
 
 
@@ -113,7 +118,7 @@ def test_schwarzl_and_staverman_read_a_relaxation_modulus_only(tmp_path: Path, m
 def test_the_method_left_out_is_that_of_the_measurement(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "mc", "relaxation")
     smooth = 1e5 * (1 + 30 / (1 + (TIME / 1e-3) ** 0.3))
-    (folder / "mastercurve.csv").write_text(table(MEASURED["relaxation"][0], [TIME, smooth]))
+    (folder / "mastercurve.csv").write_text(with_temperature(MEASURED["relaxation"][0], [TIME, smooth]))
     report = spectrum(tmp_path, mastercurve="mc", fit={"equilibrium_modulus": "0.1 MPa"})
     assert report.headline["fit"]["method"] == "schwarzl-staverman"
 
@@ -199,3 +204,32 @@ def test_a_plot_needs_neither() -> None:
 
     _, (frequency, _, storage, loss) = MEASURED["oscillation"]
     assert len(plot_spectrum(fit_oscillation(frequency, storage, loss)).axes) == 2
+
+
+@pytest.mark.parametrize(
+    ("window", "at", "found"),
+    [
+        (["1 s", "1e6 s"], ["20 degC", "60 degC"], r"reaches to 1.\de\+08 s at 60 degC in reduced time, .* from 1e-06 to 1e\+05 s"),
+        (["1e-5 s", "1e5 s"], ["20 degC", "-20 degC"], r"reaches from \S+ s at -20 degC in reduced time"),
+        (["1e-8 s", "1e7 s"], ["20 degC"], r"reaches to 1e\+07 s at 20 degC and from 1e-08 s at 20 degC in reduced time"),
+    ],
+)
+def test_a_window_beyond_what_was_measured_is_warned_of(tmp_path: Path, window: list[str], at: list[str], found: str) -> None:
+    write_folder(tmp_path / "mc", "oscillation")
+    with pytest.warns(DielastWarning, match=found):
+        spectrum(tmp_path, mastercurve="mc", reduce={"window": window, "temperatures": at, "tolerance": 0.05})
+
+
+def test_a_creep_curve_has_no_continuous_spectrum_says_the_key(tmp_path: Path) -> None:
+    write_folder(tmp_path / "mc", "creep")
+    with pytest.raises(InputError, match="^fit.continuous: a creep curve"):
+        spectrum(tmp_path, mastercurve="mc", fit={"continuous": True})
+
+
+def test_the_legend_of_a_sweep_names_what_was_measured_first() -> None:
+    from dielast.characterise.oscillation import fit_oscillation
+
+    _, (frequency, _, storage, loss) = MEASURED["oscillation"]
+    legend = plot_spectrum(fit_oscillation(frequency, storage, loss)).axes[1].get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["storage", "loss", "discrete model"]
