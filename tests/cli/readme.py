@@ -39,6 +39,7 @@ states it; `example:NAME` is a file that ships with dielast. `step[].rate` is th
 from the command line by its path and number, `--set step.0.rate='0.1 /s'`.
 """
 _BLOCK = re.compile(r"(?<=```console\n).*?(?=```)", re.DOTALL)
+_RECIPE = re.compile(r"```toml\n# (\S+\.toml)\n(.*?)```", re.DOTALL)
 _PYTHON = re.compile(r"(```python\n(.*?)```\n\nprints\n\n```text\n).*?(?=```)", re.DOTALL)
 _CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 _TABLE = re.compile(r"(<!-- (commands|options) -->\n).*?(?=<!-- end -->)", re.DOTALL)
@@ -61,7 +62,10 @@ def session() -> list[tuple[str, list[str]]]:
 
 
 class Terminal:
-    """Runs commands in `folder` as a reader of the README does, on a terminal of 80 columns beside a checkout."""
+    """Runs commands in `folder` as a reader of the README does, on a terminal of 80 columns beside a checkout.
+
+    The folder holds the recipes that the README shows with a file's name in their first line.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -70,6 +74,8 @@ class Terminal:
         launcher.write_text(f"#!/bin/sh\nexec {shlex.quote(sys.executable)} -c 'from dielast.cli import main; main()' \"$@\"\n")
         launcher.chmod(0o755)
         (folder / "dielast").symlink_to(ROOT / "dielast")
+        for name, text in _RECIPE.findall(README.read_text()):
+            (folder / name).write_text(text)
         path = f"{launcher.parent}:{os.environ['PATH']}"
         own = {"PATH": path, "MPLCONFIGDIR": str(folder / ".matplotlib"), "COLUMNS": "80", "TERM": "xterm", "LC_ALL": "C.UTF-8"}
         self.environment = {**os.environ, **own, "PYTHONPATH": str(ROOT)}

@@ -40,7 +40,7 @@ def test_the_walk_runs_as_shown(tmp_path: Path) -> None:
         wrong = [(a, b) for a, b in zip(shown, real, strict=True) if not same(a, b)]
         assert not wrong, f"{command}: {wrong}"
         walked += 1
-    assert walked >= 12
+    assert walked >= 19
 
 
 @pytest.mark.parametrize(

@@ -105,6 +105,21 @@ def test_errors_of_a_film_name_the_key_and_the_case(text: str, message: str, tmp
 
 
 @pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("[output]\nnoise = 0.01\n", "output.noise: only relax and creep make test data with noise"),
+        ('[plot]\ny = "major_axis [m]"\n', 'plot.y: "major_axis [m]" is of the electrode: state film.electrode_diameter'),
+        (
+            '[[compare]]\nfile = "r.toml"\nx = "time [s]"\ny = "minor_axis [m]"\n',
+            'compare[0].y: "minor_axis [m]" is of the electrode: state film.electrode_diameter',
+        ),
+    ],
+)
+def test_what_an_actuation_does_not_have_is_not_asked_of_it(keys: str, message: str, tmp_path: Path) -> None:
+    assert mistake(tmp_path, ACTUATE + keys).endswith(f"r.toml: {message}")
+
+
+@pytest.mark.parametrize(
     ("table", "message"),
     [
         ("", "load.csv: the file is empty"),

@@ -60,6 +60,23 @@ def test_an_elastic_film_pulls_in_where_theory_says(timescale: TimeScale, durati
     assert event.time == pytest.approx(duration / 1.5, rel=1e-8)
 
 
+@pytest.mark.parametrize("relaxation_time", [1e8, 1e11, 1e15])
+def test_a_film_that_has_no_time_to_flow_is_elastic(relaxation_time: float) -> None:
+    # as a truncated spectrum is in the cold: nothing of the film is fast
+    share = 3.0
+    frozen = replace(ELASTIC, spectrum=Spectrum(np.array([relaxation_time]), np.array([share * MODULUS])))
+    critical = np.sqrt(3 / 4 ** (4 / 3) * (1 + share) * MODULUS / PERMITTIVITY) * THICKNESS
+    history = actuate(
+        frozen, [VoltageStep(1.5 * critical, duration=1.0)], thickness=THICKNESS, times=[0.3, 0.6], stop_at="pull-in", rtol=1e-9
+    )
+    event = pull_in(history.events[0])
+    assert event.time == pytest.approx(1 / 1.5, rel=2e-7)
+    assert event.stretch_1 == pytest.approx(4 ** (1 / 6), rel=1e-6)
+    for at, stretch in zip(history.time[0], history.stretch_1[0], strict=True):
+        elastic = (1 + share) * MODULUS * (stretch**-2 - stretch**-8)
+        assert elastic == pytest.approx(PERMITTIVITY * (1.5 * critical * at / THICKNESS) ** 2, rel=1e-6)
+
+
 @pytest.mark.parametrize("prestretch", [1.05, 1.5, 2.0])
 def test_an_elastic_film_under_dead_load_pulls_in_where_theory_says(prestretch: float) -> None:
     load = MODULUS * (prestretch - prestretch**-5)

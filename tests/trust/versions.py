@@ -34,6 +34,11 @@ def oldest() -> list[str]:
     return pins
 
 
+def runs(python: str) -> bool:
+    """Whether this Python is there and starts: some that are found only say that they are not installed."""
+    return shutil.which(python) is not None and subprocess.run([python, "--version"], capture_output=True).returncode == 0
+
+
 def environment(folder: Path, python: str, pins: list[str]) -> Path:
     """A virtual environment with dielast and the versions of `pins`; its interpreter."""
     subprocess.run([python, "-m", "venv", folder], check=True)
@@ -91,7 +96,7 @@ def main() -> None:
     wrong = 0
     with tempfile.TemporaryDirectory() as scratch:
         cases = []
-        for python in filter(shutil.which, PYTHONS):
+        for python in filter(runs, PYTHONS):
             cases += [(python, "newest", [], threads) for threads in (1, 2)] + [(python, "oldest", oldest(), 1)]
         print(f"{'python':12} {'versions':8} {'numpy':8} {'scipy':8} threads  largest difference")
         for python, name, pins, threads in cases:

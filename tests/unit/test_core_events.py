@@ -10,13 +10,18 @@ from numpy.typing import NDArray
 
 from dielast.events import Kind, Watch
 from dielast.gent import Gent
+from dielast.integrate import Stride
+from dielast.load import Control, Ramp
 from dielast.material import Material
+from dielast.point import LoadedPoints, Points
 from dielast.prony import Spectrum
 from dielast.roots import fall, samples
+from dielast.rosenbrock import RODAS5P
 from dielast.shift import NoShift
 from dielast.simulate import actuate as module
 from dielast.simulate.actuate import actuate
 from dielast.simulate.voltage import VoltageStep
+from dielast.stability import ONE_PERCENT, damped
 
 Array = NDArray[np.float64]
 AT, WIDTH = 300.0, 1e-3
@@ -56,8 +61,8 @@ def test_a_root_at_the_edge_or_found_by_chance_is_exact() -> None:
 
 
 class Prescribed(Watch):
-    """A watch of five cases whose margin is a given function of time: at AT it dips below zero, or only near it, or falls to it, or
-    keeps near zero or far from it.
+    """A watch of six cases whose margin is a given function of time: at AT it dips below zero, or only near it, or falls to it, or
+    keeps near zero or far from it, or falls from far above to just below.
     """
 
     def _signal(self, kind: Kind, system: Any, cases: Any, time: Array, state: Array) -> Array:
@@ -65,7 +70,8 @@ class Prescribed(Watch):
             return super()._signal(kind, system, cases, time, state)
         x = (self._begin[cases] + time) / AT - 1
         dip = 0.1 * np.minimum(x**2, 1.0)
-        return np.choose(cases % 5, (dip - 0.1 * WIDTH**2, dip + 1e-6, 0.1 * np.clip(-x, -1, 1), np.full_like(x, 0.1), 1 + 0 * x))
+        falling, sudden = 0.1 * np.clip(-x, -1, 1), np.clip(-1e6 * x, -0.01, 1.0)
+        return np.choose(cases, (dip - 0.1 * WIDTH**2, dip + 1e-6, falling, np.full_like(x, 0.1), 1 + 0 * x, sudden))
 
 
 @pytest.mark.parametrize("voltage", [2e3, 2.2e3])
@@ -77,9 +83,50 @@ def test_one_case_dips_while_others_do_not(monkeypatch: pytest.MonkeyPatch, volt
     )
     programme = [VoltageStep(voltage), VoltageStep.hold(1e3)]
     history = actuate(
-        solid, programme, thickness=np.full(5, 5e-4), prestretch=1.5, relax=10.0, stop_at="pull-in", rtol=1e-4, points_per_decade=5
+        solid, programme, thickness=np.full(6, 5e-4), prestretch=1.5, relax=10.0, stop_at="pull-in", rtol=1e-4, points_per_decade=5
     )
-    assert [len(events) for events in history.events] == [1, 0, 1, 0, 0]
+    assert [len(events) for events in history.events] == [1, 0, 1, 0, 0, 1]
     assert history.events[0][0].time == pytest.approx(AT * (1 - WIDTH), rel=1e-9)
     assert history.events[2][0].time == pytest.approx(AT, rel=1e-9)
-    assert [outcome.time for outcome in history.outcome] == pytest.approx([AT * (1 - WIDTH), 1e3, AT, 1e3, 1e3])
+    assert history.events[5][0].time == pytest.approx(AT, rel=1e-9)
+    assert [outcome.time for outcome in history.outcome] == pytest.approx([AT * (1 - WIDTH), 1e3, AT, 1e3, 1e3, AT])
+
+
+class Parabolas(Watch):
+    """Margins over a step from 0 to 1 s, one a case: parabolas that dip to `-depth` at `bottom`."""
+
+    bottom: Array
+    depth: float
+
+    def margin(self, time: Array, cases: Any) -> Array:
+        bottom = type(self).bottom[cases]
+        curvature = 0.29 / (bottom**2 + (1 - bottom) ** 2)  # so that both ends together are close enough to be looked at
+        return np.asarray(curvature * (time - bottom) ** 2 - type(self).depth)
+
+    def _signal(self, kind: Kind, system: Any, cases: Any, time: Array, state: Array) -> Array:
+        return self.margin(time, cases)
+
+
+@pytest.mark.parametrize("depth", [1e-5, -1e-5])
+def test_a_parabola_that_dips_below_zero_is_found_wherever_it_does(depth: float) -> None:
+    bottom = np.linspace(0.03, 0.97, 48)
+    Parabolas.bottom, Parabolas.depth = bottom, depth
+    count = bottom.size
+    solid = Material("soft", 26e3, Spectrum([1.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11)
+    controls, zero, one, every = (Control.STRESS, Control.STRESS), np.zeros(count), np.ones(count), np.arange(count)
+    points = damped(Points.of(solid, np.full(count, 20.0), 1e-4))
+    system = LoadedPoints(points, Ramp.between(controls, np.zeros((3, count)), np.zeros((3, count)), one))
+    state = np.zeros((2 * len(points.modulus) + 2, count))
+    watch = Parabolas(controls, np.full(count, np.inf), ONE_PERCENT, (Kind.PULL_IN,), 1e-4)
+    watch.begin(system, state, zero, every >= 0)
+    increments = np.zeros((RODAS5P.stages, *state.shape))
+    over = watch(Stride(system, RODAS5P, every, every >= 0, zero, one, one, state, state, increments))
+    watch.finish(system)
+    if depth > 0:
+        curvature = 0.29 / (bottom**2 + (1 - bottom) ** 2)
+        assert watch.happened.time[Kind.PULL_IN] == pytest.approx(bottom - np.sqrt(depth / curvature), abs=1e-12)
+        assert over is not None
+        assert over.all()
+    else:
+        assert np.isnan(watch.happened.time).all()
+        assert over is None

@@ -12,7 +12,7 @@ import pytest
 from dielast.ensemble import draw_sample
 from dielast.errors import InputError, NumericsError
 from dielast.gent import Cases, Floats, Gent, SpringLaw
-from dielast.load import Step, pieces
+from dielast.load import Step, pieces, table
 from dielast.material import Breakdown, Material
 from dielast.point import Points
 from dielast.prony import Spectrum
@@ -65,6 +65,26 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
             r"step 0: case 1: rate -1 V/s leads away from the voltage: \+1000 V are to go, so the rate must be positive",
         ),
         (driven([VoltageStep(1e3), VoltageStep(500.0, rate=1.0)]), r"step 1: .* -500 V are to go, so the rate must be negative"),
+        # one case that is wrong among others is enough
+        (driven([VoltageStep(1e3, rate=[1.0, 0.0])]), r"step 0: rate 0 never reaches the voltage"),
+        (driven([VoltageStep(1e3, duration=[1.0, -1.0])]), r"step 0: duration -1 s: it must not be negative"),
+        (driven([VoltageStep(1e3)], thickness=[5e-4, 0.0]), r"thickness 0 m: it must be positive"),
+        (driven([VoltageStep(1e3)], breakdown_field=[4e7, 0.0]), r"breakdown field 0 V/m: it must be positive"),
+        (driven([VoltageStep(1e3)], prestretch_rate=[0.1, 0.0]), r"prestretch rate 0 /s: it must be positive"),
+        (driven([VoltageStep(1e3)], temperature=[20.0, np.inf]), r"every temperature must be finite"),
+        (driven([VoltageStep(1e3)], rtol=0.2), r"rtol 0.2 is not between 1e-12 and 0.1"),
+        (lambda: relax(SOLID, [Step(stretch=2.0, rate=[1.0, 0.0])]), r"step 0: rate 0 never reaches the target"),
+        (lambda: relax(SOLID, [Step(stretch=2.0, duration=[1.0, -1.0])]), r"step 0: duration -1 s: it must not be negative"),
+        (lambda: relax(SOLID, [Step(stretch=[2.0, 0.0])]), r"step 0: stretch 0: it must be positive"),
+        (lambda: table([0.0, 1.0, 1.0], stretch=[1.0, 2.0, 1.5]), r"the history goes back in time: 1 s follows 1 s"),
+        (lambda: table([0.0, np.inf], stretch=[1.0, 2.0]), r"must be finite and not negative"),
+        (lambda: table([], stress=[]), r"one value for each time, got 0 for 0"),
+        (lambda: table([[0.0, 1.0]], stress=[[0.0, 1.0]]), r"one value for each time"),
+        (lambda: relax(SOLID, [Step(stretch=[2.0, np.nan])]), r"step 0: stretch must be finite"),
+        (lambda: relax(SOLID, [Step(stretch=[2.0, 11.0], rate=1.0)]), r"step 0: case 1: stretch 11 is beyond the Gent limit"),
+        (lambda: relax(SOLID, [Step(stretch=2.0)], temperature=[20.0, np.nan]), r"every temperature must be finite"),
+        (lambda: creep(SOLID, HOLD, times=[0.0, np.nan]), r"output times must be finite and not negative"),
+        (lambda: creep(SOLID, HOLD, times=[0.0, -1.0]), r"output times must be finite and not negative"),
         (lambda: sine(1e3, 1.0, points=3), r"3 points a period do not make a sine: at least 4 are needed"),
         (lambda: sine(1e3, 0.0), r"period 0 s: it must be positive"),
         (lambda: triangle(1e3, 1.0, 0), r"0 cycles: at least one is needed"),
@@ -125,7 +145,8 @@ def test_laws_of_ones_own_share_a_run_only_where_they_are_one() -> None:
         Points.of([own, shorter], np.array([20.0, 20.0]), 1e-6)
     with pytest.raises(InputError, match="only if all springs are Gent's"):
         Points.of([own, SOLID], np.array([20.0, 20.0]), 1e-6)
-    together = creep([own, replace(own, equilibrium_modulus=3e4)], HOLD, points_per_decade=3)
+    both = [own, replace(own, equilibrium_modulus=3e4)]
+    together = creep(both, HOLD, points_per_decade=3)
     alone = creep(own, HOLD, points_per_decade=3)
     assert together.stretch_1[0] == pytest.approx(alone.stretch_1[0], rel=1e-9)
 
@@ -143,3 +164,25 @@ def test_a_load_without_equilibrium_ends_its_case_where_it_is_applied() -> None:
     before = record.time[1] <= 2.0
     assert np.isfinite(record.nominal_stress[:, 1, before]).all()
     assert np.isnan(record.nominal_stress[:, 1, ~before]).all()
+
+
+def test_what_is_just_allowed() -> None:
+    for arguments in ({"rtol": 0.1}, {"rtol": 1e-12}, {"points_per_decade": 1}, {"times": [0.0, 0.0, 1.0]}):
+        assert creep(SOLID, HOLD, **({"points_per_decade": 2} | arguments)).completed
+    assert len(sine(1e3, 1.0, points=4)) == 4
+    assert Breakdown((1.0,), (4e7,)).field == (4e7,)
+    assert ShiftTable(20.0, (20.0,), (0.5,)).log10_shift_factor(20.0) == 0.0
+    for edge in (0.0, 40.0):
+        assert creep(MEASURED, HOLD, temperature=edge, points_per_decade=2).completed
+    assert driven([VoltageStep(1e3, duration=0.0)], prestretch=1.0, relax=0.0, points_per_decade=1)() is not None
+
+
+def test_each_case_has_its_own_material_whatever_the_others_are() -> None:
+    shortest = replace(SOLID, spectrum=SOLID.spectrum.slowest(1), equilibrium_modulus=4e4)
+    longest = replace(MEASURED, spectrum=Spectrum([1e3, 50.0, 2.0], [1e4, 2e4, 5e4]), permittivity=None)
+    # the shift table knows nothing of 99 degC, and need not
+    materials, temperature = [longest, shortest, longest, SOLID], [10.0, 99.0, 30.0, 99.0]
+    together = creep(materials, HOLD, temperature=temperature, points_per_decade=3)
+    for case, (material, at) in enumerate(zip(materials, temperature, strict=True)):
+        alone = creep(material, HOLD, temperature=at, points_per_decade=3)
+        np.testing.assert_allclose(together.stretch_1[case], alone.stretch_1[0], rtol=1e-6)

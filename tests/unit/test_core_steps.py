@@ -130,6 +130,14 @@ def test_too_many_steps_end_a_case_where_it_is(monkeypatch: pytest.MonkeyPatch) 
     assert result.state[0] == pytest.approx(system.exact(np.zeros(2), result.time), abs=1e-6)
 
 
+def test_what_gets_on_slowly_is_not_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "STALL_STEPS", 20)
+    system = Chasing(np.ones(2), np.array([20.0, 0.1]))
+    result = integrate(system, np.zeros((1, 2)), np.full(2, 10.0), rtol=1e-8)
+    assert np.all(result.status == Status.COMPLETED)
+    assert result.steps[0] > 100
+
+
 def test_cases_that_last_no_time_stay_where_they_are() -> None:
     start, notes = np.array([[0.3, 0.4]]), Notes(2)
     result = integrate(Chasing(np.ones(2), np.ones(2)), start, np.array([0.0, 1.0]), rtol=1e-6, observe=notes, method=RODAS5P)

@@ -437,7 +437,7 @@ def test_strain_and_stress_of_an_export_are_a_relaxation_test_by_its_name(tmp_pa
     steps = [
         Step("Peak hold - 1", *names, rows),
         Step("Stress relaxation - 2", *names, rows[1:]),
-        Step("Creep - 3", *names, rows[1:]),
+        Step("Creep - 3", *names, [[20.0, 1.0, 2.0, 100.0], [20.0, 2.0, 4.0, 100.0]]),
     ]
     name = export(tmp_path, steps)
     (relaxed,) = read(tmp_path, file=name, measurement="relaxation", test="tension").measurements
@@ -508,3 +508,17 @@ def test_equal_names_of_columns_are_refused(tmp_path: Path) -> None:
     sweep_file(tmp_path, "T [degC],f [Hz],E' [Pa],E' [Pa]")
     with pytest.raises(InputError, match=r'sweep.csv: column "E\'" for storage stands there 2 times'):
         read(tmp_path, file="sweep.csv", columns=SWEEP)
+
+
+@pytest.mark.parametrize(
+    ("measurement", "held", "constant", "other"),
+    [("relaxation", "stress", "stress", "creep"), ("creep", "strain", "strain", "relaxation")],
+)
+def test_what_is_held_tells_creep_from_relaxation(tmp_path: Path, measurement: str, held: str, constant: str, other: str) -> None:
+    time = np.geomspace(1, 1000, 20)
+    rows = [(T, t, *((0.01, 1e4 / t**0.2) if held == "strain" else (0.01 * t**0.2, 1e4))) for T in (20.0, 40.0) for t in time]
+    (tmp_path / "dma.csv").write_text(table("T [degC],t [s],strain [1],stress [Pa]", np.array(rows)))
+    columns = {"temperature": "T", "time": "t", "strain": "strain", "stress": "stress"}
+    with pytest.warns(DielastWarning, match=f'the {constant} is constant .* as in {other}: say measurement = "{other}"'):
+        read(tmp_path, file="dma.csv", columns=columns, measurement=measurement)
+    read(tmp_path, file="dma.csv", columns=columns, measurement=other)

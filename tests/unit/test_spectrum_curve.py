@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dielast.characterise.curve import long_time_end, short_time_end, votes
+from dielast.characterise.curve import least_modulus, long_time_end, short_time_end, votes
+from dielast.characterise.spectrum import fit_spectrum
 
 
 def test_points_far_apart_count_one_each_and_crowds_share() -> None:
@@ -39,3 +40,19 @@ def test_ends_are_read_from_a_straight_line_through_a_decade_of_noisy_points() -
 
 def test_a_lone_end_point_speaks_for_itself() -> None:
     assert long_time_end(np.array([-3.0, 0.0, 4.0]), np.array([3.0, 2.0, 1.0])) == (1.0, 0.0)
+
+
+def test_the_least_modulus_is_not_below_a_curve_that_bends_to_its_plateau() -> None:
+    x = np.linspace(-2, 3, 200)
+    modulus = 3e4 + 3e5 * np.exp(-(10**x) / 100)
+    assert long_time_end(x, modulus).modulus < 0.8 * modulus[-1]
+    assert modulus[-1] <= least_modulus(x, modulus) < 1.02 * modulus[-1]
+    straight = 1e6 * 10 ** (-0.5 * x)
+    assert 1 <= least_modulus(x, straight) / straight[-1] < 10 ** (0.5 * 0.13)
+
+
+def test_the_true_equilibrium_modulus_of_a_late_process_is_taken() -> None:
+    time = np.logspace(-4, 4, 400)
+    modulus = 3e4 + 3e5 * np.exp(-time[:, None] / np.array([1e-2, 1e3])).sum(axis=1)
+    fit = fit_spectrum(time, modulus, method="nnls", branches=6, relaxation_time=(1e-2, 1e3), equilibrium_modulus=3e4)
+    assert fit.rms_relative_error < 1e-6
