@@ -163,7 +163,8 @@ def read_measured(
 def decode(content: bytes, source: str, encoding: str | None = None) -> str:
     """The text in `content`: UTF-8, UTF-16 if marked or plainly so, or else latin-1, unless `encoding` is stated.
 
-    Its lines end in a line feed, whatever system they come from. Raises `InputError` naming `source` if it is no text, or an unknown encoding.
+    Its lines end in a line feed, whatever system they come from. Raises `InputError` naming `source` if it is no text, a workbook,
+    or in an unknown encoding.
     """
     if content.startswith(_WORKBOOK):
         raise InputError(f"{source}: not a text table but a workbook (Excel): save it as CSV")

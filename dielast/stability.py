@@ -24,8 +24,9 @@ from dielast.point import Points
 
 FOLD_STEPS, FOLD_REACH = 6, 1e-2  # Newton steps to a fold, and how far, relatively, it may be
 HOLD = 1e4  # modulus of the damper, over the equilibrium spring's
-HASTE = 1e-10  # its relaxation time, over the fastest of the film's own
-ELASTIC_RATE = 1e4  # 1/s, stands for that of a film without branches
+HASTE = 1e-12  # its relaxation time, over the fastest of the film's own
+# 1/s, stands for that of a film whose branches are all slower, or that has none: the damper must be fast beside the load, too
+SLOWEST_RATE = 1e4
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,11 +139,11 @@ def damped(points: Points) -> Points:
     equilibrium.
 
     There the film's other springs, frozen, cannot hold the load, and the equations would lose their index; with the damper the
-    film runs away within some 1e-10 of its fastest relaxation time, on the path that a real film's fastest processes would let it
-    take.
+    film runs away at once, beside its fastest relaxation time and beside any load, on the path that a real film's fastest
+    processes would let it take.
     """
     fastest = points.rate.max(axis=0)
-    rate = np.where(fastest > 0, fastest, ELASTIC_RATE) / HASTE
+    rate = np.maximum(fastest, SLOWEST_RATE) / HASTE
     modulus = np.maximum(HOLD * points.modulus[0], points.modulus.sum(axis=0))
     law = points.law
     if isinstance(law, Gent):

@@ -48,7 +48,8 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     """H(ln tau) of the curve that `fit` was made of, with its equilibrium modulus, from half a decade before its first time to a
     decade past its last.
 
-    Warns where H falls apart into many pieces. Raises `InputError` for a creep curve, which gives no relaxation spectrum but by way of a discrete one.
+    Warns where H falls apart into many pieces. Raises `InputError` for a creep curve, which gives no relaxation spectrum but by
+    way of a discrete one.
     """
     if fit.test == "creep":
         raise InputError("a creep curve has no continuous relaxation spectrum of its own: only its discrete one is converted")
@@ -66,8 +67,8 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     pieces = int(np.count_nonzero(np.diff((solution.strength > 0).astype(int)) > 0)) + int(solution.strength[0] > 0)
     if pieces > _PIECES:
         warn(
-            f"the continuous spectrum falls apart into {pieces} pieces: the curve's errors are alike from point to point, or it was "
-            "made of a discrete spectrum; only the course of H on average means something"
+            f"the continuous spectrum falls apart into {pieces} pieces: the curve's errors are alike from point to point, or it "
+            "was made of a discrete spectrum; only the course of H on average means something"
         )
     width = float(np.log(longest / shortest) / (grid.size - 1))
     error = float(np.sqrt(np.mean((model / curve.values - 1) ** 2)))

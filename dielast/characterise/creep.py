@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.characterise.curve import End, long_time_end, votes
+from dielast.characterise.curve import End, least_modulus, long_time_end, votes
 from dielast.characterise.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.characterise.judge import Ends, check_counts, check_ends, check_moduli, judge_equilibrium, judge_fit, sorted_points
 from dielast.characterise.nnls import Curve, Known, Solution, Total, fit_strengths
@@ -47,7 +47,7 @@ def fit_creep(
     check_ends(retardation_time)
     curve = Curve(time, 3 * measured[None], votes(np.log10(time)), CREEP)
     softest = long_time_end(np.log10(time), 1 / curve.size)
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * softest.modulus)
+    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), 1 / curve.size))
     solution, own_time = _fit(curve, branches, retardation_time, equilibrium_modulus, glassy_modulus)
     retardation = RetardationSpectrum(own_time, solution.strength, *solution.constants.tolist())
     if solution.strength.any() or retardation.fluidity > 0:

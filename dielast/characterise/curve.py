@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 # A hair more than round figures, so that round spacings of the points are not at the mercy of rounding.
 _NEIGHBOURHOOD = 0.025 + 1e-6  # decades to either side: twenty votes a decade, about the width of one relaxation process
 _END = 1.0 + 1e-6  # decades at either end of the curve from which its modulus there is taken
+_LAST = 0.25 + 1e-6
 
 
 def votes(log10_time: Array) -> Array:
@@ -41,6 +42,16 @@ def short_time_end(log10_time: Array, modulus: Array) -> End:
 def long_time_end(log10_time: Array, modulus: Array) -> End:
     """The smallest modulus of a relaxation curve, smoothed: a straight line in log-log through its last decade, where it ends."""
     return _end(log10_time, modulus, at=float(log10_time[-1]))
+
+
+def least_modulus(log10_time: Array, modulus: Array) -> float:
+    """What a relaxation curve surely falls to: the modulus of its end, or its mean over the last quarter decade if that is more.
+
+    Where the last decade bends towards a plateau, a straight line through it ends below the curve.
+    """
+    last = log10_time >= log10_time[-1] - _LAST
+    mean = float(10 ** np.average(np.log10(modulus[last]), weights=votes(log10_time[last])))
+    return max(long_time_end(log10_time, modulus).modulus, mean)
 
 
 def _end(log10_time: Array, modulus: Array, at: float) -> End:

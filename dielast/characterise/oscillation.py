@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.characterise.curve import long_time_end, votes
+from dielast.characterise.curve import least_modulus, long_time_end, votes
 from dielast.characterise.judge import Ends, check_counts, check_ends, check_moduli, judge_equilibrium, judge_fit, sorted_points
 from dielast.characterise.nnls import Curve, Total, fit_strengths
 from dielast.characterise.response import OSCILLATION
@@ -45,7 +45,7 @@ def fit_oscillation(
     time, measured = 1 / frequency[::-1], np.stack([storage, loss])[:, ::-1]
     curve = Curve(time, measured / 3, votes(np.log10(time)), OSCILLATION)
     plateau = long_time_end(np.log10(time), curve.values[0])
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * plateau.modulus)
+    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), curve.values[0]))
     known = None if equilibrium_modulus is None else equilibrium_modulus / 3
     tau = placed_times(curve, branches, relaxation_time, (known,), _PAST)
     solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (0.0,)))

@@ -52,7 +52,8 @@ class CardOptions:
     hyperelastic: None keeps the material's springs; "gent", "neo-hookean" or "yeoh" allows what the material is not.
     J_lim: one limit for every spring, for codes that know only one. moduli: "instantaneous" or "long-term", for codes that leave
     the choice. bulk_modulus (Pa) or poisson_ratio (at time zero): for what is compressible; the material itself is not.
-    density in kg/m^3. temperature (degC): where a card holds whose code cannot carry the shift law.
+    density in kg/m^3. temperature (degC): where a card holds whose code cannot carry the shift law. notes: further lines for the
+    card's comments, ASCII.
     """
 
     units: str = "SI"
@@ -64,6 +65,7 @@ class CardOptions:
     poisson_ratio: float | None = None
     density: float | None = None
     temperature: float | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for key, value, known in (
@@ -142,7 +144,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     if code.most_terms is not None and terms > code.most_terms:
         raise InputError(
             f"export.formats: {code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "
-            "fit fewer ([fit] branches) or keep the slowest ([truncate] keep)"
+            "fit fewer ([fit] branches), or as many as a window of times needs ([reduce] window)"
         )
     if material.equilibrium_modulus == 0 and not code.flows:
         raise InputError(
@@ -155,6 +157,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
         f"Name in dielast: {plain(material.name)}",
         f"Units: {units.names}; moduli are shear moduli unless said otherwise.",
         note,
+        *options.notes,
     ]
     if dropped:
         notes.append(f"Left out: branches of zero modulus ({dropped}).")

@@ -14,8 +14,8 @@ from matplotlib.ticker import LogLocator
 
 from dielast.characterise.mastercurve import MasterCurve
 from dielast.characterise.measurement import FrequencySweep
-from dielast.plots.mastercurve import MOST_IN_LEGEND, POINTS, _points, _shift_factors, where_determined
 from dielast.plots.style import MARKERS, TEMPERATURES, degrees, log_axis, sheet, style
+from dielast.plots.superposition import MOST_IN_LEGEND, POINTS, points, shift_factors, where_determined
 
 
 def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], title: str | None = None) -> Figure:
@@ -29,7 +29,7 @@ def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], titl
         for curve in sorted(curves, key=lambda curve: curve.temperature):
             index = int(np.argmin(np.abs(result.temperature - curve.temperature)))
             for filled, modulus in ((True, curve.storage_modulus), (False, curve.loss_modulus)):
-                _points(raw, curve.angular_frequency, modulus, colour, curve.temperature, index, filled=filled)
+                points(raw, curve.angular_frequency, modulus, colour, curve.temperature, index, filled=filled)
         _superposed(moduli, tangent, result, colour)
         for axes in (raw, moduli):
             log_axis(axes, "x")
@@ -48,7 +48,7 @@ def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], titl
         _legend(moduli, result)
         if result.temperature.size > MOST_IN_LEGEND:
             figure.colorbar(colour, ax=[moduli, tangent], label="temperature [°C]", pad=0.01, aspect=40)
-        _shift_factors(shift, result)
+        shift_factors(shift, result)
         for letter, axes in zip("abcd", (raw, shift, moduli, tangent), strict=True):
             axes.set_title(f"({letter})", loc="left")
     return figure
@@ -61,7 +61,7 @@ def _superposed(moduli: Axes, tangent: Axes, result: MasterCurve, colour: Scalar
         here = result.point_temperature == temperature
         across = result.reduced_angular_frequency[here]
         for axes, value, filled in ((moduli, storage, True), (moduli, loss, False), (tangent, loss / storage, True)):
-            _points(axes, across, value[here], colour, float(temperature), index, most, filled=filled)
+            points(axes, across, value[here], colour, float(temperature), index, most, filled=filled)
     seen = where_determined(result)
     for axes, value in (
         (moduli, result.smooth_ordinates[0]),

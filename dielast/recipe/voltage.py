@@ -27,6 +27,8 @@ from dielast.recipe.uncertainty import FilmUncertainty
 from dielast.units import STRAIN, TIME, parse
 
 BOUNDARIES = ("dead-load", "clamped")
+# columns that only a comparison and a plot have: the electrode, as a camera sees it
+MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 
 
 def _boundary(value: Any) -> tuple[str, str]:
@@ -164,6 +166,21 @@ class ActuateRecipe(SimulationRecipe):
     pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
     stop: Stop = Field(Stop(), description="Where the simulation ends.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
+
+    @model_validator(mode="after")
+    def _a_diameter_for_axes(self) -> Self:
+        places = [("plot", self.plot), *((f"compare[{index}]", one) for index, one in enumerate(self.compare))]
+        for place, one in places:
+            for key, header in (("x", one.x), ("y", one.y)):
+                if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
+                    raise InputError(f'{place}.{key}: "{header}" is of the electrode: state film.electrode_diameter')
+        return self
+
+    @model_validator(mode="after")
+    def _no_noise(self) -> Self:
+        if self.output.noise is not None:
+            raise InputError("output.noise: only relax and creep make test data with noise")
+        return self
 
 
 class MapFilm(FilmBase):

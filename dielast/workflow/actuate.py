@@ -14,7 +14,7 @@ from dielast.material import Material
 from dielast.plausible import doubt_breakdown
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown
-from dielast.recipe.voltage import ActuateRecipe
+from dielast.recipe.voltage import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe
 from dielast.simulate.actuate import ActuationHistory, Event, actuate
 from dielast.simulate.voltage import VoltageStep
 from dielast.stability import TimeScale
@@ -45,8 +45,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 MEASURED = "relative_stretch_1 [1]"
-# columns that only a comparison needs: the electrode, as a camera sees it
-MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:

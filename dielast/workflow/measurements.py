@@ -22,6 +22,7 @@ from dielast.workflow.parts import MANY, Part, parts_of
 Array = NDArray[np.float64]
 
 AGREEMENT = 0.01  # relative, between a column of frequencies and one of angular frequencies
+HELD, CHANGES = 0.02, 0.2  # spread, relative to the largest, of what a test holds, and of what is not held
 VISCOSITY_AGREEMENT = 0.1  # the same for a complex viscosity, rounded as it may be
 
 
@@ -218,8 +219,20 @@ def _ordinates(part: Part, column: Callable[[str], Array], lines: NDArray[np.int
         return np.asarray(scale * column(plain))[None]
     divisor = column(under)
     doubt_strain(divisor if under == "strain" else column(over))
+    _doubt_held(part, held=divisor, answer=column(over))
     _refuse(part, lines, divisor == 0, under, f"is zero, so {over} / {under} is no {plain}")
     return np.asarray(scale * column(over) / divisor)[None]
+
+
+def _doubt_held(part: Part, held: Array, answer: Array) -> None:
+    """Warn where what the test holds, the strain of relaxation or the stress of creep, changes, and its answer does not."""
+    spread = [float(np.ptp(np.abs(own))) / float(np.max(np.abs(own), initial=1e-300)) for own in (held, answer)]
+    if spread[0] > CHANGES > HELD > spread[1]:
+        constant, other = ("stress", "creep") if part.measurement == "relaxation" else ("strain", "relaxation")
+        warn(
+            f'{part.table.source}: the {constant} is constant and the other changes, as in {other}: say measurement = "{other}" '
+            "if that was measured"
+        )
 
 
 def _stated_temperature(part: Part, data: MeasurementData) -> float:

@@ -65,13 +65,15 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
         for first, end in chunks:
             yield solve_cells(plan, first, end)
         return
-    with ProcessPoolExecutor(min(execution.jobs, len(chunks)), initializer=_receive, initargs=(plan,)) as pool:
-        try:
-            for future in as_completed([pool.submit(_solve_own, *chunk) for chunk in chunks]):
-                yield future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    pool = ProcessPoolExecutor(min(execution.jobs, len(chunks)), initializer=_receive, initargs=(plan,))
+    finished = False
+    try:
+        for future in as_completed([pool.submit(_solve_own, *chunk) for chunk in chunks]):
+            yield future.result()
+        finished = True
+    finally:
+        # told once: a second shutdown, as at the end of a with statement, would take back that nothing more is to be begun
+        pool.shutdown(wait=finished, cancel_futures=True)
 
 
 def _receive(plan: MapPlan) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,8 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
         drawn = draw_materials(recipe.mastercurve, curve, result, material, recipe.fit, inputs)
     files = {"material.toml": write_material(material, None if drawn is None else DRAWS)}
     if recipe.export is not None:
-        cards = export_cards(material, tuple(recipe.export.formats), recipe.export.options())
+        options = replace(recipe.export.options(), notes=_validity(result, recipe, reduction))
+        cards = export_cards(material, tuple(recipe.export.formats), options)
         files |= {name: text.encode() for name, text in cards.items()}
     found, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
     if drawn is None:
@@ -136,6 +138,26 @@ def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
         raise InputError(*(f"reduce: {message}" for message in error.messages)) from None
     _warn_of_unmeasured(result, shift, reduction, reduce)
     return reduction
+
+
+def _validity(result: SpectrumFit, recipe: SpectrumRecipe, reduction: Reduction | None) -> tuple[str, ...]:
+    """What a card says of branches that were left out; warns of a card for a temperature that the spectrum was not reduced for."""
+    if recipe.truncate is not None:
+        kept, shortest = len(result.spectrum), result.spectrum.relaxation_time[-1]
+        return (f"Truncated to the {kept} slowest branches: what relaxes faster than {shortest:.3g} s is left out.",)
+    if reduction is None or recipe.reduce is None:
+        return ()
+    first, last = recipe.reduce.window
+    temperatures, error = np.unique(reduction.test_temperature), reduction.max_relative_error
+    alone = None if recipe.export is None else recipe.export.temperature
+    if alone is not None and not temperatures[0] <= alone <= temperatures[-1]:
+        warn(f"export.temperature: {alone:g} degC is outside of reduce.temperatures: the spectrum was not reduced for it")
+    there = ", ".join(f"{own:g}" for own in temperatures)
+    return (
+        f"Reduced from {len(result.spectrum)} to {len(reduction.spectrum)} branches: G(t) within {error:.2%} "
+        f"from {first:g} to {last:g} s at {there} degC;",
+        "faster processes are left out, so that the instantaneous modulus is not the glassy one.",
+    )
 
 
 def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reduction, reduce: Reduce) -> None:

@@ -89,6 +89,7 @@ def main() -> None:
     """Make the environments, run, compare, tell."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--run", type=Path, help="only run every recipe into this folder")
+    parser.add_argument("--python", action="append", help="an interpreter to use; repeatable; by default those found on the path")
     options = parser.parse_args()
     if options.run is not None:
         write_results(options.run)
@@ -96,19 +97,21 @@ def main() -> None:
     wrong = 0
     with tempfile.TemporaryDirectory() as scratch:
         cases = []
-        for python in filter(runs, PYTHONS):
+        for python in filter(runs, options.python or PYTHONS):
             cases += [(python, "newest", [], threads) for threads in (1, 2)] + [(python, "oldest", oldest(), 1)]
         print(f"{'python':12} {'versions':8} {'numpy':8} {'scipy':8} threads  largest difference")
         for python, name, pins, threads in cases:
-            folder = Path(scratch) / f"{python}-{name}"
+            folder = Path(scratch) / f"{abs(hash(python))}-{name}"
             interpreter = folder / "bin" / "python" if folder.exists() else environment(folder, python, pins)
-            out = Path(scratch) / f"out-{python}-{name}-{threads}"
+            out = Path(scratch) / f"out-{folder.name}-{threads}"
             settings = {name: str(threads) for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
             subprocess.run([interpreter, __file__, "--run", out], check=True, env=os.environ | settings, cwd=scratch)
-            said = "import numpy, scipy; print(numpy.__version__, scipy.__version__)"
-            numpy, scipy = subprocess.run([interpreter, "-c", said], capture_output=True, text=True, check=True).stdout.split()
+            said = "import platform, numpy, scipy; print(platform.python_version(), numpy.__version__, scipy.__version__)"
+            version, numpy, scipy = subprocess.run(
+                [interpreter, "-c", said], capture_output=True, text=True, check=True
+            ).stdout.split()
             worst, where, other = compare(out)
-            print(f"{python:12} {name:8} {numpy:8} {scipy:8} {threads:7}  {max(worst, LEAST):.1e}  {where}", flush=True)
+            print(f"{version:12} {name:8} {numpy:8} {scipy:8} {threads:7}  {max(worst, LEAST):.1e}  {where}", flush=True)
             for line in other[:10]:
                 print(f"    {line}")
             wrong += len(other)

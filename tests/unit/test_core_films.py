@@ -97,6 +97,22 @@ def test_a_map_knows_the_field_at_which_it_broke() -> None:
     assert history.outcome[0].time == event.time
 
 
+@pytest.mark.parametrize("prestretch", [1.8, (1.9, 1.7)])
+def test_breakdown_on_the_way_of_a_voltage_applied_at_once_is_at_the_breakdown_field(prestretch: Any) -> None:
+    arguments: dict[str, Any] = {"thickness": 5e-4, "prestretch": prestretch, "relax": 10.0, "breakdown_field": 48e6}
+    for voltage in (7.5e3, 8e3, 2e4):
+        history = actuate(SOLID, [VoltageStep(voltage)], **arguments)
+        (event,) = [event for event in history.events[0] if event.name == "breakdown"]
+        assert event.time == 0.0
+        assert event.voltage < voltage
+        assert event.true_field == pytest.approx(48e6, rel=1e-5)  # a load is divided no further than by 1e-7
+
+
+def test_a_map_may_begin_at_no_voltage() -> None:
+    result = failure_map(SOLID, voltage=[0.0, 0.5], prestretch=[1.6], thickness=5e-4, horizon=10.0)
+    assert result.failure_mode.tolist() == [[["none", "none"]]]
+
+
 @pytest.mark.parametrize("internal", [True, False])
 def test_output_on_its_own_grid_is_output_at_these_times(internal: bool) -> None:
     steps = [Step(stretch=1.8, rate=0.2), Step.hold(20.0), Step(stretch=1.2, rate=-0.5)]
@@ -121,3 +137,15 @@ def test_at_the_moment_of_a_load_applied_at_once_given_times_show_what_was_befor
     assert np.all(np.diff(grid.time[0]) >= 0)
     moment = np.flatnonzero(grid.time[0] == 2.0)
     assert grid.nominal_stress_1[0, moment].tolist() == pytest.approx([1e4] * (len(moment) - 1) + [3e4])
+
+
+def test_the_last_output_time_may_be_the_end_but_for_rounding() -> None:
+    late = 0.1 + 0.2
+    assert late > 0.3
+    creeping = creep(SOLID, [Step(stress=1e4, duration=0.1), Step.hold(0.3 - 0.1)], times=[0.1, late])
+    assert np.isfinite(creeping.stretch_1).all()
+    driven = actuate(
+        SOLID, [VoltageStep(1e3, duration=0.3)], thickness=5e-4, prestretch=1.6, relax=10.0, times=[0.1, late], stop_at="end"
+    )
+    assert driven.voltage[0] == pytest.approx([1e3 / 3, 1e3])
+    assert np.isfinite(driven.stretch_1).all()

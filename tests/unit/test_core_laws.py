@@ -23,6 +23,7 @@ def test_limits_of_each_case_are_joined_and_taken_case_by_case() -> None:
     some = np.array([2, 0])
     assert np.array_equal(kinematics.stress(law.take(some), squared[..., some]), stress[..., some])
     assert np.array_equal(law.largest_invariant(), 3 + np.stack((first, rest, rest)))
+    assert np.array_equal(FirstAndRest(Gent(first), Gent(rest)).largest_invariant(), 3 + np.stack((first, rest)))
     apart = FirstAndRest(Gent(first[None]), Gent(np.stack((rest, rest))))
     assert np.array_equal(kinematics.stress(apart.take(some), squared[..., some]), stress[..., some])
     assert np.array_equal(kinematics.energy(apart, squared), kinematics.energy(law, squared))

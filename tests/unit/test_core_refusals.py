@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from dielast.ensemble import draw_sample
 from dielast.errors import InputError, NumericsError
@@ -20,7 +21,7 @@ from dielast.shift import NoShift, ShiftTable
 from dielast.simulate.actuate import actuate
 from dielast.simulate.creep import creep
 from dielast.simulate.failure_map import plan_failure_map
-from dielast.simulate.history import run
+from dielast.simulate.history import out_of_reach, run
 from dielast.simulate.relax import relax
 from dielast.simulate.voltage import VoltageStep, sine, triangle, voltage_table
 
@@ -70,9 +71,14 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
         (driven([VoltageStep(1e3, duration=[1.0, -1.0])]), r"step 0: duration -1 s: it must not be negative"),
         (driven([VoltageStep(1e3)], thickness=[5e-4, 0.0]), r"thickness 0 m: it must be positive"),
         (driven([VoltageStep(1e3)], breakdown_field=[4e7, 0.0]), r"breakdown field 0 V/m: it must be positive"),
+        (
+            driven([VoltageStep(1e3)], breakdown_field=Breakdown((1.5, 2.0), (4e7, 5e7)), prestretch=[1.6, 2.5, 1.7]),
+            r"case 1: prestretch 2.5: the breakdown field is known for prestretches of 1.5 to 2, not of 2.5",
+        ),
         (driven([VoltageStep(1e3)], prestretch_rate=[0.1, 0.0]), r"prestretch rate 0 /s: it must be positive"),
         (driven([VoltageStep(1e3)], temperature=[20.0, np.inf]), r"every temperature must be finite"),
-        (driven([VoltageStep(1e3)], rtol=0.2), r"rtol 0.2 is not between 1e-12 and 0.1"),
+        (driven([VoltageStep(1e3)], rtol=0.10001), r"rtol 0.10001 is not between 1e-12 and 0.1"),
+        (lambda: creep(SOLID, HOLD, rtol=0.9999e-12), r"rtol 9.999e-13 is not between 1e-12 and 0.1"),
         (lambda: relax(SOLID, [Step(stretch=2.0, rate=[1.0, 0.0])]), r"step 0: rate 0 never reaches the target"),
         (lambda: relax(SOLID, [Step(stretch=2.0, duration=[1.0, -1.0])]), r"step 0: duration -1 s: it must not be negative"),
         (lambda: relax(SOLID, [Step(stretch=[2.0, 0.0])]), r"step 0: stretch 0: it must be positive"),
@@ -186,3 +192,20 @@ def test_each_case_has_its_own_material_whatever_the_others_are() -> None:
     for case, (material, at) in enumerate(zip(materials, temperature, strict=True)):
         alone = creep(material, HOLD, temperature=at, points_per_decade=3)
         np.testing.assert_allclose(together.stretch_1[case], alone.stretch_1[0], rtol=1e-6)
+
+
+def test_the_reach_of_a_stretch_is_the_limit_of_its_springs() -> None:
+    """I1 = lambda^2 + 2/lambda with the other axis free, lambda_1^2 + lambda_2^2 + 1/(lambda_1 lambda_2)^2 with both held."""
+    points = Points.of(SOLID, np.full(4, 20.0), 1e-6)
+    at_once, hair = np.array([False, False, True, True]), 1e-9
+    uniaxial = [brentq(lambda x, j=j: x**2 + 2 / x - 3 - j, 2.0, 20.0, xtol=1e-14) for j in (110.0, 55.0)]
+    beyond, limit = out_of_reach(
+        points, [np.array([uniaxial[0] - hair, uniaxial[0] + hair, uniaxial[1] - hair, uniaxial[1] + hair])], at_once
+    )
+    assert beyond.tolist() == [False, True, False, True]
+    assert limit.tolist() == [110.0, 110.0, 55.0, 55.0]
+    second = np.full(4, 1.7)
+    biaxial = [brentq(lambda x, j=j: x**2 + 1.7**2 + 1 / (1.7 * x) ** 2 - 3 - j, 2.0, 20.0, xtol=1e-14) for j in (110.0, 55.0)]
+    first = np.array([biaxial[0] - hair, biaxial[0] + hair, biaxial[1] - hair, biaxial[1] + hair])
+    assert out_of_reach(points, [first, second], at_once)[0].tolist() == [False, True, False, True]
+    assert out_of_reach(points, [], at_once)[0].tolist() == [False] * 4
