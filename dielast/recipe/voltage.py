@@ -169,11 +169,12 @@ class ActuateRecipe(SimulationRecipe):
 
     @model_validator(mode="after")
     def _a_diameter_for_axes(self) -> Self:
-        places = [("plot", self.plot), *((f"compare[{index}]", one) for index, one in enumerate(self.compare))]
-        for place, one in places:
-            for key, header in (("x", one.x), ("y", one.y)):
-                if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
-                    raise InputError(f'{place}.{key}: "{header}" is of the electrode: state film.electrode_diameter')
+        asked = [("plot.x", self.plot.x), ("plot.y", self.plot.y)]
+        for index, one in enumerate(self.compare):
+            asked += [(f"compare[{index}].x", one.x), (f"compare[{index}].y", one.y)]
+        for key, header in asked:
+            if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
+                raise InputError(f'{key}: "{header}" is of the electrode: state film.electrode_diameter')
         return self
 
     @model_validator(mode="after")

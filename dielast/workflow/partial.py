@@ -8,8 +8,9 @@ import hashlib
 import io
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import closing
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -41,21 +42,22 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
     done = sum(cells.status.size for cells in known.values())
     saved, due = len(known), 0.0
     try:
-        for cells in _solved(plan, waiting, execution):
-            known[cells.first] = cells
-            done += cells.status.size
-            if store is not None and done < plan.cells and time.monotonic() >= due:
-                _save(store, key, list(known.values()))
-                saved, due = len(known), time.monotonic() + PAUSE
-            if execution.progress is not None:
-                execution.progress(done, plan.cells)
+        with closing(_solved(plan, waiting, execution)) as solved:
+            for cells in solved:
+                known[cells.first] = cells
+                done += cells.status.size
+                if store is not None and done < plan.cells and time.monotonic() >= due:
+                    _save(store, key, list(known.values()))
+                    saved, due = len(known), time.monotonic() + PAUSE
+                if execution.progress is not None:
+                    execution.progress(done, plan.cells)
     finally:
         if store is not None and len(known) > saved and done < plan.cells:
             _save(store, key, list(known.values()))
     return list(known.values())
 
 
-def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Iterator[Cells]:
+def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:
     if execution.scheduler is not None and chunks:
         from dielast.workflow.cluster import solve_on
 

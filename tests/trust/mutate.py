@@ -2,11 +2,12 @@
 
 The places are drawn by chance from the numerical core, or from the modules that are named. First all tests run once, to learn which
 of them reach which line and how long they take. Then, for each change, a forked process that has numpy and its like imported
-already runs the tests that reach the line, shortest first, until one fails. Shown are the score of each module and the changes
-that no test noticed.
+already runs the tests that reach the line, the short ones and those that noticed most so far first, until one fails. Shown are the
+score of each module and the changes that no test noticed; `--numbers` tries some of them again, such as after a test was added.
 
 A change that cannot be noticed is none of the tests' business: numbers that only tell an iteration when to stop or a step how long
-to be (by rule, below), and what `equivalent.txt` lists with a reason, by hand. The scores are stated with and without these.
+to be (by rule, below), and what `equivalent.txt` lists with a reason, by hand. These are drawn as well, but not tried, and the
+scores are stated with and without them.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def write_results(out: Path) -> None:
 
 def compare(out: Path) -> tuple[float, str, list[str]]:
     """The largest relative difference of a number from the golden one, where it is, and what differs otherwise."""
-    from dielast.workflow.golden import NEGLIGIBLE, differences
+    from dielast.workflow.golden import NEGLIGIBLE, differences, golden_files, tolerances
 
     worst, where, other = 0.0, "", []
     for folder in sorted(path.parent for path in GOLDEN.glob("*/recipe.toml")):
@@ -70,8 +70,15 @@ def compare(out: Path) -> tuple[float, str, list[str]]:
             for path in (folder / "expected").glob("*"):
                 if path.name != "tolerance.toml":
                     shutil.copy(path, bare)
+            rounding = {
+                column
+                for columns in tolerances(folder / "expected", golden_files(folder / "expected")).values()
+                for column in columns
+            }
             for line in differences(contents, Path(bare), NEGLIGIBLE):
                 match = re.fullmatch(r"(.*): (\S+); golden (\S+)", line)
+                if any(f": {column}: " in line for column in rounding):
+                    continue
                 try:
                     assert match is not None
                     now, then = float(match[2]), float(match[3])
@@ -102,7 +109,11 @@ def main() -> None:
         print(f"{'python':12} {'versions':8} {'numpy':8} {'scipy':8} threads  largest difference")
         for python, name, pins, threads in cases:
             folder = Path(scratch) / f"{abs(hash(python))}-{name}"
-            interpreter = folder / "bin" / "python" if folder.exists() else environment(folder, python, pins)
+            try:
+                interpreter = folder / "bin" / "python" if folder.exists() else environment(folder, python, pins)
+            except subprocess.CalledProcessError:
+                print(f"{python}: the {name} versions cannot be installed", flush=True)
+                continue
             out = Path(scratch) / f"out-{folder.name}-{threads}"
             settings = {name: str(threads) for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
             subprocess.run([interpreter, __file__, "--run", out], check=True, env=os.environ | settings, cwd=scratch)

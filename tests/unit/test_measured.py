@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dielast.errors import InputError
-from dielast.measured import MeasuredTable, TextFormat, decode, read_measured
+from dielast.measured import MeasuredTable, TextFormat, decode, is_number, read_measured
 from dielast.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMPERATURE, TIME, VISCOSITY, Dimension, conversion
 
 DATA = [(0.1, 2.5), (1.0, 2.0), (10.5, 1.25)]
@@ -234,3 +234,14 @@ def test_text_from_any_system_has_the_same_line_ends(newline: str, encoding: str
 def test_a_workbook_is_named(content: bytes) -> None:
     with pytest.raises(InputError, match=r"dma.xlsx: not a text table but a workbook \(Excel\): save it as CSV"):
         read_measured(content, "dma.xlsx")
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_endless_digits_are_told_from_a_number_at_once(decimal: str) -> None:
+    digits = "1" * 500_000  # with a pattern that can read them in two ways this takes hours
+    assert is_number(digits, decimal)
+    assert not is_number(digits + "x", decimal)
+    for number in ("1", f"1{decimal}", f"{decimal}5", f"-1{decimal}5e-3", "+2E5"):
+        assert is_number(number, decimal)
+    for other in ("", decimal, "e5", "1e", f"1{decimal}{decimal}", "--1"):
+        assert not is_number(other, decimal)
