@@ -18,19 +18,18 @@ from dielast.point import FOLLOWER_WEIGHT, Points
 
 @dataclass(frozen=True, slots=True)
 class Symmetry:
-    """With A = lambda_1^2 of a spring: axis 2 has A^`second`, C = A^-`thinning`, I1 = `fronts` A + `backs` C, and a spring flows as
-    dx_1/dt = `flow` p / (3 tau).
+    """With A = lambda_1^2 of a spring: axis 2 has A^`second`, C = A^-`thinning`, I1 = `fronts` A + (3 - `fronts`) C, and a spring
+    flows as dx_1/dt = `flow` p / (3 tau).
     """
 
     second: float
     thinning: float
     fronts: int
-    backs: int
     flow: int
 
 
-UNIAXIAL = Symmetry(second=-0.5, thinning=0.5, fronts=1, backs=2, flow=2)
-EQUIBIAXIAL = Symmetry(second=1.0, thinning=2.0, fronts=2, backs=1, flow=1)
+UNIAXIAL = Symmetry(second=-0.5, thinning=0.5, fronts=1, flow=2)
+EQUIBIAXIAL = Symmetry(second=1.0, thinning=2.0, fronts=2, flow=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -149,7 +149,8 @@ def _history(
     stopped = status == Status.STOPPED
     if stopped.any():
         reached = np.where(stopped, happened.time[STOPS[stop_at][0]], reached)
-    values = np.where(time > reached[:, None], np.nan, values)
+    # a time that was asked for may lie beyond the end by rounding
+    values = np.where(time > reached[:, None] * (1 + 1e-12), np.nan, values)
     stretch = np.exp(0.5 * values[:2])
     outcome = tuple(
         Outcome(True, float(at), stop_at)

@@ -68,14 +68,15 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
             yield solve_cells(plan, first, end)
         return
     pool = ProcessPoolExecutor(min(execution.jobs, len(chunks)), initializer=_receive, initargs=(plan,))
-    finished = False
+    futures = [pool.submit(_solve_own, *chunk) for chunk in chunks]
     try:
-        for future in as_completed([pool.submit(_solve_own, *chunk) for chunk in chunks]):
+        for future in as_completed(futures):
             yield future.result()
-        finished = True
     finally:
-        # told once: a second shutdown, as at the end of a with statement, would take back that nothing more is to be begun
-        pool.shutdown(wait=finished, cancel_futures=True)
+        # one by one: a pool that nobody holds any more forgets that it was to cancel what it has not begun
+        for future in futures:
+            future.cancel()
+        pool.shutdown(wait=False)
 
 
 def _receive(plan: MapPlan) -> None:

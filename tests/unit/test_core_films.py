@@ -144,3 +144,10 @@ def test_the_last_output_time_may_be_the_end_but_for_rounding() -> None:
     assert late > 0.3
     creeping = creep(SOLID, [Step(stress=1e4, duration=0.1), Step.hold(0.3 - 0.1)], times=[0.1, late])
     assert np.isfinite(creeping.stretch_1).all()
+
+
+def test_the_last_time_is_told_though_it_lies_beyond_the_end_by_rounding() -> None:
+    steps = [VoltageStep(1e3, duration=0.3)]
+    result = actuate(SOLID, steps, thickness=5e-4, prestretch=1.6, relax=10.0, times=[0.1, 0.1 + 0.2], stop_at="end")
+    assert 0.1 + 0.2 > 0.3
+    assert np.all(np.isfinite(result.stretch_1))
