@@ -223,4 +223,5 @@ def _programme(
     if found.x is None:
         raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {found.message}")
     moved = log_tau + found.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
-    return moved, found.x[: tau.size] * scale, float(found.x[-1])
+    # the programme holds its bounds to some 1e-7 only
+    return moved, np.maximum(found.x[: tau.size], 0.0) * scale, float(found.x[-1])

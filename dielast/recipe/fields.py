@@ -144,7 +144,7 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     base = Path(names).anchor
     try:
         found = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
-    except (OSError, ValueError, NotImplementedError) as error:
+    except (OSError, ValueError, NotImplementedError, RecursionError) as error:
         raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
     if not found:
         raise InputError(f"{shown(names)}: no file matches")

@@ -293,7 +293,7 @@ def _runs(scratch: Path) -> dict[str, Target]:
         export_file.write_bytes(data)
         return read_measurements(export.data, Inputs(folder))
 
-    result["export"] = Target("export", exports, exported, ["export.txt"])
+    result["export"] = Target("export", exports, exported, ["export.txt", "there are "])
 
     relax = model("relax", 'kind = "relax"\nmaterial = "example:vhb4905.toml"\nmode = "uniaxial"\n[[step]]\ntable = "load.csv"\n')
     assert isinstance(relax, RelaxRecipe)
