@@ -8,9 +8,9 @@ import hashlib
 import io
 import signal
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -70,8 +70,9 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
     pool = ProcessPoolExecutor(min(execution.jobs, len(chunks)), initializer=_receive, initargs=(plan,))
     futures = [pool.submit(_solve_own, *chunk) for chunk in chunks]
     try:
-        for future in as_completed(futures):
-            yield future.result()
+        with _terminated_as_interrupted():
+            for future in as_completed(futures):
+                yield future.result()
     finally:
         # one by one: a pool that nobody holds any more forgets that it was to cancel what it has not begun
         for future in futures:
@@ -79,10 +80,25 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
         pool.shutdown(wait=False)
 
 
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """Let a SIGTERM interrupt as Ctrl-C does, so that no process is left working for nobody."""
+    try:
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    except ValueError:  # not the main thread, which alone may say so
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 def _receive(plan: MapPlan) -> None:
     global _plan
     # an interrupt is the parent's to answer
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _plan = plan
 
 

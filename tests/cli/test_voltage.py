@@ -168,6 +168,25 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
         assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
+def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 9000"))
+    command = [sys.executable, "-c", "from dielast.cli import main; main()", "failure-map", "m.toml", "--jobs", "2", "-o", "out"]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "out/.unfinished").exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=60)
+    assert (process.returncode, said) == (130, "interrupted\n")
+    while time.monotonic() < deadline + 60:
+        try:
+            os.killpg(process.pid, 0)  # is anybody of its session left?
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    pytest.fail("processes were left behind")
+
+
 @pytest.mark.parametrize(
     ("base", "old", "new", "message"),
     [
