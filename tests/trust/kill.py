@@ -100,6 +100,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # what a job in the background starts would ignore it
     with tempfile.TemporaryDirectory() as folder:
         found = []
         for kind in options.kind or CHANGES:

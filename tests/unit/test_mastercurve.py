@@ -324,3 +324,18 @@ def test_one_wild_point_cuts_no_curve_off(at: int, factor: float) -> None:
     wrong = [*data[:-1], RelaxationCurve(130.0, TIME[few], values)]
     np.testing.assert_allclose(build(wrong).log10_shift_factor[:-1], right.log10_shift_factor[:-1], atol=0.01)
     np.testing.assert_allclose(build(wrong).log10_shift_factor[-1], right.log10_shift_factor[-1], atol=0.1)
+
+
+def test_the_smooth_curve_with_free_vertical_shifts_is_that_of_the_reference_temperature() -> None:
+    time = np.geomspace(1, 1e4, 30)
+    raised = {0.0: 1.3, 20.0: 1.0, 40.0: 0.8}  # measured moduli over those that superpose
+    curves = [
+        RelaxationCurve(t, time, factor * 1e6 * (1 + time * 10 ** ((t - 20) / 15)) ** -0.4 + factor * 1e5)
+        for t, factor in raised.items()
+    ]
+    for reference in raised:
+        master = build_master_curve(curves, reference_temperature=reference, law="table", vertical="free")
+        own = next(curve for curve in curves if curve.temperature == reference)
+        inside = (time > master.smooth_reduced_time[0]) & (time < master.smooth_reduced_time[-1])
+        smooth = np.interp(np.log(time[inside]), np.log(master.smooth_reduced_time), np.log(master.smooth_modulus))
+        np.testing.assert_allclose(smooth, np.log(own.modulus[inside]), atol=0.02)
