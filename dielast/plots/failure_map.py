@@ -28,11 +28,16 @@ CONTOURS = {1.0: "1 s", 60.0: "1 min", 600.0: "10 min", 3600.0: "1 h", 21600.0: 
 
 
 def plot_failure_map(
-    result: FailureMap, lines: Sequence[LifetimeLine], title: str | None = None, bounds: tuple[Array, Array] | None = None
+    result: FailureMap,
+    lines: Sequence[LifetimeLine],
+    title: str | None = None,
+    bounds: tuple[Array, Array] | None = None,
+    interval: str = "interval",
 ) -> Figure:
     """Time to failure over voltage for some films; for many prestretches of the first temperature also the map.
 
-    `bounds`, lower and upper of the time to failure and of its shape, are drawn as bands; infinite is beyond the horizon.
+    `bounds`, lower and upper of the time to failure and of its shape, are drawn as bands, which the legend calls
+    `interval`; infinite is beyond the horizon.
     """
     equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
     mapped = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP and equibiaxial
@@ -40,7 +45,7 @@ def plot_failure_map(
         chosen = _chosen(result, mapped)
         rows = -(-len(chosen) // 2)
         figure, axes = panels(2 if mapped else 1, title, widths=(1.0, 1.2) if mapped else None, height=2.75 + 0.15 * rows)
-        _lifetimes(axes[0], result, chosen, lines, bounds)
+        _lifetimes(axes[0], result, chosen, lines, bounds, interval)
         if mapped:
             _map(figure, axes[1], result)
             for label, own in zip("ab", axes, strict=True):
@@ -69,6 +74,7 @@ def _lifetimes(
     chosen: Sequence[tuple[int, int]],
     lines: Sequence[LifetimeLine],
     bounds: tuple[Array, Array] | None,
+    interval: str,
 ) -> None:
     handles: list[Line2D] = []
     fitted = False
@@ -101,7 +107,7 @@ def _lifetimes(
     log_axis(axes, "y")
     if handles:
         # below the axes: within, the points of long and of short lives leave no corner free
-        notes = ["lines: exponential law"] * fitted + ["bands: interval of the draws"] * (bounds is not None)
+        notes = ["lines: exponential law"] * fitted + [f"bands: {interval}"] * (bounds is not None)
         said = "; ".join(notes) or None
         place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": min(2, len(handles))}
         axes.legend(handles=handles, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from dielast.plots.style import COLOURS, LINES, MARKERS, TEMPERATURES, log_axis, panels, style
@@ -39,6 +41,7 @@ MOST_IN_LEGEND = 7  # cases, each in a colour of its own
 MOST_NAMED = 6  # of more cases that no scale can tell apart
 MOST_WITHIN = 4  # entries of a legend for which there is room between the curves
 MOST_TICKS = 8
+SHADE = 0.18  # opacity of a band
 LONGEST_LABEL = 58  # characters at column width
 # crosses and circles as in the paper's Fig. 13
 EVENTS = {"breakdown": "x", "pull-in": "o", "loss-of-tension": "v"}
@@ -81,16 +84,21 @@ def plot_cases(
     marks: Sequence[tuple[int, str, float, float]] = (),
     swept: Sequence[Swept] = (),
     bands: Sequence[tuple[Array, Array, Array] | None] = (),
+    interval: str = "interval",
 ) -> Figure:
     """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers.
 
     `marks` are events: the case, the name, and where, in the units of x and y. Many cases are told apart by a scale of colours if
     one number is `swept`, and by line styles too if a second one is; else the legend names some of them. `bands` are x, lower and
-    upper y of what each case may be, None for a case known exactly.
+    upper y of what each case may be, None for a case known exactly; the legend calls them `interval`.
     """
     with style():
         looks = _looks(len(cases), swept)
         handles = _handles(labels, looks, measured, marks)
+        banded = any(one is not None for one in bands)
+        if banded:
+            shade: Any = {"facecolor": looks.each[0]["color"] if len(cases) == 1 else "black", "alpha": SHADE, "linewidth": 0.0}
+            handles.append(Patch(label=interval, **shade))
         rows, columns = _shape(handles) if len(handles) > MOST_WITHIN else (0, 1)
         figure, (axes,) = panels(1, title, height=2.7 + 0.15 * rows)
         (x_label, x_factor), (y_label, y_factor) = (LABELS.get(header, (header, 1.0)) for header in (x, y))
@@ -106,7 +114,7 @@ def plot_cases(
             if one is not None:
                 along, low, high = one
                 within = np.isfinite(low) & ((along > 0) | (scales[0] != "log")) & ((low > 0) | (scales[1] != "log"))
-                shade: Any = {"color": look["color"], "alpha": 0.18, "linewidth": 0.0}
+                shade = {"color": look["color"], "alpha": SHADE, "linewidth": 0.0}
                 axes.fill_between(along * x_factor, low * y_factor, high * y_factor, where=within, **shade)
         for index, points in enumerate(measured):
             marker = _points(index, looks.each[points.case]["color"])
@@ -121,7 +129,7 @@ def plot_cases(
         axes.set_ylabel(y_label)
         if looks.scale is not None:
             _colour_bar(figure, axes, looks.scale)
-        if handles and (len(cases) > 1 or measured or marks):
+        if handles and (len(cases) > 1 or measured or marks or banded):
             if rows:
                 legend = figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=6.5)
             else:
@@ -183,9 +191,9 @@ def _event(name: str, colour: Any) -> dict[str, Any]:
 
 def _handles(
     labels: Sequence[str], looks: Looks, measured: Sequence[Measured], marks: Sequence[tuple[int, str, float, float]]
-) -> list[Line2D]:
+) -> list[Artist]:
     """What the legend shows: cases, what the line styles say, measured points, events."""
-    handles = [Line2D([], [], label=_cut(labels[case] or "model"), **looks.each[case]) for case in looks.named]
+    handles: list[Artist] = [Line2D([], [], label=_cut(labels[case] or "model"), **looks.each[case]) for case in looks.named]
     if looks.named and len(looks.named) < len(looks.each):
         handles.append(Line2D([], [], linestyle="none", label=f"and {len(looks.each) - len(looks.named)} more"))
     if looks.lines is not None:
@@ -210,7 +218,7 @@ def _cut(label: str) -> str:
     return label if len(label) <= LONGEST_LABEL else label[: LONGEST_LABEL - 3] + "..."
 
 
-def _shape(handles: Sequence[Line2D]) -> tuple[int, int]:
+def _shape(handles: Sequence[Artist]) -> tuple[int, int]:
     """Rows and columns of a legend below the axes."""
     longest = max(len(str(handle.get_label())) for handle in handles) + 8
     columns = max(1, min(4, len(handles), (LONGEST_LABEL + 12) // longest))

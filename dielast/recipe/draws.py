@@ -34,7 +34,7 @@ def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Ta
 
 def parse_draws(content: bytes, source: str, material: Material) -> tuple[Material, ...]:
     """The draws of `material` in the bytes of their table; raises `InputError` if they are not of this material."""
-    law = [f"{name} [{unit}]" for name, unit in _constants(material.shift)]
+    law = constant_headers(material.shift)
     count = len(material.spectrum)
     if f",shear_modulus_{count + 1} [Pa]" in content.split(b"\n", 1)[0].decode(errors="replace"):
         raise InputError(f"{source}: draws of more than the material's {count} branches: make both anew")
@@ -84,6 +84,11 @@ def _constants(law: ShiftLaw) -> dict[tuple[str, str], float]:
         case ShiftTable():
             return {(f"log10_shift_factor_{t:g}", "1"): a for t, a in zip(law.temperature, law.log10_shift, strict=True)}
     return {}
+
+
+def constant_headers(law: ShiftLaw) -> list[str]:
+    """The headers of what differs from draw to draw."""
+    return [f"{name} [{unit}]" for name, unit in _constants(law)]
 
 
 def with_constants(law: ShiftLaw, constants: list[float]) -> ShiftLaw:

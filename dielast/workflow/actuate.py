@@ -37,7 +37,7 @@ from dielast.workflow.cases import (
 )
 from dielast.workflow.history import Entry, in_recipe_terms, output_times, values_of
 from dielast.workflow.report import Execution, Report
-from dielast.workflow.uncertainty import band, bounded_event_columns, bounded_films, uncertainty_headline
+from dielast.workflow.uncertainty import band, bounded_event_columns, bounded_films, interval_label, uncertainty_headline
 from dielast.workflow.waveform import voltage_entries
 
 if TYPE_CHECKING:
@@ -94,6 +94,7 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
             marks,
             swept(cases),
             [band(one.columns, x, y) for one in told],
+            interval_label([case.recipe for case in cases]),
         )
 
     happened = event_columns(events) if recipe.uncertainty is None else bounded_event_columns(told_events)

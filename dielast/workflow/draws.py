@@ -16,11 +16,11 @@ from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.prony import Spectrum
-from dielast.recipe.draws import beside, draw_columns, parse_draws, with_constants
+from dielast.recipe.draws import beside, constant_headers, draw_columns, parse_draws, with_constants
 from dielast.recipe.material import draws_file, parse_material
 from dielast.recipe.validate import parse_toml
 from dielast.shift import ShiftLaw
-from dielast.table import Column, Table, number_columns, parse_csv
+from dielast.table import Column, Table, number_columns
 from dielast.workflow.curve import Curve
 
 Array = NDArray[np.float64]
@@ -86,9 +86,10 @@ def read_curve_draws(folder: str, curve: Curve, inputs: Inputs) -> ReadDraws | N
         return None
     name = f"{folder}/{LAWS}"
     content = inputs.read(name)
-    headers = [header for header in parse_csv(content, name) if header != "draw"]
-    number, *constants = number_columns(content, name, ["draw", *headers])
+    number, *constants = number_columns(content, name, ["draw", *constant_headers(curve.shift)])
     rows = np.array(constants).T if constants else np.zeros((number.size, 0))
+    for row in np.flatnonzero(~(number % 1 == 0))[:1]:
+        raise InputError(f'{name}: row {row + 2}: column "draw": {number[row]:g} is not a whole number')
     name = f"{folder}/{CURVES}"
     (abscissa, unit), ordinates = ORDINATES[curve.test]
     wanted = [f"{one}_{int(k)} [{own}]" for one, own in ordinates for k in number]

@@ -23,7 +23,14 @@ from dielast.table import Column
 from dielast.workflow.history import in_keys
 from dielast.workflow.partial import fingerprint, solve
 from dielast.workflow.report import Execution, Report
-from dielast.workflow.uncertainty import bounded_line_columns, bounded_map_columns, map_bounds, sample_of, uncertainty_headline
+from dielast.workflow.uncertainty import (
+    bounded_line_columns,
+    bounded_map_columns,
+    interval_label,
+    map_bounds,
+    sample_of,
+    uncertainty_headline,
+)
 
 MODES = ("breakdown", "pull-in", "none", "unfinished")
 
@@ -48,7 +55,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         from dielast.plots.failure_map import plot_failure_map
 
         bounds = None if wanted is None else map_bounds(drawn, wanted.level)["time_to_failure"]
-        return plot_failure_map(result, lines, recipe.title, bounds)
+        return plot_failure_map(result, lines, recipe.title, bounds, interval_label([recipe]))
 
     unfinished = np.argwhere(result.outcome != "completed")
     failures = [

@@ -63,11 +63,30 @@ def _simulation(recipe: Any, inputs: Inputs) -> Iterator[Read]:
     from dielast.workflow.compare import read_points
 
     yield "material", recipe.material, lambda: parse_material(inputs.read(recipe.material), recipe.material)
+    if recipe.uncertainty is not None:
+        yield "uncertainty", (recipe.material, recipe.uncertainty), partial(_draws, recipe, inputs)
     for index, step in enumerate(getattr(recipe, "step", ())):
         if step.table is not None:
             yield f"step[{index}].table", step, partial(_follow, recipe, step, inputs)
     for index, comparison in enumerate(getattr(recipe, "compare", ())):
         yield f"compare[{index}].file", comparison, partial(read_points, comparison, inputs)
+
+
+def _draws(recipe: Any, inputs: Inputs) -> None:
+    """The draws of the material; what is wrong with the material itself is told with its own key."""
+    from dielast.recipe.material import parse_material
+    from dielast.workflow.uncertainty import sample_of
+
+    try:
+        material = parse_material(inputs.read(recipe.material), recipe.material)
+    except InputError:
+        return
+    try:
+        sample_of(recipe.material, material, recipe.uncertainty, inputs)
+    except InputError as error:
+        raise InputError(
+            *(line.removeprefix("uncertainty: ").removeprefix("uncertainty.level: ") for line in error.messages)
+        ) from None
 
 
 def _follow(recipe: Any, step: Any, inputs: Inputs) -> object:

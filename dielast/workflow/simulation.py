@@ -31,7 +31,7 @@ from dielast.workflow.cases import (
 )
 from dielast.workflow.history import Recipe, in_recipe_terms, joined, output_times, solver_steps
 from dielast.workflow.report import Execution, Report
-from dielast.workflow.uncertainty import band, bounded_cases, uncertainty_headline
+from dielast.workflow.uncertainty import band, bounded_cases, interval_label, uncertainty_headline
 
 if TYPE_CHECKING:
     from dielast.workflow.compare import Match
@@ -64,7 +64,9 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
 
         here = [entry for entry in found if entry.headers == (x, y)]
         bands = [band(one.columns, x, y) for one in told]
-        return plot_cases(columns, labels(cases, materials), here, x, y, scales, recipe.title, swept=swept(cases), bands=bands)
+        called = interval_label([case.recipe for case in cases])
+        names, scale = labels(cases, materials), swept(cases)
+        return plot_cases(columns, names, here, x, y, scales, recipe.title, swept=scale, bands=bands, interval=called)
 
     tables = {f"{kind}.csv": result_columns(told), "cases.csv": case_columns(cases)}
     sections = headline(kind, results, found) | uncertainty_headline(recipe.uncertainty)

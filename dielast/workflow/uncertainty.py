@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.ensemble import Sample, draw_sample, fewest_draws, interval, scaled
-from dielast.errors import InputError, NumericsError
+from dielast.errors import InputError, NumericsError, warn
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.recipe.cases import Case
@@ -32,6 +32,7 @@ STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
 SURVIVING = "surviving [1]"
 NUMBERS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}  # of an event
 LINE = ("slope", "intercept", "rms_residual", "r_squared")
+BESIDE = 1.1  # factor by which a material may miss the range of its draws: more is not noise
 
 
 def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: Inputs) -> Sample:
@@ -42,6 +43,8 @@ def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: I
             f"uncertainty.level: the {len(members)} draws of {name} do not tell an interval of level {uncertainty.level:g}: at "
             f"least {fewest} are needed"
         )
+    if members:
+        _doubt_draws(name, material, members)
     field = thickness = None
     if isinstance(uncertainty, FilmUncertainty):
         field, thickness = uncertainty.scatter()
@@ -51,6 +54,20 @@ def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: I
             "write a material with draws"
         )
     return draw_sample(members or (material,), uncertainty.draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
+
+
+def _doubt_draws(name: str, material: Material, members: Sequence[Material]) -> None:
+    """Warn of draws that are not about the material."""
+    tau = material.spectrum.relaxation_time
+    time = np.concatenate((tau, [10 * tau.max()]))
+    own = material.spectrum.relaxation_modulus(time, material.equilibrium_modulus)
+    drawn = np.array([each.spectrum.relaxation_modulus(time, each.equilibrium_modulus) for each in members])
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
+    for k in np.flatnonzero((own * BESIDE < low) | (own > high * BESIDE))[:1]:
+        warn(
+            f"{name}: a shear modulus of {own[k]:.4g} Pa after {time[k]:.3g} s is far from those of all draws, {low[k]:.4g} to "
+            f"{high[k]:.4g} Pa: if the material has been edited, make its draws anew"
+        )
 
 
 def uncertainty_headline(uncertainty: Uncertainty | None) -> dict[str, dict[str, Any]]:
@@ -111,6 +128,12 @@ def bounded_films(
         told.append(result)
         happened.append(bounds)
     return told, happened
+
+
+def interval_label(recipes: Sequence[Any]) -> str:
+    """What a legend calls the bands of these recipes, such as "90 % interval"."""
+    levels = sorted({each.uncertainty.level for each in recipes if each.uncertainty is not None})
+    return " and ".join(f"{100 * level:g} %" for level in levels) + " interval" + "s" * (len(levels) > 1)
 
 
 @contextmanager

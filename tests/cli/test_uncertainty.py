@@ -239,9 +239,47 @@ def test_bad_draws(folder: Path, change: Callable[[str], str | None], message: s
     assert run.returncode == 2
     assert message in run.stderr
     assert len(run.stderr.splitlines()) == 1
+    checked = command(folder, "validate", "m.toml")
+    assert checked.returncode == 2
+    assert checked.stderr.startswith("m.toml: uncertainty: ")
+    assert message in checked.stderr
     # without [uncertainty] nobody asks for draws
     (folder / "m.toml").write_text(MAP)
     assert command(folder, "failure-map", "m.toml", "--plot", "none").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("\n1,", "\nnan,", 'draw-laws.csv: row 3: column "draw": nan is not a whole number'),
+        ("\n1,", "\n1.5,", 'draw-laws.csv: row 3: column "draw": 1.5 is not a whole number'),
+        ("C2 [K]", "Q [K]", 'draw-laws.csv: column "C2 [K]" is missing'),
+    ],
+)
+def test_damaged_draws_of_a_master_curve(made: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
+    shutil.copytree(made / "mc", tmp_path / "mc")
+    laws = (tmp_path / "mc/draw-laws.csv").read_text()
+    assert old in laws
+    (tmp_path / "mc/draw-laws.csv").write_text(laws.replace(old, new, 1))
+    shutil.copy(made / "sp.toml", tmp_path / "sp.toml")
+    run = command(tmp_path, "spectrum", "sp.toml", "--plot", "none")
+    assert run.returncode == 2
+    assert message in run.stderr
+    assert len(run.stderr.splitlines()) == 1
+
+
+def test_draws_of_another_material_are_doubted(folder: Path) -> None:
+    (folder / "m.toml").write_text(MAP + UNCERTAIN)
+    material = (folder / "material.toml").read_text()
+    assert "make its draws anew" not in command(folder, "failure-map", "m.toml", "--plot", "none").stderr
+    before = tomllib.loads(material)["equilibrium"]["shear_modulus"]
+    edited = material.replace(f'"{before}"', f'"{2 * float(before.split()[0])} Pa"', 1)
+    assert edited != material
+    (folder / "material.toml").write_text(edited)
+    run = command(folder, "failure-map", "m.toml", "--plot", "none")
+    assert run.returncode == 0
+    assert run.stderr.count("if the material has been edited, make its draws anew") == 1
+    assert "material.toml: a shear modulus of" in run.stderr
 
 
 def test_a_material_without_draws_is_not_uncertain(folder: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -10,6 +12,7 @@ from dielast.plots.simulation import Swept, plot_cases
 from dielast.plots.style import render
 from dielast.recipe.cases import Case
 from dielast.workflow.cases import swept
+from dielast.workflow.uncertainty import interval_label
 
 TIME = np.geomspace(1e-2, 1e3, 20)
 
@@ -83,3 +86,18 @@ def test_swept_quantities_keep_the_unit_of_the_recipe() -> None:
     assert (cold.label, cold.values) == ("temperature [°C]", (-20.0, 20.0))
     assert swept(cases("material", ["a.toml", "b.toml"])) == []  # type: ignore[arg-type]
     assert swept([Case(None)]) == []  # type: ignore[arg-type]
+
+
+def test_the_legend_says_what_the_bands_are() -> None:
+    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
+    bands = [(TIME, 1 + 0.09 * TIME**0.1, 1 + 0.11 * TIME**0.1)]
+    figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
+    assert named(figure) == ["model", "90 % interval"]
+    assert named(drawn(3, [], bands=[*bands, None, None], interval="50 % interval"))[-1] == "50 % interval"
+    assert not any("interval" in text for text in named(drawn(3, [], bands=[None, None, None])))
+
+
+def test_the_level_of_intervals_has_a_name() -> None:
+    one, other = (SimpleNamespace(uncertainty=SimpleNamespace(level=level)) for level in (0.9, 0.5))
+    assert interval_label([one, SimpleNamespace(uncertainty=None), one]) == "90 % interval"
+    assert interval_label([one, other]) == "50 % and 90 % intervals"
