@@ -7,7 +7,7 @@ come close, and keeps the bracket of each fall; the brackets are narrowed down t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 
 import numpy as np
@@ -29,6 +29,7 @@ Films = LoadedPoints | SymmetricPoints
 # 0.003. At 1e-2 it is 0.6 and 0.3, so looser tolerances have every step looked into.
 MOVE = (0.05, 0.3, 0.3, 0.3)
 STRICT = 1e-3
+VANISHING = 1e-3  # margin that is none at a pull-in, where it is zero by definition
 FOLD = 0.02  # margin of the film with all branches frozen, below which it is at the end of an equilibrium
 
 
@@ -45,28 +46,30 @@ class Kind(IntEnum):
 class Happened:
     """When each kind of event first happened and how the film was then: arrays (kinds, cases), NaN where it did not happen.
 
-    `time` in s since the voltage programme began, `field` the nominal field in V/m.
+    `time` in s since the voltage programme began, `field` the nominal field in V/m; `log_squared_stretch` and `nominal_stress` are
+    (2, kinds, cases), `determinant` is that of the tangent.
     """
 
     time: Floats
     field: Floats
-    stretch_1: Floats
-    stretch_2: Floats
+    log_squared_stretch: Floats
+    nominal_stress: Floats
+    determinant: Floats
 
     @classmethod
     def nothing(cls, cases: int) -> Happened:
         """No event yet."""
-        return cls(*(np.full((len(Kind), cases), np.nan) for _ in range(4)))
+        return cls(*(np.full((*both, len(Kind), cases), np.nan) for both in ((), (), (2,), (2,), ())))
+
+    def state(self, kind: Kind) -> Floats:
+        """Lambda and nominal stress of both axes, the nominal field, and the determinant (6, cases) when it happened."""
+        own = self.log_squared_stretch[:, kind], self.nominal_stress[:, kind]
+        return np.concatenate((*own, self.field[kind, None], self.determinant[kind, None]))
 
     def put(self, cases: Cases, part: Happened) -> None:
         """Write what happened to some of the cases."""
-        for mine, theirs in (
-            (self.time, part.time),
-            (self.field, part.field),
-            (self.stretch_1, part.stretch_1),
-            (self.stretch_2, part.stretch_2),
-        ):
-            mine[:, cases] = theirs
+        for each in fields(self):
+            getattr(self, each.name)[..., cases] = getattr(part, each.name)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,10 +95,6 @@ class Segment:
         fields = ((s.cases, s.time, s.step, s.coefficients) for s in segments)
         return cls(*(np.concatenate(parts, axis=-1) for parts in zip(*fields, strict=True)))
 
-    def take(self, columns: Cases) -> Segment:
-        """Some of the columns."""
-        return Segment(self.cases[columns], self.time[columns], self.step[columns], self.coefficients[:, :, columns])
-
     def state(self, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,)."""
         before, after, k1, k2, k3 = self.coefficients
@@ -106,7 +105,8 @@ class Segment:
 @dataclass(slots=True, eq=False)
 class Watch:
     """Observes the stepper. `breakdown_field` (cases,) in V/m, infinite where breakdown is of no interest; a case ends once all
-    events in `until` have happened; `rtol` is the stepper's. Between pieces of load, `begin` and `finish` are called.
+    events in `until` have happened; `rtol` is the stepper's. Without `tension`, its loss is not looked for, and determinants are
+    not noted. Between pieces of load, `begin` and `finish` are called.
 
     A signal that falls and rises again within one step is found if `MOVE` holds and a parabola through its values at the ends and
     in the middle of the step comes near zero; that is so for one dip as wide as the step, and need not be for one much narrower.
@@ -138,11 +138,12 @@ class Watch:
         if self.tension:
             self._kinds += [kind for kind, yes in zip((Kind.LOSS_OF_TENSION_1, Kind.LOSS_OF_TENSION_2), held, strict=True) if yes]
 
-    def reference(self, points: Points, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
-        """The determinant (cases,) of damped points when the programme begins, without voltage."""
-        zero = np.zeros_like(self._begin)
-        modulus = self._held_modulus(points, zero)
-        return stability(points, modulus, self.controls, internal, log_squared_stretch, nominal_stress, zero).determinant
+    def determinant(
+        self, points: Points, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, field: Floats, time: Floats
+    ) -> Floats:
+        """The determinant (k,) of damped points at times (k,) since the programme began."""
+        modulus = self._held_modulus(points, time)
+        return stability(points, modulus, self.controls, internal, log_squared_stretch, nominal_stress, field).determinant
 
     def begin(self, system: Films, state: Floats, start: Floats, fresh: NDArray[np.bool_]) -> None:
         """A piece of load begins at `start` (cases,) with this state: what has already fallen happens now, to those `fresh`
@@ -162,11 +163,32 @@ class Watch:
             self._note(kind, system.take(some), some, zero[some], state[:, some])
             self._last[kind, fresh] = value[fresh]
 
-    def note(self, kind: Kind, cases: Cases, time: Floats, nominal_field: Floats, log_squared_stretch: Floats) -> None:
-        """Say that an event happened."""
+    def note(
+        self,
+        kind: Kind,
+        cases: Cases,
+        time: Floats,
+        points: Points,
+        internal: Floats,
+        log_squared_stretch: Floats,
+        nominal_stress: Floats,
+        field: Floats,
+    ) -> None:
+        """Say that an event happened to cases (k,) at times (k,) since the programme began; the rest is theirs, too."""
+        if not cases.size:
+            return
         self._seen[kind, cases] = True
-        self.happened.time[kind, cases], self.happened.field[kind, cases] = time, nominal_field
-        self.happened.stretch_1[kind, cases], self.happened.stretch_2[kind, cases] = np.exp(0.5 * log_squared_stretch)
+        self.happened.time[kind, cases], self.happened.field[kind, cases] = time, field
+        self.happened.log_squared_stretch[:, kind, cases] = log_squared_stretch
+        self.happened.nominal_stress[:, kind, cases] = nominal_stress
+        if not self.tension:
+            return
+        pair = np.resize(np.arange(cases.size), max(2, cases.size))  # numbers in a lone column round differently
+        state = internal[:, :, pair], log_squared_stretch[:, pair], nominal_stress[:, pair], field[pair]
+        held = self._held_modulus(some := points.take(pair), time[pair])
+        found = stability(some, held, self.controls, *state)
+        vanishing = (kind is Kind.PULL_IN) & (np.abs(found.margin) < VANISHING)
+        self.happened.determinant[kind, cases] = np.where(vanishing, 0.0, found.determinant)[: cases.size]
 
     def seen(self, kind: Kind, cases: Cases) -> NDArray[np.bool_]:
         """To which of the cases an event has happened already."""
@@ -210,8 +232,10 @@ class Watch:
                 segment, last, value = Segment.joined([segment, segment]), np.repeat(last, 2), np.repeat(value, 2)
             some = system.take(segment.cases)
 
-            def signal(fraction: Floats, kind: Kind = kind, segment: Segment = segment, some: Films = some) -> Floats:
-                return self._signal(kind, some, segment.cases, segment.time + fraction * segment.step, segment.state(fraction))
+            asked = replace(segment, coefficients=segment.coefficients[:, self._rows(kind, some)])
+
+            def signal(fraction: Floats, kind: Kind = kind, asked: Segment = asked, some: Films = some) -> Floats:
+                return self._signal(kind, some, asked.cases, asked.time + fraction * asked.step, asked.state(fraction))
 
             values, fractions = samples(signal, last, value)
             first, every = np.argmax(~(values > 0), axis=0), np.arange(last.size)
@@ -242,8 +266,10 @@ class Watch:
             log_squared[:, ends],
             time[ends],
         )
-        moment, log_squared = fold.find()
-        self.note(Kind.PULL_IN, cases[ends], began + moment, some.load.value(moment)[2], log_squared)
+        moment, internal, log_squared, nominal = fold.find()
+        internal[:, -1] = log_squared  # the damper has no part in it
+        field = some.load.value(moment)[2]
+        self.note(Kind.PULL_IN, cases[ends], began + moment, some.points, internal, log_squared, nominal, field)
 
     def stability(self, system: Films, cases: Cases, time: Floats, state: Floats) -> Stability:
         """Stability of these cases (k,) at times (k,) since the piece began; `system` and `state` are theirs."""
@@ -288,14 +314,13 @@ class Watch:
                 crossing[some] = np.any(samples(signal, last[some], value[some])[0] <= 0, axis=0)
         if crossing.any():
             columns, last, value = columns[crossing], last[crossing], value[crossing]
-            self._found.append((kind, Segment.of(stride, self._rows(kind, stride), columns), last, value))
+            self._found.append((kind, Segment.of(stride, slice(None), columns), last, value))
             self._seen[kind, stride.cases[columns]] = True
 
     @staticmethod
-    def _rows(kind: Kind, stride: Stride) -> slice:
+    def _rows(kind: Kind, system: Films) -> slice:
         """The part of a state that a signal asks for."""
-        assert isinstance(stride.system, Films)
-        return slice(None if kind is Kind.PULL_IN else stride.system.border, None)
+        return slice(None if kind is Kind.PULL_IN else system.border, None)
 
     def _part(self, kind: Kind, stride: Stride, columns: Cases) -> tuple[Segment, Signal]:
         """Some columns of a stride, and their signal over the fraction of the step."""
@@ -303,7 +328,7 @@ class Watch:
         columns = np.resize(columns, max(2, count))  # numbers in a lone column round differently
         some = stride.system.take(columns)
         assert isinstance(some, Films)
-        segment = Segment.of(stride, self._rows(kind, stride), columns)
+        segment = Segment.of(stride, self._rows(kind, some), columns)
 
         def signal(fraction: Floats) -> Floats:
             at = np.resize(fraction, columns.size)
@@ -316,4 +341,5 @@ class Watch:
         if not cases.size:
             return
         driven = system.load.value(time)
-        self.note(kind, cases, self._begin[cases] + time, driven[2], system.membrane(state, driven)[0])
+        log_squared, nominal = system.membrane(state, driven)
+        self.note(kind, cases, self._begin[cases] + time, system.points, system.internal(state), log_squared, nominal, driven[2])

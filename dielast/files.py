@@ -16,6 +16,7 @@ LARGEST = 256 << 20  # bytes of a file that is read: more than ten million rows
 EXAMPLE = "example:"
 STORE = ".unfinished"
 """Where a long run keeps what it has until its result is written."""
+KEPT = "what is solved is kept, and the same command goes on from there"
 _TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.part")
 
 
@@ -27,7 +28,7 @@ class Inputs:
         self.folder = folder
         self.names: list[str] = []
         """What was asked for, whether it could be read or not."""
-        self._digests: dict[str, str] = {}
+        self._digests: dict[tuple[str, str], None] = {}
         self._paths: list[Path] = []
 
     def read(self, name: str | Path) -> bytes:
@@ -40,15 +41,15 @@ class Inputs:
         content = read_file(path, str(name))
         # an absolute path is this machine's own and has no place in a result
         shown = Path(name).name if Path(name).is_absolute() else str(name)
-        self._digests[shown] = hashlib.sha256(content).hexdigest()
+        self._digests[as_text(shown), hashlib.sha256(content).hexdigest()] = None
         if path not in self._paths:
             self._paths.append(path)
         return content
 
     @property
-    def digests(self) -> dict[str, str]:
-        """SHA-256 of each file read, by the name the recipe gives it (its last part, if that is an absolute path), in order."""
-        return dict(self._digests)
+    def digests(self) -> tuple[tuple[str, str], ...]:
+        """The name that the recipe gives each file read (its last part, if that is an absolute path) and its SHA-256, in order."""
+        return tuple(self._digests)
 
     @property
     def paths(self) -> tuple[Path, ...]:
@@ -81,6 +82,11 @@ def read_file(path: Path, name: str) -> bytes:
     return content
 
 
+def as_text(name: str) -> str:
+    """A file's name as text that any file can hold: bytes that are no UTF-8 as escapes."""
+    return name.encode("utf-8", "backslashreplace").decode()
+
+
 def exists(path: Path) -> bool:
     """Whether there is such a file or folder; a name that no file can have, such as a very long one, has none."""
     try:
@@ -91,7 +97,7 @@ def exists(path: Path) -> bool:
 
 def _unreadable(path: Path, error: OSError | ValueError) -> str:
     """Why `path` could not be read, in a few words."""
-    if exists(path) and path.is_dir():
+    if os.path.isdir(path):
         return "is a folder, a file is needed"
     reason = getattr(error, "strerror", None) or "cannot be read"
     return "no such file" if isinstance(error, FileNotFoundError) else reason.lower()
@@ -99,12 +105,27 @@ def _unreadable(path: Path, error: OSError | ValueError) -> str:
 
 def check_targets(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
     """Raise `InputError` if writing `targets` would overwrite one of the `inputs`, or if a folder is in the way."""
-    read = {path.resolve() for path in inputs}
+    read = {os.path.realpath(path) for path in inputs}
     for target in targets:
-        if target.resolve() in read:
+        if os.path.realpath(target) in read:
             raise InputError(f"{target}: is an input of this run; write the results to another folder (see --out)")
-        if target.is_dir():
+        if os.path.isdir(target):
             raise InputError(f"{target}: is a folder, a file is to be written there")
+
+
+def check_folder(folder: Path, needed: str) -> None:
+    """Raise `InputError` if it is plain without writing that nothing can be written into `folder`, which need not exist yet.
+
+    `needed` says what a folder is needed for.
+    """
+    nearest = folder.absolute()
+    while not os.path.lexists(nearest) and nearest.parent != nearest:
+        nearest = nearest.parent
+    if not os.path.isdir(nearest):
+        what = "is a file" if os.path.exists(nearest) else "leads nowhere"
+        raise InputError(f"{folder}: {what}, a folder {needed}")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: cannot write here: permission denied")
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
@@ -129,7 +150,8 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
         raise InputError(f"{folder}: cannot write here: {(error.strerror or str(error)).lower()}") from None
     finally:
         for part, _ in parts:
-            part.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                part.unlink()
 
 
 @contextlib.contextmanager

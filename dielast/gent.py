@@ -53,7 +53,7 @@ class Gent:
 
     def stiffness(self, invariant: Floats) -> Floats:
         """1/(1 - (I1 - 3)/J)."""
-        stiffness = invariant * self._slope
+        stiffness = np.asarray(invariant * self._slope)
         stiffness += self._offset
         np.maximum(stiffness, 0.0, out=stiffness)
         return np.divide(1.0, stiffness, out=stiffness)

@@ -4,30 +4,58 @@ does not know. Each is warned of with what it looks like; none is an error, as s
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import warn
+from dielast.gent import Gent
 from dielast.material import VACUUM_PERMITTIVITY, Material
+from dielast.shift import WLF, Arrhenius, ShiftLaw
 from dielast.units import ZERO_CELSIUS
 
 SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
 GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds
+RELAXING = 0.01  # of the equilibrium modulus: branches that add up to less cannot be seen beside it
+SHORTEST_CHAIN = 1.0  # J_lim: chains that are taut at a stretch of 1.7
+TAUT = 0.97  # of J_lim: chains that are stretched farther break
 COLDEST, HOTTEST = -150.0, 300.0  # degC, where polymers are measured
 KELVIN = 200.0  # degC, from which on readings look like kelvin
+MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
+# K, C1 C2 = 1 / (ln 10 alpha_f), whatever the reference temperature: the free volume's expansion alpha_f is 1e-4 to 4e-3 /K
+FREE_VOLUME = 100.0, 4000.0
+BARRIERS = 5e3, 2e6  # J/mol, activation energies: from the motion of a methyl group to a glass transition
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
 LARGEST_PERMITTIVITY = 1e3  # relative
-MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
+UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the stress goes with its square, 1e-5 of that at breakdown, and 1000 times
+THINNEST, THICKEST, THICKEST_SPECIMEN = 1e-6, 1e-2, 0.1  # m
+_SHEAR = re.compile(r"^\|?g(?![a-z])|^g(p|pp|prime|stor|loss)\b|^j(?![a-z])|\bshear\b|scher|schub")  # names, in lower case
+UNSEEN = 1e-5  # strain that no extensometer resolves
+SQUEEZED = 0.7  # stretch: who squeezes a film farther has typed a strain
 
 
 def doubt_material(material: Material) -> None:
     """Warn of constants that look as if they were in another unit."""
-    rest, glass = material.equilibrium_modulus, material.equilibrium_modulus + float(np.sum(material.spectrum.shear_modulus))
+    rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
     if rest > 0 and not SOFTEST <= rest <= HARDEST:
         known = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
         warn(f"the equilibrium shear modulus is {rest:g} Pa, but {known}: is it in another unit?")
-    if glass > GLASS:
-        warn(f"the shear moduli add up to {glass:g} Pa, more than any polymer's glass: are they in another unit?")
+    if rest + branches > GLASS:
+        warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
+    if 0 < branches < RELAXING * rest:
+        beside = f"beside an equilibrium modulus of {rest:g} Pa"
+        warn(f"the branches add up to {branches:.3g} Pa {beside}, so that nothing relaxes: are they in another unit?")
+    for law, whose in ((material.equilibrium_law, "equilibrium"), (material.nonequilibrium_law, "nonequilibrium")):
+        if isinstance(law, Gent) and np.any(np.asarray(law.J_lim) < SHORTEST_CHAIN):
+            limit = float(np.min(law.J_lim))
+            warn(
+                f"J_lim = {limit:g} ({whose}): chains so short make no rubber: is it I1 - 3 where they are taut, 10 to 200 by rule?"
+            )
+    doubt_temperature(material.reference_temperature, "the reference temperature is")
+    doubt_law(material.shift)
     if material.permittivity is not None:
         relative = material.permittivity / VACUUM_PERMITTIVITY
         if not 1 <= relative <= LARGEST_PERMITTIVITY:
@@ -36,11 +64,49 @@ def doubt_material(material: Material) -> None:
         doubt_breakdown(material.breakdown.field)
 
 
+def doubt_law(law: ShiftLaw) -> None:
+    """Warn of the constants of a shift law that no polymer has."""
+    if isinstance(law, WLF):
+        product, (low, high) = law.C1 * law.C2, FREE_VOLUME
+        if not low <= product <= high:
+            natural = high < product <= high * np.log(10)
+            guess = "is C1 for natural logarithms, 2.303 times too large?" if natural else "is one of them in another unit?"
+            known = f"polymers have {low:g} to {high:g} K at any reference temperature"
+            warn(f"WLF with C1 = {law.C1:g} and C2 = {law.C2:g} K: C1 C2 is {product:.3g} K, but {known}: {guess}")
+    elif isinstance(law, Arrhenius) and not BARRIERS[0] <= abs(law.activation_energy) <= BARRIERS[1]:
+        known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
+        warn(f"an activation energy of {law.activation_energy / 1e3:g} kJ/mol, but {known}: is it in another unit?")
+
+
 def doubt_breakdown(field: ArrayLike) -> None:
     """Warn of breakdown fields (V/m, any shape) that no film has."""
     values = np.atleast_1d(np.asarray(field, dtype=float))
     for value in values[(values < FAINTEST) | (values > STRONGEST)][:1]:
         warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
+
+
+def doubt_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
+    """Warn of thicknesses (m, any shape) that no film has; `whose` they are, and the `thickest` (m) of these."""
+    values = np.atleast_1d(np.asarray(thickness, dtype=float))
+    for value in values[(values < THINNEST) | (values > thickest)][:1]:
+        known = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
+        warn(f"the thickness is {value * 1e3:g} mm, but {known}: is it in another unit?")
+
+
+def doubt_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
+    """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields."""
+    field, limit = np.broadcast_arrays(np.abs(np.asarray(highest, dtype=float)), np.asarray(breakdown, dtype=float))
+    if not np.any(field):
+        return
+    k = np.unravel_index(np.argmax(field / limit), field.shape)
+    ratio = float(field[k] / limit[k])
+    if not UNFELT <= ratio <= BEYOND:
+        so = (
+            f"{ratio:.3g} times the breakdown field"
+            if ratio > 1
+            else f"1/{1 / ratio:.0f} of the breakdown field: no film moves then"
+        )
+        warn(f"the highest voltage makes a field of {field[k]:.3g} V/m, {so}: is it, or the thickness, in another unit?")
 
 
 def doubt_temperature(temperature: ArrayLike, what: str) -> None:
@@ -59,40 +125,100 @@ def doubt_temperature(temperature: ArrayLike, what: str) -> None:
         warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")
 
 
-def doubt_curve(largest: float) -> None:
-    """Warn of a master curve whose `largest` Young's modulus (Pa) is no polymer's."""
+def doubt_curve(largest: float, plateau: float | None = None) -> None:
+    """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau` if there is one, is no polymer's."""
     if largest > 3 * GLASS:
         warn(f"the largest Young's modulus is {largest:.3g} Pa, more than any polymer's glass: is it in another unit?")
     elif largest < 3 * SOFTEST:
         warn(f"the largest Young's modulus is {largest:.3g} Pa, less than that of a gel: is it in another unit?")
+    elif plateau is not None and plateau < 3 * SOFTEST:
+        warn(f"Young's modulus levels off at {plateau:.3g} Pa, less than that of a gel: is it in another unit, such as kPa?")
+
+
+def doubt_tension(names: Sequence[str], source: str) -> None:
+    """Warn of moduli, compliances, strains or stresses that are taken for those of tension, in columns whose `names` say shear."""
+    for name in [name for name in names if _SHEAR.search(name.strip().casefold().replace("_", " "))][:1]:
+        warn(
+            f'{source}: column "{name}" looks like one of shear, but is read as one of tension, which is a factor of three: say '
+            'test = "shear", or test = "tension"'
+        )
 
 
 def doubt_strain(strain: ArrayLike) -> None:
-    """Warn of strains (1, any shape) of a relaxation test that are no small ones, or that look like stretches."""
+    """Warn of strains (1, any shape) of a relaxation test that are no small ones, or that look like stretches or per cent."""
     values = np.atleast_1d(np.asarray(strain, dtype=float))
     typical = float(np.median(values)) if values.size else 0.0
-    if 1 <= typical < 2:
-        warn(
-            f"the strain is {typical:.3g}, that is {100 * typical:.3g} %: is it a stretch, so that the strain is {typical - 1:.3g}?"
-        )
-    elif typical > 0.3:
-        warn(f"a strain of {100 * typical:.3g} %: stress over strain is the relaxation modulus at small strain only")
+    if typical <= 0.3:
+        return
+    said, per_cent = f"the strain is {typical:.3g}, that is {100 * typical:.3g} %", "in per cent, which its unit must say"
+    if 1 < typical < 2:
+        warn(f"{said}: is it a stretch, so that the strain is {typical - 1:.3g}, or {per_cent}?")
+    elif typical >= 1:
+        warn(f"{said}: is it {per_cent}?")
+    else:
+        warn(f"{said}: stress over strain is the relaxation modulus at small strain only; or is it {per_cent}?")
 
 
-def doubt_use(material: Material, temperature: float, lasting: float) -> None:
-    """Warn where a simulation at `temperature` (degC), `lasting` some time (s), asks a material for what was not measured.
+def doubt_stretch(lowest: float, highest: float) -> None:
+    """Warn of prescribed stretches, from the `lowest` to the `highest`, that look like strains."""
+    if lowest < SQUEEZED:
+        warn(f"a stretch of {lowest:g} squeezes the film (1 is undeformed): is it a strain, so that the stretch is {1 + lowest:g}?")
+    elif lowest == highest == 1:
+        warn("the stretch is 1 throughout, which is undeformed: is it a strain of 100 %, so that the stretch is 2?")
 
-    The temperature is compared with those that the shift law was measured at, where they are known, and the time with the fastest
-    branch: in less than that nothing relaxes but what the spectrum does not hold.
-    """
+
+def doubt_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, J_lim: ArrayLike) -> None:
+    """Warn of films whose stretches (points,) under load are those of taut chains, or not to be seen at all."""
+    first, second = np.asarray(stretch_1, dtype=float), np.asarray(stretch_2, dtype=float)
+    tautness = (first**2 + second**2 + 1 / (first * second) ** 2 - 3) / np.asarray(J_lim, dtype=float)
+    if not tautness.size:
+        return
+    k = int(np.argmax(tautness))
+    if tautness[k] > TAUT:
+        warn(f"the load stretches the film to {first[k]:.3g}, where its chains are taut and break: is it in another unit?")
+    elif max(float(np.max(np.abs(axis - 1))) for axis in (first, second)) < UNSEEN:
+        warn(f"the load strains the film by less than {UNSEEN:g}: is it, or the section, in another unit?")
+
+
+def doubt_use(material: Material, temperature: ArrayLike) -> None:
+    """Warn of temperatures (degC, any shape) that look wrong, or that the material's shift law was not measured at."""
     doubt_temperature(temperature, "the temperature is")
     if material.measured_temperature is not None:
         low, high = material.measured_temperature
-        if not low - MARGIN <= temperature <= high + MARGIN:
-            warn(f"the shift law was measured from {low:g} to {high:g} degC: at {temperature:g} degC it is extrapolated")
-    fastest = float(material.relaxation_time(temperature)[..., -1])
-    if 0 < lasting < fastest:
+        values = np.atleast_1d(np.asarray(temperature, dtype=float))
+        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
+        if outside.size:
+            worst = float(outside[np.argmax(np.maximum(low - outside, outside - high))])
+            warn(f"the shift law was measured from {low:g} to {high:g} degC: at {worst:g} degC it is extrapolated")
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Something that a film does within `lasting` s while its fastest branch takes `fastest` s at `temperature` degC; `what` is a
+    clause without its end, such as "step[0] takes".
+    """
+
+    what: str
+    lasting: float
+    fastest: float
+    temperature: float
+
+
+def fastest_branch(material: Material, temperature: float) -> float:
+    """The shortest relaxation time in s of the branches that carry any load; 0 if there is none."""
+    carrying = material.relaxation_time(temperature)[material.spectrum.shear_modulus > 0]
+    return float(carrying[-1]) if carrying.size else 0.0
+
+
+def doubt_paces(paces: Iterable[Pace]) -> None:
+    """Warn of the most hasty of the paces that are faster than the fastest branch: processes that the spectrum does not hold, as it
+    was truncated or not measured so far, would resist then, and the film comes out too soft.
+    """
+    hasty = [pace for pace in paces if pace.lasting < pace.fastest]
+    if hasty:
+        worst = min(hasty, key=lambda pace: pace.lasting / pace.fastest)
+        at = f"{worst.temperature:g} degC"
         warn(
-            f"the load lasts {lasting:.3g} s, but the fastest branch takes {fastest:.3g} s at {temperature:g} degC: the spectrum "
-            "does not tell what happens in so short a time"
+            f"{worst.what} {worst.lasting:.3g} s, but the fastest branch takes {worst.fastest:.3g} s at {at}: the spectrum does "
+            "not hold what is faster, without which the film is too soft in so short a time"
         )

@@ -47,7 +47,10 @@ class WLF:
         if np.any(self.C2 + distance <= 0):
             coldest = self.reference_temperature + float(np.min(distance))
             pole = self.reference_temperature - self.C2
-            raise InputError(f"temperature {coldest:g} degC is at or below {pole:g} degC, where the WLF law has its pole")
+            where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
+            if self.reference_temperature > 200:  # where hardly anybody refers to
+                where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
+            raise InputError(f"temperature {coldest:g} degC is at or below {where}")
         return np.asarray(-self.C1 * distance / (self.C2 + distance))
 
 

@@ -179,8 +179,10 @@ class Fold:
     log_squared_stretch: Floats
     time: Floats
 
-    def find(self) -> tuple[Floats, Floats]:
-        """Time (cases,) and Lambda (2, cases) of the fold, unchanged where Newton's method leads away."""
+    def find(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Time (cases,), x (2, n, cases), Lambda and nominal stress (2, cases) of the fold; time and Lambda are unchanged where
+        Newton's method leads away.
+        """
         start = np.concatenate((self.log_squared_stretch, self.time[None]))
         scale = np.stack((np.full_like(self.time, 1e-5), np.full_like(self.time, 1e-5), 1e-5 * self.time))
         stress = kinematics.stress(self.points.law, self.points.springs(self.internal, self.log_squared_stretch))
@@ -204,21 +206,27 @@ class Fold:
                 axis=0,
             )
             near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(place), 1e-3), axis=0)
-        found = np.where(near, place, start)
-        return found[2], found[:2]
+            found = np.where(near, place, start)
+            internal, _, nominal, _ = self._film(found, rate)
+        return found[2], internal, found[:2], nominal
 
     def _residual(self, place: Floats, rate: Floats) -> Floats:
         """What the free axes lack to equilibrium over the equilibrium spring's modulus, how far driven axes are off, and the
         margin: (3, cases).
         """
         log_squared, time = place[:2], place[2]
-        internal = self.internal + rate * (time - self.time)
-        driven = self.driven(time)
-        stress = kinematics.stress(self.points.law, self.points.springs(internal, log_squared))
-        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[2])
+        internal, driven, nominal, carried = self._film(place, rate)
         stretched = np.array([[control is Control.STRETCH] for control in self.controls])
-        nominal = np.where(stretched, carried * np.exp(-0.5 * log_squared), driven[:2])
         lacking = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
         off = np.where(stretched, log_squared - self.log_squared_stretch, lacking)
         margin = stability(self.points, self.held(time), self.controls, internal, log_squared, nominal, driven[2]).margin
         return np.concatenate((off, margin[None]))
+
+    def _film(self, place: Floats, rate: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """x (2, n, cases), the prescribed values (3, cases), nominal and true mechanical stress (2, cases)."""
+        log_squared, time = place[:2], place[2]
+        internal, driven = self.internal + rate * (time - self.time), self.driven(time)
+        stress = kinematics.stress(self.points.law, self.points.springs(internal, log_squared))
+        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[2])
+        stretched = np.array([[control is Control.STRETCH] for control in self.controls])
+        return internal, driven, np.where(stretched, carried * np.exp(-0.5 * log_squared), driven[:2]), carried

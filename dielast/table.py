@@ -15,7 +15,7 @@ from dielast.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
 
-FORMULA = ("=", "@", "+", "\t", "\r")
+_FORMULA = re.compile(r"[=@+\t\r]|-(?!\d*\.?\d+(?:[eE][+-]?\d+)?(?:\s*(?:1/)?(?!\d)[\w°%][\w°%/*^. ]*)?$)")  # -40 degC is none
 LONGEST_HEADER = 300  # characters
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
 
@@ -70,7 +70,7 @@ def _cells(values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]) -> l
     if isinstance(values, np.ndarray):
         return [str(value) for value in values.tolist()]
     # a spreadsheet would take text such as =1+1 for a formula
-    return [_quoted(f"'{value}" if value.startswith(FORMULA) else value) for value in values]
+    return [_quoted(f"'{value}" if _FORMULA.match(value) else value) for value in values]
 
 
 def _quoted(text: str) -> str:

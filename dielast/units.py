@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import pint
 
 ZERO_CELSIUS = 273.15  # K
+TIMES = (1e-15, 1e15)  # s: from less than a bond's vibration to 30 million years, where no test and no service begins or ends
 
 DEFINITIONS = """
 pico- = 1e-12 = p-
@@ -36,6 +37,7 @@ kelvin = [temperature]; offset: 0 = K
 mole = [substance] = mol
 gram = 1e-3 * kilogram = g
 degree_Celsius = kelvin; offset: 273.15 = degC = °C = degreeC = celsius
+degree_Fahrenheit = 5 / 9 * kelvin; offset: 255.3722222222222 = degF = °F = degreeF = fahrenheit
 minute = 60 * second = min
 hour = 60 * minute = h = hr
 day = 24 * hour = d
@@ -108,7 +110,9 @@ COMMON: dict[str, dict[str, float]] = {
     "F/m": {"F/m": 1.0},
     "J/mol": {"J/mol": 1.0, "kJ/mol": 1e3},
 }
-CELSIUS = ("degC", "°C")
+# Scales with a zero of their own: (scale, offset) into degC by the registry's name, and the names of those that recipes use most.
+SCALES = {"degree_Celsius": (1.0, 0.0), "degree_Fahrenheit": (5 / 9, -160 / 9)}
+TEMPERATURES = {"degC": "degree_Celsius", "°C": "degree_Celsius", "degF": "degree_Fahrenheit", "°F": "degree_Fahrenheit"}
 RECOGNISED = (TIME, LENGTH, TEMPERATURE, STRESS, STRESS_RATE, STRAIN_RATE, FORCE, FORCE_RATE, VOLTAGE, VOLTAGE_RATE, FIELD, STRAIN)
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
@@ -146,8 +150,8 @@ def parse(text: Any, dimension: Dimension) -> float:
 def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
     """(scale, offset) that take a number in `unit` into `dimension.unit`: converted = number * scale + offset."""
     if dimension is TEMPERATURE:
-        if unit in CELSIUS:
-            return 1.0, 0.0
+        if (scale := TEMPERATURES.get(unit.replace(" ", ""))) is not None:  # "deg C" and "° C" are one unit, no product
+            return SCALES[scale]
     elif unit in COMMON.get(dimension.unit, ()):
         return COMMON[dimension.unit][unit], 0.0
     return convert_by_pint(unit, dimension)
@@ -170,11 +174,9 @@ def convert_by_pint(unit: str, dimension: Dimension) -> tuple[float, float]:
         raise InputError(wanted)
     quantity = _registry().Quantity
     if dimension is TEMPERATURE:
-        if str(parsed) == "degree_Celsius":
-            return 1.0, 0.0
-        return float(quantity(1.0, parsed).to("kelvin").magnitude), -ZERO_CELSIUS
-    if dimension is TEMPERATURE_DIFFERENCE and str(parsed) == "degree_Celsius":
-        return 1.0, 0.0
+        return SCALES.get(str(parsed)) or (float(quantity(1.0, parsed).to("kelvin").magnitude), -ZERO_CELSIUS)
+    if dimension is TEMPERATURE_DIFFERENCE and str(parsed) in SCALES:
+        return SCALES[str(parsed)][0], 0.0
     return float(quantity(1.0, parsed).to(target).magnitude), 0.0
 
 
@@ -211,7 +213,8 @@ def recognise(text: str) -> tuple[float, str]:
 
 def is_unit(text: str) -> bool:
     """Whether `text` is a unit that dielast knows, or a sign for none (as in a CSV's row of units)."""
-    return text.strip() in ("", "-", "1", "C", "°", "deg") or _parse_unit(text.strip()) is not None
+    sign = text.strip()
+    return sign in ("", "-", "1", "C", "°", "deg") or sign.replace(" ", "") in TEMPERATURES or _parse_unit(sign) is not None
 
 
 @lru_cache(maxsize=256)

@@ -1,7 +1,7 @@
 """Make the reconstructed material VHB 4905: a reconstruction from published figures, not a measurement.
 
 The raw data of DOI 10.1115/1.4030850 are not public. A seventh-order polynomial through the published master curve gives a spectrum
-by the paper's own recipe (Eqs. 16 to 20); shift law, J_lim and dielectric constants are the paper's.
+by the paper's own recipe (Eqs. 16 to 20); shift law, its range of temperatures, J_lim and dielectric constants are the paper's.
 
 Usage: python reconstruct_material.py > vhb4905-reconstruction.toml
 """
@@ -42,6 +42,7 @@ if __name__ == "__main__":
         nonequilibrium_law=Gent(55.0),
         permittivity=3.98e-11,
         breakdown=Breakdown((1.7, 1.9), (40e6, 48e6)),
+        measured_temperature=(-40.0, 60.0),
     )
     sys.stdout.buffer.write(b"# A reconstruction from published figures, not a measurement; made by reconstruct_material.py.\n")
     sys.stdout.buffer.write(write_material(material))

@@ -128,7 +128,7 @@ def _borrowed(group: Index, mean: Array, scatter: Array, known: NDArray[np.bool_
     here = np.arange(group.size)
     later = sources[np.minimum(np.searchsorted(sources, here), sources.size - 1)]
     earlier = sources[np.maximum(np.searchsorted(sources, here, side="right") - 1, 0)]
-    onwards = group[later] != group
+    onwards = (group[later] != group) | (later < here)  # no bin of the curve from here on knows
     source = np.where(onwards, earlier, later)
     gain = np.abs(mean) / np.where(mean[source] > 0, mean[source], np.inf)
     gain = np.where(onwards, gain, np.maximum(gain, 1.0))

@@ -103,6 +103,8 @@ def bootstrap_master_curve(
             finally:
                 if progress is not None:
                     progress(draw + 1, draws)
+        if law == "wlf" and np.any(values <= 0):
+            continue  # slower when warmer: no material's law
         rows.append((draw, drawn.log10_shift_factor, drawn.vertical_shift, values, _on_grid(drawn, grid)))
     if 2 * len(rows) < draws:
         raise NumericsError(f"only {len(rows)} of {draws} draws give a master curve: the data are too poor for an uncertainty")

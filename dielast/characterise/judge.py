@@ -12,11 +12,11 @@ Array = NDArray[np.float64]
 Ends = tuple[float | None, float | None]
 
 TOLERATED = 0.02  # of G(t): what clipping negative moduli may change; and the equilibrium modulus above the curve without a word
-_ABOVE = 0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused
+_ABOVE = 0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused; likewise a glassy one that is lower
 _BELOW = 0.1  # of the end of a curve that has levelled off, continued by _MORE_DECADES: an equilibrium modulus below is doubted
 _MORE_DECADES = 2.0
 _THIRD = (2.5, 3.5)  # ratio of the two that looks like Young's against shear
-_LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
+LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
 _POOR_FIT = 0.10  # relative rms
 _NEXT_TO = 10**0.1  # a tenth of a decade: that close to its end, a curve still tells
 
@@ -59,14 +59,20 @@ def check_ends(relaxation_time: Ends) -> None:
         raise InputError(f"relaxation_time min = {shortest:g} s must be shorter than max = {longest:g} s")
 
 
-def check_moduli(equilibrium: float | None, glassy: float | None, smallest: float) -> None:
-    """The moduli prescribed, beside the `smallest` of the curve; all Young's, Pa."""
+def check_moduli(equilibrium: float | None, glassy: float | None, smallest: float, largest: float) -> None:
+    """The moduli prescribed, beside the `smallest` and the `largest` of the curve; all Young's, Pa."""
     if equilibrium is not None and not 0 <= equilibrium < np.inf:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa: it must be finite and not negative (0 is a melt)")
     if glassy is not None and not 0 < glassy < np.inf:
         raise InputError(f"glassy_modulus = {glassy:g} Pa: it must be finite and positive")
     if equilibrium is not None and glassy is not None and equilibrium >= glassy:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa must be smaller than glassy_modulus = {glassy:g} Pa")
+    rest = smallest if equilibrium is None else equilibrium
+    if glassy is not None and glassy < min(rest, (1 - _ABOVE) * (largest - rest)):
+        raise InputError(
+            f"glassy_modulus = {glassy:g} Pa is below the end of the curve, {rest:.4g} Pa, and does not make up what it falls by, "
+            f"{largest - rest:.4g} Pa: raise it, or leave it out"
+        )
     excess = 0.0 if equilibrium is None else equilibrium / smallest - 1
     if excess > _ABOVE:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa is above the end of the curve, {smallest:.4g} Pa: lower it")
@@ -74,15 +80,23 @@ def check_moduli(equilibrium: float | None, glassy: float | None, smallest: floa
         warn(f"equilibrium_modulus = {equilibrium:g} Pa is {excess:.1%} above the end of the curve, {smallest:.4g} Pa")
 
 
-def range_of_times(wanted: Ends, default: tuple[float, float], time: Array, seen_at: tuple[float, float]) -> tuple[float, float]:
+def share_kept(branches: int, keep: int | None) -> float:
+    """How much of the decades of so many evenly spaced times is left if only the slowest are kept."""
+    return 1.0 if keep is None or branches < 2 else (keep - 1) / (branches - 1)
+
+
+def range_of_times(
+    wanted: Ends, default: tuple[float, float], time: Array, seen_at: tuple[float, float], kept: float = 1.0
+) -> tuple[float, float]:
     """Shortest and longest time of a process in s; warns where the times at which these two are seen, in units of their own, are
-    off the curve."""
+    off the curve, but for the shorter ones of which only a share, `kept`, of the decades is left."""
     shortest, longest = (float(own if end is None else end) for end, own in zip(wanted, default, strict=True))
     if shortest >= longest:
         raise InputError(f"no relaxation time lies between min = {shortest:.3g} s and max = {longest:.3g} s: state both")
-    if seen_at[0] * shortest < time[0] / _NEXT_TO or seen_at[1] * longest > time[-1] * _NEXT_TO:
+    least = longest * (shortest / longest) ** kept
+    if seen_at[0] * least < time[0] / _NEXT_TO or seen_at[1] * longest > time[-1] * _NEXT_TO:
         warn(
-            f"relaxation times from {shortest:.3g} to {longest:.3g} s reach farther than the curve, from {time[0]:.3g} to "
+            f"relaxation times from {least:.3g} to {longest:.3g} s reach farther than the curve, from {time[0]:.3g} to "
             f"{time[-1]:.3g} s, can tell: the spectrum is extrapolated"
         )
     return shortest, longest
@@ -90,7 +104,7 @@ def range_of_times(wanted: Ends, default: tuple[float, float], time: Array, seen
 
 def judge_equilibrium(known: float | None, found: float, plateau: End) -> None:
     """Warn of an equilibrium modulus (shear, Pa) that was `found` where there is no plateau, or is `known` and far below one."""
-    if known is None and -plateau.slope > _LEVEL_SLOPE:
+    if known is None and -plateau.slope > LEVEL_SLOPE:
         warn(
             f"the curve has not levelled off: it falls by {1 - 10**plateau.slope:.0%} in its last decade, so that the equilibrium "
             f"modulus of {3 * found:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
@@ -98,7 +112,7 @@ def judge_equilibrium(known: float | None, found: float, plateau: End) -> None:
     # A curve that has levelled off shows its equilibrium modulus, but for some decades of its last slope.
     level, equilibrium = 3 * plateau.modulus, 3 * found
     doubtful = (1 - _BELOW) * level * 10 ** (_MORE_DECADES * plateau.slope)
-    if known is None or -plateau.slope > _LEVEL_SLOPE or equilibrium >= doubtful:
+    if known is None or -plateau.slope > LEVEL_SLOPE or equilibrium >= doubtful:
         return
     third = ""
     if equilibrium > 0 and _THIRD[0] < level / equilibrium < _THIRD[1]:

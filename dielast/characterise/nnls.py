@@ -78,17 +78,27 @@ class Total:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """Strengths of the processes (m,) and the response's `constants`, in Pa or 1/Pa, and the smoothing s that was chosen."""
+    """Strengths of the processes (m,) and the response's `constants`, in Pa or 1/Pa, and the smoothing s that was chosen.
+
+    `objective` is the sum that they minimise, `misfit` its first part, and `freedom` the number of points, by weight, that the
+    answers at the points do not use up.
+    """
 
     strength: Array
     constants: Array
     smoothing: float
+    objective: float
+    misfit: float
+    freedom: float
 
 
-def fit_strengths(curve: Curve, own_time: Array, known: Known, total: Total | None = None, least: float = 0.0) -> Solution:
+def fit_strengths(
+    curve: Curve, own_time: Array, known: Known, total: Total | None = None, least: float = 0.0, smoothing: float | None = None
+) -> Solution:
     """Strengths of processes on `own_time` (s, shape (m,)), and of the constants that are not `known` (None for each of those).
 
-    `total` is a sum to keep to, `least` the least smoothing to try. `NumericsError` if the active set does not settle.
+    `total` is a sum to keep to, `least` the least smoothing to try, and `smoothing` the one to take. `NumericsError` if the active
+    set does not settle.
     """
     processes = own_time.size
     scale = np.exp(np.interp(np.log(own_time), np.log(curve.time), np.log(curve.size)))
@@ -110,24 +120,27 @@ def fit_strengths(curve: Curve, own_time: Array, known: Known, total: Total | No
     roughness[:, :processes] = np.diff(np.eye(processes), n=2, axis=0)
     padded = np.concatenate([values, np.zeros(len(roughness))])
 
-    def trial(smoothing: float) -> tuple[float, Array]:
+    def trial(smoothing: float) -> tuple[float, Array, float]:
         stacked = np.vstack([rows, smoothing * roughness])
         strength, _ = _non_negative(stacked, padded)
         free = strength > 0
         normal = stacked[:, free].T @ stacked[:, free]
         trace = float(np.trace(np.linalg.lstsq(normal, influence[np.ix_(free, free)], rcond=None)[0]))
         spare = 1 - trace / count
-        return (float(np.sum((rows @ strength - values) ** 2)) / spare**2 if spare > 1e-6 else np.inf), strength
+        return (float(np.sum((rows @ strength - values) ** 2)) / spare**2 if spare > 1e-6 else np.inf), strength, count * spare
 
-    trials = {smoothing: trial(smoothing) for smoothing in [0.0, *_COARSE] if smoothing >= least}
-    best = min(trials, key=lambda smoothing: trials[smoothing][0])
-    trials |= {smoothing: trial(smoothing) for smoothing in best * _FINER if best > least}
-    least = min(score for score, _ in trials.values())
-    best = max(smoothing for smoothing, (score, _) in trials.items() if score <= (1 + _EVEN) * least)
-    strength = trials[best][1]
+    wanted = [smoothing for smoothing in [0.0, *_COARSE] if smoothing >= least] if smoothing is None else [smoothing]
+    trials = {own: trial(own) for own in wanted}
+    best = min(trials, key=lambda own: trials[own][0])
+    if smoothing is None:
+        trials |= {own: trial(own) for own in best * _FINER if own > least}
+    least = min(score for score, *_ in trials.values())
+    best = max(own for own, (score, *_) in trials.items() if score <= (1 + _EVEN) * least)
+    _, strength, freedom = trials[best]
+    misfit, rough = float(np.sum((rows @ strength - values) ** 2)), float(np.sum((roughness @ strength) ** 2))
     found = np.array([0.0 if own is None else own for own in known])
     found[unknown] = strength[processes:] * constant_scale[unknown]
-    return Solution(strength[:processes] * scale, found, float(best))
+    return Solution(strength[:processes] * scale, found, float(best), misfit + best**2 * rough, misfit, freedom)
 
 
 def place_times(curve: Curve, branches: int, shortest: float, longest: float, movable: tuple[bool, bool], known: Known) -> Array:

@@ -22,6 +22,7 @@ from dielast.characterise.judge import (
     judge_fit,
     range_of_times,
     rms,
+    share_kept,
     sorted_points,
 )
 from dielast.characterise.nnls import Curve, Known, Total, fit_strengths, place_times
@@ -46,25 +47,29 @@ class SpectrumFit:
     where only the slowest branches are kept, over the points from the shortest relaxation time kept onwards, which is what they
     are meant for.
 
-    `branches` counts the processes in `spectrum`, `clipped_branches` those of them whose modulus came out negative and was set to
-    zero. `polynomial_rms_relative_error` belongs to schwarzl-staverman, `smoothing` to nnls, and `retardation` to creep, which is
-    fitted by a retardation spectrum first; None otherwise.
+    `clipped_branches` counts the processes whose modulus came out negative and was set to zero. `polynomial_rms_relative_error`
+    belongs to schwarzl-staverman, `smoothing` to nnls, and `retardation` to creep, which is fitted by a retardation spectrum first;
+    None otherwise.
     """
 
     method: Method
     spectrum: Spectrum
     equilibrium_shear_modulus: float
-    branches: int
-    clipped_branches: int
     rms_relative_error: float
     max_relative_error: float
     reduced_time: Array
     measured: Array
     model: Array
+    clipped_branches: int = 0
     polynomial_rms_relative_error: float | None = None
     smoothing: float | None = None
     test: Test = "relaxation"
     retardation: RetardationSpectrum | None = None
+
+    @property
+    def branches(self) -> int:
+        """Number of processes in the spectrum."""
+        return len(self.spectrum)
 
 
 def fit_spectrum(
@@ -100,17 +105,19 @@ def fit_spectrum(
     check_ends(relaxation_time)
     curve = Curve(time, measured[None] / 3, votes(np.log10(time)))
     plateau = long_time_end(np.log10(time), curve.size)
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), curve.size))
+    ends = least_modulus(np.log10(time), curve.size), short_time_end(np.log10(time), curve.size).modulus
+    check_moduli(equilibrium_modulus, glassy_modulus, 3 * ends[0], 3 * ends[1])
     known = None if equilibrium_modulus is None else equilibrium_modulus / 3
     total = None if glassy_modulus is None else glassy_modulus / 3
 
     polynomial_error = smoothing = None
     if method == "nnls":
-        tau = placed_times(curve, branches, relaxation_time, (known,))
+        tau = placed_times(curve, branches, relaxation_time, (known,), kept=share_kept(branches, keep))
         solution = fit_strengths(curve, tau, (known,), None if total is None else Total(total, (0.0,)))
         moduli, equilibrium, smoothing = solution.strength, float(solution.constants[0]), solution.smoothing
     else:
-        shortest, longest = range_of_times(relaxation_time, (time[0] / 2, time[-1] / 2), time, seen_at=(2, 2))
+        own, kept = (time[0] / 2, time[-1] / 2), share_kept(branches, keep)
+        shortest, longest = range_of_times(relaxation_time, own, time, seen_at=(2, 2), kept=kept)
         tau = ss.relaxation_times(longest, shortest, branches)
         equilibrium = plateau.modulus if known is None else known
         polynomial = ss.fit_polynomial(np.log10(time), np.log10(curve.size), polynomial_degree, curve.weight)
@@ -129,22 +136,23 @@ def fit_spectrum(
         method=method,
         spectrum=spectrum,
         equilibrium_shear_modulus=equilibrium,
-        branches=len(spectrum),
-        clipped_branches=clipped,
         rms_relative_error=mean,
         max_relative_error=worst,
         reduced_time=time,
         measured=measured,
         model=3 * model,
+        clipped_branches=clipped,
         polynomial_rms_relative_error=polynomial_error,
         smoothing=smoothing,
     )
 
 
-def placed_times(curve: Curve, branches: int, wanted: Ends, known: Known, past: float = 1.0) -> Array:
-    """Times of the processes for nnls in s, slowest first, by default up to so many times `past` the curve's own ends."""
+def placed_times(curve: Curve, branches: int, wanted: Ends, known: Known, past: float = 1.0, kept: float = 1.0) -> Array:
+    """Times of the processes for nnls in s, slowest first, by default up to so many times `past` the curve's own ends; `kept` as in
+    `range_of_times`."""
     # A process still shows a decade away from its own time, hardly farther.
-    shortest, longest = range_of_times(wanted, (curve.time[0] / past, curve.time[-1] * past), curve.time, seen_at=(10, 0.1))
+    own = curve.time[0] / past, curve.time[-1] * past
+    shortest, longest = range_of_times(wanted, own, curve.time, seen_at=(10, 0.1), kept=kept)
     return place_times(curve, branches, shortest, longest, (wanted[0] is None, wanted[1] is None), known)
 
 

@@ -144,7 +144,10 @@ class _Change:
         time = np.geomspace(tau[-1] / 2, 10 * tau[0], int(TIMES_PER_DECADE * np.log10(20 * tau[0] / tau[-1])) + 1)
         modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
         carried = target.relaxation_modulus(tau, fit.equilibrium_shear_modulus)
-        size = np.append(np.maximum(target.shear_modulus, SMALL * carried), max(fit.equilibrium_shear_modulus, SMALL * carried[0]))
+        rest = (
+            max(fit.equilibrium_shear_modulus, SMALL * carried[0]) if fit.equilibrium_shear_modulus > 0 else 0.0
+        )  # a melt stays one
+        size = np.append(np.maximum(target.shear_modulus, SMALL * carried), rest)
         effect = np.column_stack([np.exp(-time[:, None] / tau), np.ones(time.size)]) * size / modulus[:, None]
         normal = effect.T @ effect + RELUCTANCE * time.size * np.eye(size.size)
         return cls(time, modulus, size[:, None] * np.linalg.solve(normal, effect.T))

@@ -68,6 +68,12 @@ def fit_sweeps(
     alone = fit_master(storage, start, anchor, vertical)
     if on == "storage":
         return _on_storage(alone, storage, loss, anchor)
+    apart = _apart(storage, loss, have_shape(storage, alone.splines, alone.shift, False), anchor)
+    rest = np.flatnonzero(~apart)
+    if 2 <= rest.size < m:
+        own = fit_sweeps(temperature[rest], _only(data, rest), start[rest], int(np.searchsorted(rest, anchor)), vertical, on)
+        whole = {"moduli": raw, "tan-delta": _ratio(data, m), "storage": storage}[own.on]
+        return replace(own, fit=_spread(own.fit, rest, start), points=whole)
     fit = fit_master(raw, alone.shift, anchor, vertical)
     beta = _common(raw, fit.residual)
     points = points_of(data, m, beta)
@@ -76,7 +82,7 @@ def fit_sweeps(
     moduli = _uncombined(fit, beta)
     if on == "moduli":
         return Superposition(moduli, on, raw, moduli.splines)
-    ratio = replace(_channel(points_of(data, m, 1.0), 1), lift=np.zeros(storage.curve.size))
+    ratio = _ratio(data, m)
     tangent = fit_master(ratio, fit.shift, anchor, False)
     if on == "auto":
         shaped = have_shape(ratio, tangent.splines, tangent.shift, True)
@@ -92,6 +98,47 @@ def _channel(points: Points, channel: int) -> Points:
     here = points.channel == channel
     parts = (points.curve[here], points.log_time[here], points.log_modulus[here], points.variance[here])
     return Points(*parts, points.curves, np.zeros_like(parts[0]), np.ones(parts[0].size))
+
+
+def _ratio(data: Condensed, curves: int) -> Points:
+    """Tan delta, which no vertical shift moves."""
+    ratio = _channel(points_of(data, curves, 1.0), 1)
+    return replace(ratio, lift=np.zeros(ratio.curve.size))
+
+
+def _apart(storage: Points, loss: Points, shaped: NDArray[np.bool_], anchor: int) -> NDArray[np.bool_]:
+    """Curves (m,) that nothing joins to the others: the storage modulus is level, not `shaped`, and the loss modulus has no value
+    in common with that of the next curve towards the anchor. Wherever such a curve is put, it contradicts one modulus."""
+    apart = np.zeros(storage.curves, dtype=bool)
+    low, high = (np.array([edge(loss.log_modulus[loss.curve == k]) for k in range(loss.curves)]) for edge in (np.min, np.max))
+    for outwards in (range(anchor - 1, -1, -1), range(anchor + 1, storage.curves)):
+        last = anchor
+        for k in outwards:
+            apart[k] = not shaped[k] and (apart[last] or min(high[k], high[last]) < max(low[k], low[last]))
+            last = k
+    return apart
+
+
+def _only(data: Condensed, curves: NDArray[np.intp]) -> Condensed:
+    """The points of some curves, which are numbered afresh."""
+    here = np.isin(data.curve, curves)
+    new = np.searchsorted(curves, data.curve[here])
+    return replace(
+        data, curve=new, log_time=data.log_time[here], log_modulus=data.log_modulus[:, here], variance=data.variance[:, here]
+    )
+
+
+def _spread(fit: MasterFit, curves: NDArray[np.intp], elsewhere: Array) -> MasterFit:
+    """The fit of some curves as one of all (m,): the others stay where they are, which nothing tells."""
+    m = elsewhere.size
+    whole = (elsewhere.copy(), np.zeros(m), np.full(m, np.inf), np.zeros(m))
+    for values, own in zip(whole, (fit.shift, fit.vertical, fit.noise_stderr, fit.misfit.by_curve), strict=True):
+        values[curves] = own
+    shift, vertical, stderr, by_curve = whole
+    covariance = np.zeros((2 * m, 2 * m))
+    covariance[np.ix_(*2 * (np.concatenate((curves, m + curves)),))] = fit.covariance
+    misfit = replace(fit.misfit, by_curve=by_curve)
+    return replace(fit, shift=shift, vertical=vertical, covariance=covariance, noise_stderr=stderr, misfit=misfit)
 
 
 def _on_storage(alone: MasterFit, storage: Points, loss: Points, anchor: int) -> Superposition:

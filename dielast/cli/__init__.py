@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
+
+from dielast.cli.interrupt import leave
+from dielast.cli.streams import mend_streams, tell_refusal
 
 
 def main() -> None:
     """Run the command line: exit 0 done, 2 bad input, 3 the numerics gave up, 4 golden mismatch, 130 interrupted, 1 a bug."""
-    try:
-        from dielast.cli.app import app
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not if Ctrl-C is ignored, as in the background
+        signal.signal(signal.SIGINT, leave)
+    mend_streams()
+    os.environ["MPLBACKEND"] = "agg"  # files are all that is drawn, and a notebook's own would not load here
+    from dielast.cli.app import app
 
+    try:
         app(prog_name="dielast")
-    except KeyboardInterrupt:  # before a command began
-        print("interrupted", file=sys.stderr)
-        sys.exit(130)
+    except OSError as error:  # of the help and the version, no command's
+        sys.exit(tell_refusal(error))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable
 from enum import StrEnum
@@ -12,6 +11,8 @@ from typing import Annotated
 import typer
 
 from dielast.cli.help import EXIT_CODES, START, Command, RecipeCommand
+from dielast.cli.interrupt import working
+from dielast.cli.streams import give_up_output, tell_refusal
 
 app = typer.Typer(
     name="dielast",
@@ -34,9 +35,17 @@ class PlotFormat(StrEnum):
     NONE = "none"
 
 
+def _named(text: str) -> Path:
+    """A path that is stated; an empty one, as of a shell's unset variable, would be the current folder."""
+    if not text:
+        raise typer.BadParameter("is empty, a name is needed")
+    return Path(text)
+
+
 Recipe = Annotated[Path, typer.Argument(metavar="RECIPE.toml", help="The recipe to run.", hidden=True)]
 Out = Annotated[
-    Path | None, typer.Option("-o", "--out", metavar="DIR", help="Folder for the results; by default the recipe's name.")
+    Path | None,
+    typer.Option("-o", "--out", metavar="DIR", parser=_named, help="Folder for the results; by default the recipe's name."),
 ]
 Plot = Annotated[
     list[PlotFormat] | None, typer.Option("--plot", metavar="FORMAT", help="png (default), svg, pdf or none; repeatable.")
@@ -44,9 +53,11 @@ Plot = Annotated[
 Set = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Override a recipe key, such as step.0.rate; repeatable.")
 ]
-Golden = Annotated[Path | None, typer.Option("--golden", metavar="DIR", help="Compare every number with an earlier result.")]
+Golden = Annotated[
+    Path | None, typer.Option("--golden", metavar="DIR", parser=_named, help="Compare every number with an earlier result.")
+]
 Rtol = Annotated[float, typer.Option("--rtol", metavar="NUMBER", help="Relative tolerance of --golden.", min=0.0)]
-Depfile = Annotated[Path | None, typer.Option("--depfile", metavar="FILE", help="Write a make dependency file.")]
+Depfile = Annotated[Path | None, typer.Option("--depfile", metavar="FILE", parser=_named, help="Write a make dependency file.")]
 Jobs = Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for a failure map; the result is the same.", min=1)]
 Scheduler = Annotated[
     str | None,
@@ -63,8 +74,8 @@ def _exit_with(action: Callable[[], int]) -> None:
     from dielast.errors import InputError, NumericsError
 
     try:
-        code = action()
-        if sys.stdout is not None:
+        with working():
+            code = action()
             sys.stdout.flush()
     except (InputError, NumericsError) as error:
         for line in error.messages:
@@ -75,15 +86,14 @@ def _exit_with(action: Callable[[], int]) -> None:
         code = 130
     except BrokenPipeError:
         # whoever read our output has gone, and there is nobody left to tell
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        give_up_output()
         code = 0
     except UnicodeEncodeError as error:
-        print(f"a path or a value has a character that this locale cannot write: {error.object!a}", file=sys.stderr)
+        about = error.object[max(0, error.start - 40) : error.end + 40]
+        print(f"a path or a value has a character that this locale cannot write: {about!a}", file=sys.stderr)
         code = 2
     except OSError as error:
-        print(f"cannot write: {(error.strerror or str(error)).lower()}", file=sys.stderr)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        code = 2
+        code = tell_refusal(error)
     raise typer.Exit(code)
 
 

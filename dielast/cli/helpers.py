@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import warnings
 from collections.abc import Sequence
@@ -45,7 +46,7 @@ def _validate(path: Path) -> list[str]:
     from dielast.recipe.cases import read_cases, read_load
     from dielast.workflow.inspect import mistakes
 
-    keys = parse_toml(read_file(path, str(path)), str(path)).keys() if path.is_file() else set()
+    keys = parse_toml(read_file(path, str(path)), str(path)).keys() if os.path.isfile(path) else set()
     if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
         from dielast.recipe.material import read_material
 

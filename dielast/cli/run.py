@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
 import math
+import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -14,9 +16,9 @@ from typing import Any
 
 from dielast.cli.summary import tell
 from dielast.errors import DielastWarning, InputError, NumericsError
-from dielast.files import STORE, Inputs, check_targets, depfile, write_files
+from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, write_files
 from dielast.recipe.cases import Case, read_cases
-from dielast.workflow.report import Execution, contents, summarise
+from dielast.workflow.report import Execution, contents, left_over, summarise
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
@@ -43,8 +45,11 @@ def run(kind: str, path: Path, options: Options) -> int:
     _check_scheduler(kind, options)
     cases = read_cases(path, kind, options.overrides)
     out = options.out or Path(path.stem)
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: is a file, a folder for the results is needed (see --out)")
+    check_folder(out, "for the results is needed (see --out)")
+    check_targets([out / STORE], [])
+    if options.depfile is not None:
+        check_folder(options.depfile.parent, "is needed (see --depfile)")
+        check_targets([options.depfile], [path])
     if options.golden is not None:
         _check_golden(options.golden, out)
     execution = Execution(options.jobs, out, _progress(options), options.scheduler)
@@ -55,7 +60,7 @@ def run(kind: str, path: Path, options: Options) -> int:
     (out / STORE).unlink(missing_ok=True)
     if options.depfile is not None:
         rule = depfile([out / name for name in files], [path, *inputs.paths])
-        write_files(options.depfile.parent, {options.depfile.name: rule.encode()})
+        write_files(options.depfile.parent, {options.depfile.name: rule.encode("utf-8", "surrogateescape")})
     if options.json:
         print(json.dumps(_plain(summary), indent=2, allow_nan=False))
     elif not options.quiet:
@@ -63,6 +68,9 @@ def run(kind: str, path: Path, options: Options) -> int:
     sys.stdout.flush()
     for message in caught:
         print(f"warning: {message}", file=sys.stderr)
+    if old := left_over(kind, out, files):
+        verbs = "is from an earlier run and was" if len(old) == 1 else "are from an earlier run and were"
+        print(f"warning: {out}: {', '.join(old)} {verbs} not renewed", file=sys.stderr)
     for line in summary.get("unfinished", ()):
         print(f"{path}: {line}", file=sys.stderr)
     mismatch = _compare(files, options) if options.golden is not None else 0
@@ -83,7 +91,8 @@ def compute(
             own = (path, *inputs.names, execution.scheduler)
             raise type(error)(*(_located(line, own) for line in error.messages)) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
-    summary = summarise(kind, report, inputs, path.name, caught)
+    summary = summarise(kind, report, inputs, as_text(path.name), caught)
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where its cache lies is nothing to a user of this
     return contents(kind, report, summary, plots), summary, inputs, caught
 
 
@@ -116,7 +125,7 @@ def _check_golden(golden: Path, out: Path) -> None:
     from dielast.workflow.golden import golden_files
 
     golden_files(golden)
-    if golden.resolve() == out.resolve():
+    if os.path.realpath(golden) == os.path.realpath(out):
         raise InputError(f"{golden}: the result would overwrite the golden files; write it to another folder (see --out)")
 
 

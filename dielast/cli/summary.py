@@ -94,13 +94,15 @@ def _scaled(value: float, unit: str) -> tuple[float, str]:
 
 
 def _plain(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else ", ".join(map(_plain, value)) if isinstance(value, list) else str(value)
+    if isinstance(value, list):
+        return f"[{', '.join(map(_plain, value))}]"
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def _encodable(text: str) -> str:
     """The text as this terminal can write it."""
     try:
-        text.encode(sys.stdout.encoding or "ascii")
+        text.encode(encoding := sys.stdout.encoding or "ascii")
     except UnicodeEncodeError:
-        return text.translate(PLAIN)
+        return text.translate(PLAIN).encode(encoding, "backslashreplace").decode(encoding)
     return text

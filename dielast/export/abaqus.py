@@ -8,7 +8,7 @@ D1 = 2/K, zero for incompressible.
 
 from __future__ import annotations
 
-from dielast.export.conventions import UNITS, Card, CardOptions, Code, number, prepare, ratios_below_one, temperature
+from dielast.export.conventions import UNITS, Card, CardOptions, Code, number, prepare, ratios_below_one, temperature, yeoh_series
 from dielast.material import Material
 from dielast.shift import GAS_CONSTANT, WLF, Arrhenius
 from dielast.units import ZERO_CELSIUS
@@ -38,12 +38,11 @@ def write(material: Material, options: CardOptions) -> dict[str, str]:
     if card.density is not None:
         lines += ["*DENSITY", number(card.density) + ","]
     modulus = card.equilibrium if long_term else card.instantaneous
-    compliance = number(0.0 if card.bulk is None else 2 / card.bulk)
+    compliance = number(card.compressibility)
     moduli = "LONG TERM" if long_term else "INSTANTANEOUS"
     if card.law == "yeoh":
-        limit = card.limits[0]
-        series = [modulus / 2, modulus / (4 * limit), modulus / (6 * limit**2)]
-        lines += [f"*HYPERELASTIC, YEOH, MODULI={moduli}", ", ".join((*map(number, series), compliance, "0", "0"))]
+        series = map(number, yeoh_series(modulus, card.limits[0]))
+        lines += [f"*HYPERELASTIC, YEOH, MODULI={moduli}", ", ".join((*series, compliance, "0", "0"))]
     else:
         lines += [f"*HYPERELASTIC, NEO HOOKE, MODULI={moduli}", f"{number(modulus / 2)}, {compliance}"]
     lines.append("*VISCOELASTIC, TIME=PRONY")

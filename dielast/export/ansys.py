@@ -8,12 +8,11 @@ temperatures. d = 2/K, zero for incompressible.
 
 from __future__ import annotations
 
-from dielast.errors import InputError
-from dielast.export.conventions import Card, CardOptions, Code, number, prepare, ratios_below_one, temperature
+from dielast.export.conventions import Card, CardOptions, Code, number, prepare, ratios_below_one, temperature, yeoh_series
 from dielast.material import Material
 from dielast.shift import GAS_CONSTANT, WLF, Arrhenius
 
-CODE = Code("ansys", laws=("gent", "neo-hookean", "yeoh"), shifts=(WLF, Arrhenius), most_terms=100)
+CODE = Code("ansys", laws=("gent", "neo-hookean", "yeoh"), shifts=(WLF, Arrhenius), most_terms=100, arrhenius_in_kelvin=True)
 
 
 def write(material: Material, options: CardOptions) -> dict[str, str]:
@@ -42,7 +41,7 @@ def write(material: Material, options: CardOptions) -> dict[str, str]:
 
 def _hyper(card: Card) -> list[str]:
     modulus, limit = card.instantaneous, card.limits[0]
-    compliance = number(0.0 if card.bulk is None else 2 / card.bulk)
+    compliance = number(card.compressibility)
     if card.law == "gent":
         return [
             "! Gent: mu, J_m, d",
@@ -50,7 +49,7 @@ def _hyper(card: Card) -> list[str]:
             f"TBDATA,1,{number(modulus)},{number(limit)},{compliance}",
         ]
     if card.law == "yeoh":
-        series = ",".join(map(number, (modulus / 2, modulus / (4 * limit), modulus / (6 * limit**2))))
+        series = ",".join(map(number, yeoh_series(modulus, limit)))
         return ["! Yeoh: C10, C20, C30, d1, d2, d3", "TB,HYPER,DIELAST_MAT,1,3,YEOH", f"TBDATA,1,{series},{compliance},0,0"]
     return ["! neo-Hookean: mu, d", "TB,HYPER,DIELAST_MAT,1,2,NEO", f"TBDATA,1,{number(modulus)},{compliance}"]
 
@@ -64,10 +63,6 @@ def _shift(card: Card, options: CardOptions) -> list[str]:
                 f"TBDATA,1,{temperature(reference, options)},{number(C1)},{number(C2)}",
             ]
         case Arrhenius(reference, energy):
-            if options.temperature_scale != "K":
-                raise InputError(
-                    'export.temperature_scale: ansys takes the Arrhenius law in absolute temperatures only: "K" is needed'
-                )
             return [
                 "! ln A = (H/R) (1/Tr - 1/T), reduced time is A t, T in K (TOFFST = 0); data: Tr, H/R",
                 "TB,SHIFT,DIELAST_MAT,1,2,TN",

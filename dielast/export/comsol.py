@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dielast.export.conventions import Card, CardOptions, Code, number, prepare
+from dielast.export.conventions import Card, CardOptions, Code, number, prepare, yeoh_series
 from dielast.material import Material
 from dielast.shift import WLF, Arrhenius, ShiftTable
 from dielast.units import ZERO_CELSIUS
@@ -57,7 +57,7 @@ def _parameters(card: Card, notes: list[str]) -> str:
     if card.law == "gent":
         rows.append(("J_m", number(card.limits[0]), "Gent: limit of I1 - 3"))
     elif card.law == "yeoh":
-        series = (card.equilibrium / 2, card.equilibrium / (4 * card.limits[0]), card.equilibrium / (6 * card.limits[0] ** 2))
+        series = yeoh_series(card.equilibrium, card.limits[0])
         rows += [(f"c{power}", f"{number(value)}[Pa]", "Yeoh") for power, value in enumerate(series, 1)]
     if card.bulk is not None:
         rows.append(("kappa", f"{number(card.bulk)}[Pa]", "bulk modulus"))

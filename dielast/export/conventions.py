@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,8 @@ from dielast.gent import Gent
 from dielast.material import Material
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 from dielast.units import ZERO_CELSIUS
+
+Made = TypeVar("Made")
 
 LAW_NAMES: dict[type, str] = {WLF: "wlf", Arrhenius: "arrhenius", ShiftTable: "table", NoShift: "none"}
 LARGEST_LOSS = 1e-7  # of the equilibrium modulus, where a code takes one minus the sum of ratios for it
@@ -90,7 +94,8 @@ class Code:
     """What a code can carry: its springs, its shift laws, how many terms, a material that flows (no equilibrium modulus).
 
     `separate_limits`: the branches may have a J_lim of their own. `poisson_ratio`: at time zero, where the code must have a bulk
-    modulus and none is stated; None where it can be incompressible.
+    modulus and none is stated; None where it can be incompressible. `arrhenius_in_kelvin`: Arrhenius' law in
+    absolute temperatures only.
     """
 
     name: str
@@ -100,6 +105,7 @@ class Code:
     flows: bool = False
     separate_limits: bool = False
     poisson_ratio: float | None = None
+    arrhenius_in_kelvin: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,32 +133,38 @@ class Card:
         return math.fsum((self.equilibrium, *self.modulus.tolist()))
 
     @property
+    def compressibility(self) -> float:
+        """2/K, zero for an incompressible card."""
+        return 0.0 if self.bulk is None else 2 / self.bulk
+
+    @property
     def ratios(self) -> list[float]:
         """Modulus of every branch over the instantaneous one."""
         return [value / self.instantaneous for value in self.modulus.tolist()]
 
 
 def prepare(material: Material, code: Code, options: CardOptions) -> Card:
-    """The material as `code` can carry it; raises `InputError`, beginning with a recipe key, where it cannot."""
+    """The material as `code` can carry it; raises `InputError`, a line for each recipe key to change, where it cannot."""
+    wrong: list[str] = []
+
+    def tried(make: Callable[[], Made]) -> Made | None:
+        try:
+            return make()
+        except InputError as error:
+            wrong.extend(error.messages)
+            return None
+
     units = UNITS[options.units]
     there = material.spectrum.shear_modulus > 0
     dropped = int(np.count_nonzero(~there))
     modulus, time = material.spectrum.shear_modulus[there], material.spectrum.relaxation_time[there]
-    terms = len(modulus)
-    if terms == 0:
-        raise InputError(f"export.formats: {code.name}: every branch has zero modulus: there is nothing viscoelastic to write")
-    if code.most_terms is not None and terms > code.most_terms:
-        raise InputError(
-            f"export.formats: {code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "
-            "fit fewer ([fit] branches), or as many as a window of times needs ([reduce] window)"
-        )
-    if material.equilibrium_modulus == 0 and not code.flows:
-        raise InputError(
-            f"export.formats: {code.name} needs an equilibrium modulus above zero (ratios that sum to less than one): "
-            "the material flows"
-        )
-    law, limits = _spring(material, code, options)
-    shift, time, note = _shift(material.shift, time, code, options)
+    tried(lambda: _check_branches(material, len(modulus), code))
+    spring = tried(lambda: _spring(material, code, options))
+    shifted = tried(lambda: _shift(material.shift, time, code, options))
+    bulk = tried(lambda: _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options))
+    if wrong or spring is None or shifted is None:
+        raise InputError(*wrong)
+    (law, limits), (shift, time, note) = spring, shifted
     notes = [
         f"Name in dielast: {plain(material.name)}",
         f"Units: {units.names}; moduli are shear moduli unless said otherwise.",
@@ -163,7 +175,6 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
         notes.append(f"Left out: branches of zero modulus ({dropped}).")
         warn(f"export: the cards leave out {dropped} branches of zero modulus")
     notes += _spring_notes(material, law, limits)
-    bulk = _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options)
     if bulk is not None:
         notes.append("The material is incompressible; the bulk modulus K makes Young's modulus 9 K G/(3 K + G), short of 3 G.")
     notes += [
@@ -197,6 +208,11 @@ def ratios_below_one(card: Card, code: Code) -> list[str]:
     return written
 
 
+def yeoh_series(modulus: float, limit: float) -> tuple[float, float, float]:
+    """Yeoh's constants, those of Gent's energy to the third power of I1 - 3."""
+    return modulus / 2, modulus / (4 * limit), modulus / (6 * limit**2)
+
+
 def number(value: float) -> str:
     """15 significant digits, fewer where that would take more than the 20 characters that Abaqus reads."""
     return next(text for digits in range(15, 0, -1) if len(text := f"{value:.{digits}g}") <= 20)
@@ -218,6 +234,24 @@ def plain(text: str) -> str:
     """Text that no code's comment stumbles over: printable ASCII, no backslash, no double hyphen."""
     shown = "".join(mark if mark.isascii() and mark.isprintable() and mark != "\\" else "?" for mark in text)
     return re.sub(r"-(?=-)", "- ", shown)[:100]
+
+
+def _check_branches(material: Material, terms: int, code: Code) -> None:
+    wrong = []
+    if terms == 0:
+        wrong.append(f"export.formats: {code.name}: every branch has zero modulus: there is nothing viscoelastic to write")
+    if code.most_terms is not None and terms > code.most_terms:
+        wrong.append(
+            f"export.formats: {code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "
+            "fit fewer ([fit] branches), or as many as a window of times needs ([reduce] window)"
+        )
+    if material.equilibrium_modulus == 0 and not code.flows:
+        wrong.append(
+            f"export.formats: {code.name} needs an equilibrium modulus above zero (ratios that sum to less than one): "
+            "the material flows; if it does not, state fit.equilibrium_modulus"
+        )
+    if wrong:
+        raise InputError(*wrong)
 
 
 def _spring(material: Material, code: Code, options: CardOptions) -> tuple[str, tuple[float, float]]:
@@ -272,6 +306,10 @@ def _spring_notes(material: Material, law: str, limits: tuple[float, float]) -> 
 def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOptions) -> tuple[ShiftLaw, NDArray[np.float64], str]:
     if isinstance(law, (*code.shifts, NoShift)):
         there = f"{law.reference_temperature:g} degC"
+        if isinstance(law, Arrhenius) and code.arrhenius_in_kelvin and options.temperature_scale != "K":
+            raise InputError(
+                f'export.temperature_scale: {code.name} takes the Arrhenius law in absolute temperatures only: "K" is needed'
+            )
         if isinstance(law, NoShift):
             return law, time, f"Relaxation times hold at {there}; the material has no shift law."
         return law, time, f"Relaxation times hold at {there}, the reference temperature of the shift law."
@@ -294,6 +332,11 @@ def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOp
 
 def _bulk(shear: float, code: Code, options: CardOptions) -> float | None:
     if options.bulk_modulus is not None:
+        if options.bulk_modulus <= 2 / 3 * shear:
+            raise InputError(
+                f"export.bulk_modulus: {options.bulk_modulus:g} Pa with an instantaneous shear modulus of {shear:.4g} Pa makes "
+                f"Poisson's ratio negative: more than {2 / 3 * shear:.4g} Pa is needed, for rubbers about 2 GPa"
+            )
         return options.bulk_modulus
     ratio = code.poisson_ratio if options.poisson_ratio is None else options.poisson_ratio
     return None if ratio is None else 2 * shear * (1 + ratio) / (3 * (1 - 2 * ratio))

@@ -78,30 +78,33 @@ def _one_row_a_frequency(
     names: list[str], units: list[str], rows: list[Row], source: str, decimal: str
 ) -> tuple[tuple[list[str], list[str]], list[Row]]:
     """Columns of several frequencies, such as `E'(1.000 Hz)`, one below the other, the frequency in a column of its own."""
-    at = [_AT.fullmatch(name) for name in names]
-    if not any(at):
+    common: list[int] = []
+    own: dict[str, dict[int, str]] = {}  # of each frequency, its columns and what they hold
+    for k, name in enumerate(names):
+        if match := _AT.fullmatch(name):
+            own.setdefault(match["frequency"], {})[k] = match["name"]
+        else:
+            common.append(k)
+    if not own:
         return (names, units), rows
-    common = [k for k, match in enumerate(at) if match is None]
-    frequencies = list(dict.fromkeys(match["frequency"] for match in at if match))
-    own = {value: [k for k, match in enumerate(at) if match and match["frequency"] == value] for value in frequencies}
-    measured = [[at[k]["name"] for k in own[value]] for value in frequencies]  # type: ignore[index]
-    if any(other != measured[0] for other in measured):
-        raise InputError(f"{source}: the frequencies {', '.join(frequencies)} Hz do not have the same columns")
+    first, *others = own.values()
+    measured = list(first.values())
+    if any(list(other.values()) != measured for other in others):
+        raise InputError(f"{source}: the frequencies {', '.join(own)} Hz do not have the same columns")
     long = [
         (
             line,
             [
                 *(cells[k] for k in common),
-                re.sub("[.,]", decimal, value),
-                *(cells[k] if k < len(cells) else "" for k in own[value]),
+                re.sub("[.,]", decimal, frequency),
+                *(cells[k] if k < len(cells) else "" for k in columns),
             ],
         )
         for line, cells in rows
         if len(cells) >= len(common)
-        for value in frequencies
+        for frequency, columns in own.items()
     ]
-    first = own[frequencies[0]]
     return (
-        ([names[k] for k in common] + [_FREQUENCY] + measured[0], [units[k] for k in common] + ["Hz"] + [units[k] for k in first]),
+        ([names[k] for k in common] + [_FREQUENCY] + measured, [units[k] for k in common] + ["Hz"] + [units[k] for k in first]),
         long,
     )

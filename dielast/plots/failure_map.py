@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 MOST_LINES = 6
 MOST_BESIDE_A_MAP = 4  # prestretches; the map shows them all
 MOST_MARKERS = 13  # a line
+MOST_ARROWS = 3  # a band
 FEWEST_FOR_A_MAP = 5  # prestretches
 # what contour lines show: round times
 CONTOURS = {1.0: "1 s", 60.0: "1 min", 600.0: "10 min", 3600.0: "1 h", 21600.0: "6 h", 86400.0: "24 h"}
@@ -37,7 +38,7 @@ def plot_failure_map(
     """Time to failure over voltage for some films; for many prestretches of the first temperature also the map.
 
     `bounds`, lower and upper of the time to failure and of its shape, are drawn as bands, which the legend calls
-    `interval`; infinite is beyond the horizon.
+    `interval`; infinite is beyond the horizon, where a band is open.
     """
     equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
     mapped = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP and equibiaxial
@@ -77,16 +78,18 @@ def _lifetimes(
     interval: str,
 ) -> None:
     handles: list[Line2D] = []
-    fitted = False
+    fitted, top = False, 2 * result.horizon
+    opened = bounds is not None and any(np.any(np.isfinite(bounds[0][film]) & np.isinf(bounds[1][film])) for film in chosen)
     for index, (i, j) in enumerate(chosen):
         time, line = result.time_to_failure[i, j], lines[i * len(result.prestretch) + j]
         fails = np.isfinite(time) & (time > 0)
         colour = COLOURS[index % len(COLOURS)]
         if bounds is not None:
-            low, high = bounds[0][i, j], np.minimum(bounds[1][i, j], result.horizon)
+            low, high = bounds[0][i, j], np.minimum(bounds[1][i, j], top)
             within = np.isfinite(low) & (low > 0)
             look: Any = {"color": colour, "alpha": 0.18, "linewidth": 0.0}
             axes.fill_between(result.voltage / 1e3, low, high, where=within, **look)
+            _arrows(axes, result.voltage[within & (high == top)] / 1e3, 1.4 * result.horizon, index, colour)
         if not fails.any():
             continue
         pair = result.prestretch[j]
@@ -104,13 +107,24 @@ def _lifetimes(
             axes.plot(span / 1e3, 10 ** (line.intercept + line.slope * span), linestyle=dashes, linewidth=0.9, color=colour)
     axes.set_xlabel("voltage [kV]")
     axes.set_ylabel("time to failure [s]")
+    axes.set_yscale("log")
+    if opened:
+        axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
+        axes.set_ylim(top=top)
     log_axis(axes, "y")
     if handles:
         # below the axes: within, the points of long and of short lives leave no corner free
         notes = ["lines: exponential law"] * fitted + [f"bands: {interval}"] * (bounds is not None)
-        said = "; ".join(notes) or None
+        said = "; ".join(notes) + "\narrows: open above, some survive the horizon (dotted)" * opened or None
         place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": min(2, len(handles))}
         axes.legend(handles=handles, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
+
+
+def _arrows(axes: Axes, along: Array, up: float, film: int, colour: Any) -> None:
+    """Arrows where a band is open above, those of every film in a place of their own."""
+    place: Any = {"textcoords": "offset points", "ha": "center", "va": "center", "annotation_clip": False}
+    for index in _spread(along.size, MOST_ARROWS):
+        axes.annotate("\N{UPWARDS ARROW}", (float(along[index]), up), (5.0 * film, 0.0), color=colour, fontsize=8, **place)
 
 
 def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:

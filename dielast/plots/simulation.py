@@ -42,6 +42,7 @@ MOST_NAMED = 6  # of more cases that no scale can tell apart
 MOST_WITHIN = 4  # entries of a legend for which there is room between the curves
 MOST_TICKS = 8
 SHADE = 0.18  # opacity of a band
+BAR = 0.8  # line width of the bar through an event
 LONGEST_LABEL = 58  # characters at column width
 # crosses and circles as in the paper's Fig. 13
 EVENTS = {"breakdown": "x", "pull-in": "o", "loss-of-tension": "v"}
@@ -85,16 +86,19 @@ def plot_cases(
     swept: Sequence[Swept] = (),
     bands: Sequence[tuple[Array, Array, Array] | None] = (),
     interval: str = "interval",
+    spans: Sequence[tuple[float, float] | None] = (),
 ) -> Figure:
     """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers.
 
     `marks` are events: the case, the name, and where, in the units of x and y. Many cases are told apart by a scale of colours if
     one number is `swept`, and by line styles too if a second one is; else the legend names some of them. `bands` are x, lower and
-    upper y of what each case may be, None for a case known exactly; the legend calls them `interval`.
+    upper y of what each case may be, None for a case known exactly; the legend calls them `interval`. `spans` are lower and upper x
+    of what each mark may be, infinite where it may never come.
     """
     with style():
         looks = _looks(len(cases), swept)
-        handles = _handles(labels, looks, measured, marks)
+        spread = any(span is not None for span in spans)
+        handles = _handles(labels, looks, measured, marks, spread)
         banded = any(one is not None for one in bands)
         if banded:
             shade: Any = {"facecolor": looks.each[0]["color"] if len(cases) == 1 else "black", "alpha": SHADE, "linewidth": 0.0}
@@ -122,6 +126,9 @@ def plot_cases(
         for case, name, across, up in marks:
             if name in EVENTS:
                 axes.plot(across * x_factor, up * y_factor, linestyle="none", **_event(name, looks.each[case]["color"]))
+        for (case, name, _, up), span in zip(marks, spans, strict=False):
+            if name in EVENTS and span is not None and np.isfinite(span[0]):
+                _span(axes, span, x_factor, up * y_factor, looks.each[case]["color"], scales[0] == "log")
         for which, scale in zip("xy", scales, strict=True):
             if scale == "log":
                 log_axis(axes, which)
@@ -189,8 +196,26 @@ def _event(name: str, colour: Any) -> dict[str, Any]:
     }
 
 
+def _span(axes: Axes, span: tuple[float, float], factor: float, up: float, colour: Any, logarithmic: bool) -> None:
+    """A bar from the lower to the upper x of a mark; a tip where it goes on beyond the axes."""
+    low, high = (end * factor for end in span)
+    left, right = axes.get_xlim()
+    if logarithmic and low <= 0:
+        low = axes.dataLim.minposx
+    look: Any = {"color": colour, "linewidth": BAR, "markersize": 4.0, "zorder": 3.5}
+    open_end = not np.isfinite(high)
+    axes.plot([low, max(low, right) if open_end else high], [up, up], marker="|", markevery=[0] if open_end else [0, 1], **look)
+    if open_end:
+        axes.set_xlim(left if not logarithmic else None, max(low, right))
+        axes.plot([max(low, right)], [up], marker=">", clip_on=False, **look)
+
+
 def _handles(
-    labels: Sequence[str], looks: Looks, measured: Sequence[Measured], marks: Sequence[tuple[int, str, float, float]]
+    labels: Sequence[str],
+    looks: Looks,
+    measured: Sequence[Measured],
+    marks: Sequence[tuple[int, str, float, float]],
+    spread: bool,
 ) -> list[Artist]:
     """What the legend shows: cases, what the line styles say, measured points, events."""
     handles: list[Artist] = [Line2D([], [], label=_cut(labels[case] or "model"), **looks.each[case]) for case in looks.named]
@@ -209,7 +234,7 @@ def _handles(
     for name in EVENTS:
         if name in happened:
             look = _event(name, looks.each[0]["color"] if alone else "black")
-            handles.append(Line2D([], [], linestyle="none", label=name, **look))
+            handles.append(Line2D([], [], linestyle="-" if spread else "none", linewidth=BAR, label=name, **look))
     return handles
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from dielast.characterise.continuous import ContinuousSpectrum
 from dielast.characterise.reduce import Reduction
 from dielast.characterise.spectrum import SpectrumFit
-from dielast.plots.style import COLOURS, headroom, log_axis, panels, spread, style
+from dielast.plots.style import COLOURS, degrees, headroom, log_axis, panels, spread, style
 
 ORDINATES = {
     "relaxation": "Young's relaxation modulus [Pa]",
@@ -24,8 +24,12 @@ def plot_spectrum(
     *,
     continuous: ContinuousSpectrum | None = None,
     reduction: Reduction | None = None,
+    reference_temperature: float | None = None,
 ) -> Figure:
-    """The discrete spectrum, with the continuous and the reduced one where given, and the model's answer over the measured one."""
+    """The discrete spectrum, with the continuous and the reduced one where given, and the model's answer over the measured one.
+
+    `reference_temperature` in degC is that of the reduced time, for its axis.
+    """
     with style():
         figure, (lines, curve) = panels(2, title)
         spectrum = result.spectrum
@@ -50,7 +54,7 @@ def plot_spectrum(
             own, moduli = few.relaxation_time[kept], few.shear_modulus[kept]
             lines.vlines(own, floor, moduli, color=COLOURS[3], linewidth=0.8)
             lines.plot(own, moduli, "D", color=COLOURS[3], markersize=4.0, label=f"reduced to {len(few)}")
-        _draw_fit(curve, result)
+        _draw_fit(curve, result, reference_temperature)
         for axes in (lines, curve):
             log_axis(axes, "x")
             log_axis(axes, "y")
@@ -63,7 +67,7 @@ def plot_spectrum(
     return figure
 
 
-def _draw_fit(axes: Axes, result: SpectrumFit) -> None:
+def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | None) -> None:
     """The measured curve and the model's, over reduced time or angular frequency."""
     sweep = result.test == "oscillation"
     abscissa = 1 / result.reduced_time if sweep else result.reduced_time
@@ -83,5 +87,6 @@ def _draw_fit(axes: Axes, result: SpectrumFit) -> None:
     # lines last, so that the legend names what was measured first
     for index, model in enumerate(np.atleast_2d(result.model)):
         axes.plot(abscissa, model, "-", color=COLOURS[0], label=None if index else "discrete model")
-    axes.set_xlabel("reduced angular frequency [rad/s]" if sweep else "reduced time [s]")
+    at = "" if reference_temperature is None else f" at {degrees(reference_temperature)}"
+    axes.set_xlabel(f"reduced angular frequency{at} [rad/s]" if sweep else f"reduced time{at} [s]")
     axes.set_ylabel(ORDINATES[result.test])

@@ -22,6 +22,7 @@ from dielast.recipe.validate import check, parse_toml, read_values, set_key
 
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
 MOST_CASES = 100_000
+ENOUGH_WRONG = 100  # cases whose mistakes are told: those of all others are most likely the same
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +46,9 @@ def read_cases(path: Path, kind: str | None = None, overrides: Sequence[str] = (
         _take_load(values, model, source, folder)
         return (Case(check(model, values, source, folder)),)
     settings = _combinations(sweep, source)
-    cases, mistakes = [], dict[str, None]()
+    cases, mistakes, wrong = [], dict[str, None](), 0
     for setting in settings:
-        own = copy.deepcopy(values)
+        own = copy.deepcopy(values, {id(sweep): sweep})  # as long as there are cases, and the same in all
         try:
             # the steps that a load file brings are there for other keys to set
             if "load" in setting:
@@ -58,6 +59,9 @@ def read_cases(path: Path, kind: str | None = None, overrides: Sequence[str] = (
             cases.append(Case(check(model, own, source, folder), setting))
         except InputError as error:
             mistakes.update(dict.fromkeys(error.messages))
+            wrong += 1
+        if wrong == ENOUGH_WRONG:
+            break
     if mistakes:
         raise InputError(*mistakes)
     return tuple(cases)
@@ -70,6 +74,8 @@ def _combinations(sweep: dict[str, Any], source: str) -> list[dict[str, Any]]:
     if paired and sweep["mode"] != "zip":
         raise InputError(f'{source}: sweep.mode: "{sweep["mode"]}": "zip" is needed, or leave it out for every combination')
     for key in keys:
+        if key.split(".")[0] == "sweep":
+            raise InputError(f'{source}: sweep."{key}": a sweep cannot be swept')
         if not isinstance(sweep[key], list) or not sweep[key]:
             raise InputError(f'{source}: sweep."{key}": a list of values is needed')
     if not keys:

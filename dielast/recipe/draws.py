@@ -21,24 +21,32 @@ EQUILIBRIUM = "equilibrium_shear_modulus"
 
 
 def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Table:
-    """The table of draws of one material, which share their relaxation times; `number` (draws,) says which draw each is."""
+    """The table of draws of one material, which share their number of branches; `number` (draws,) says which draw each is."""
     laws = [_constants(each.shift) for each in materials]
     moduli = np.array([each.spectrum.shear_modulus for each in materials])
+    times = np.array([each.spectrum.relaxation_time for each in materials])
     return [
         Column("draw", None, number),
         Column(EQUILIBRIUM, "Pa", np.array([each.equilibrium_modulus for each in materials])),
         *(Column(name, unit, np.array([law[name, unit] for law in laws])) for name, unit in laws[0]),
         *(Column(f"shear_modulus_{k + 1}", "Pa", column) for k, column in enumerate(moduli.T)),
+        *(Column(f"relaxation_time_{k + 1}", "s", column) for k, column in enumerate(times.T)),
     ]
 
 
 def parse_draws(content: bytes, source: str, material: Material) -> tuple[Material, ...]:
-    """The draws of `material` in the bytes of their table; raises `InputError` if they are not of this material."""
+    """The draws of `material` in the bytes of their table; raises `InputError` if they are not of this material.
+
+    A table without relaxation times takes those of the material.
+    """
     law = constant_headers(material.shift)
     count = len(material.spectrum)
-    if f",shear_modulus_{count + 1} [Pa]" in content.split(b"\n", 1)[0].decode(errors="replace"):
+    first_line = content.split(b"\n", 1)[0].decode(errors="replace")
+    if f",shear_modulus_{count + 1} [Pa]" in first_line:
         raise InputError(f"{source}: draws of more than the material's {count} branches: make both anew")
     headers = [f"{EQUILIBRIUM} [Pa]", *law, *(f"shear_modulus_{k + 1} [Pa]" for k in range(count))]
+    if ",relaxation_time_1 [s]" in first_line:
+        headers += [f"relaxation_time_{k + 1} [s]" for k in range(count)]
     columns = np.array(number_columns(content, source, headers))
     for column, row in np.argwhere(~np.isfinite(columns))[:1]:
         raise InputError(f'{source}: row {row + 2}: column "{headers[column]}": a number is needed')
@@ -46,11 +54,14 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
         raise InputError(f"{source}: no draws")
     members = []
     for row, values in enumerate(columns.T):
+        constants, moduli, times = np.split(values[1:], [len(law), len(law) + count])
         try:
             if values[0] < 0:
                 raise InputError(f"an equilibrium modulus of {values[0]:g} Pa: it must not be negative")
-            shift = with_constants(material.shift, values[1 : 1 + len(law)].tolist())
-            spectrum = Spectrum(material.spectrum.relaxation_time, values[1 + len(law) :])
+            if not (values[0] or np.any(moduli)):
+                raise InputError("every shear modulus is zero: the material carries no load")
+            shift = with_constants(material.shift, constants.tolist())
+            spectrum = Spectrum(times if times.size else material.spectrum.relaxation_time, moduli)
         except InputError as error:
             raise InputError(f"{source}: row {row + 2}: {error}") from None
         members.append(replace(material, equilibrium_modulus=float(values[0]), spectrum=spectrum, shift=shift))
@@ -92,7 +103,10 @@ def constant_headers(law: ShiftLaw) -> list[str]:
 
 
 def with_constants(law: ShiftLaw, constants: list[float]) -> ShiftLaw:
-    """The same law with other constants."""
+    """The same law with other constants; raises `InputError` naming the column of one that must be positive and is not."""
+    for header, value in zip(constant_headers(law), constants, strict=True):
+        if isinstance(law, WLF) and value <= 0:
+            raise InputError(f'column "{header}": {value:g}: a number above 0 is needed')
     match law:
         case WLF():
             return WLF(law.reference_temperature, *constants)

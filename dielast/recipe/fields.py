@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     BaseModel,
@@ -26,9 +26,13 @@ from dielast.units import Dimension
 
 
 class Section(BaseModel):
-    """Base of every table of a recipe: unknown keys are errors, nothing is converted behind the user's back."""
+    """Base of every table of a recipe: unknown keys are errors, nothing is converted behind the user's back.
+
+    `ELSEWHERE` says of keys that are known in other recipes why they are not here.
+    """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    ELSEWHERE: ClassVar[Mapping[str, str]] = {}
 
 
 QUANTITY, UNIT = "x-quantity", "x-unit"
@@ -37,11 +41,15 @@ QUANTITY, UNIT = "x-quantity", "x-unit"
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Marks a number in `dimension.unit`, given as text with a unit, optionally bounded; `many` marks one or a list, as a tuple."""
+    """Marks a number in `dimension.unit`, given as text with a unit, optionally bounded; `many` marks one or a list, as a tuple.
+
+    `within` bounds the magnitude of what is not 0.
+    """
 
     dimension: Dimension
     at_least: float | None = None
     above: float | None = None
+    within: tuple[float, float] | None = None
     many: bool = False
 
     def read(self, value: Any) -> float:
@@ -52,6 +60,8 @@ class Quantity:
             raise InputError(f"{shown(value)}: {name} above {self.above:g} {unit} is needed")
         if self.at_least is not None and number < self.at_least:
             raise InputError(f"{shown(value)}: {name} of at least {self.at_least:g} {unit} is needed")
+        if self.within is not None and number != 0 and not self.within[0] <= abs(number) <= self.within[1]:
+            raise InputError(f"{shown(value)}: {name} from {self.within[0]:g} to {self.within[1]:g} {unit} is needed")
         return number
 
     def read_many(self, value: Any) -> tuple[float, ...]:
@@ -71,15 +81,16 @@ class Quantity:
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]} if self.many else one
 
 
-Time = Annotated[float, Quantity(units.TIME, at_least=0.0)]
-PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0)]
+Time = Annotated[float, Quantity(units.TIME, at_least=0.0, within=units.TIMES)]
+PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0, within=units.TIMES)]
+RelaxationTime = Annotated[float, Quantity(units.TIME, above=0.0)]
 Temperature = Annotated[float, Quantity(units.TEMPERATURE, above=-units.ZERO_CELSIUS)]
 TemperatureDifference = Annotated[float, Quantity(units.TEMPERATURE_DIFFERENCE, above=0.0)]
 ThermalExpansion = Annotated[float, Quantity(units.THERMAL_EXPANSION)]
 Modulus = Annotated[float, Quantity(units.STRESS, at_least=0.0)]
 PositiveModulus = Annotated[float, Quantity(units.STRESS, above=0.0)]
 Permittivity = Annotated[float, Quantity(units.PERMITTIVITY, above=0.0)]
-StrainRate = Annotated[float, Quantity(units.STRAIN_RATE)]
+StrainRate = Annotated[float, Quantity(units.STRAIN_RATE, within=units.TIMES)]
 Voltage = Annotated[float, Quantity(units.VOLTAGE)]
 Voltages = Annotated[tuple[float, ...], Quantity(units.VOLTAGE, at_least=0.0, many=True)]
 VoltageRate = Annotated[float, Quantity(units.VOLTAGE_RATE)]
@@ -136,7 +147,7 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     """The files of a list as they stand, or those that a glob pattern matches, sorted by name."""
     if isinstance(names, list) and names:
         return tuple(_file(name, info) for name in names)
-    if not isinstance(names, str) or not names:
+    if not isinstance(names, str) or not Path(names).name:  # "." and "/" are no patterns
         raise InputError("a list of files or a glob pattern is needed")
     folder = (info.context or {}).get("folder")
     if folder is None:
@@ -144,7 +155,12 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     base = Path(names).anchor
     try:
         found = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
-    except (OSError, ValueError, NotImplementedError, RecursionError) as error:
+    except (
+        OSError,  # a name that is too long
+        ValueError,  # ** as a part of a name
+        NotImplementedError,  # more than one root: ///x
+        RecursionError,  # hundreds of folders within each other
+    ) as error:
         raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
     if not found:
         raise InputError(f"{shown(names)}: no file matches")

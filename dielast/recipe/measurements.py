@@ -52,6 +52,8 @@ OVER_TIME = ("time", "modulus", "strain", "stress", "compliance")
 OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
 MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
 """What the two moduli of a sweep can be told from."""
+MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "complex_modulus")
+"""What differs between tension and shear."""
 
 
 class Columns(Section):

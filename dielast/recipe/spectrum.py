@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -16,23 +16,16 @@ from dielast.recipe.fields import (
     Modulus,
     PositiveModulus,
     PositiveTime,
+    RelaxationTime,
     Section,
     Temperature,
     Temperatures,
 )
-from dielast.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, NUMBER, STRESS, TIME, Dimension
+from dielast.recipe.measurements import ROLES as MEASURED
 
-ROLES: dict[str, Dimension] = {
-    "time": TIME,
-    "modulus": STRESS,
-    "compliance": COMPLIANCE,
-    "frequency": FREQUENCY,
-    "angular_frequency": ANGULAR_FREQUENCY,
-    "storage": STRESS,
-    "loss": STRESS,
-    "tan_delta": NUMBER,
-}
-OVER_TIME, OVER_FREQUENCY = tuple(ROLES)[:3], tuple(ROLES)[3:]
+OVER_TIME = ("time", "modulus", "compliance")
+OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta")
+ROLES = {role: MEASURED[role] for role in (*OVER_TIME, *OVER_FREQUENCY)}
 
 
 class CurveColumns(Section):
@@ -85,8 +78,8 @@ class CurveData(TextTable):
 class RelaxationTimes(Section):
     """The shortest and the longest relaxation time."""
 
-    min: PositiveTime | None = Field(None, description="The shortest; by default from the curve.")
-    max: PositiveTime | None = Field(None, description="The longest; by default from the curve.")
+    min: RelaxationTime | None = Field(None, description="The shortest; by default from the curve.")
+    max: RelaxationTime | None = Field(None, description="The longest; by default from the curve.")
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
@@ -103,7 +96,7 @@ class Fit(Section):
         description="Second-order approximation on a polynomial, which a relaxation curve has if left out, or non-negative least "
         "squares, which oscillation and creep have.",
     )
-    branches: int = Field(30, ge=1, le=2000, description="Relaxation processes, evenly spaced in log time.")
+    branches: int = Field(30, ge=1, le=200, description="Relaxation processes, evenly spaced in log time.")
     polynomial_degree: int = Field(7, ge=1, le=30, description="Of log modulus over log time, for schwarzl-staverman.")
     relaxation_time: RelaxationTimes = Field(RelaxationTimes(), description="The range of relaxation times.")
     equilibrium_modulus: Modulus | None = Field(None, description="Young's; by default from the curve's long-time end.")
@@ -151,6 +144,10 @@ class MaterialConstants(Dielectric):
 
 class SpectrumRecipe(RecipeBase):
     """Master curve -> discrete relaxation spectrum and material file."""
+
+    ELSEWHERE: ClassVar = {
+        "uncertainty": "the draws of a spectrum are those of its master curve: [uncertainty] belongs into the recipe of mastercurve"
+    }
 
     kind: Literal["spectrum"] = Field(description="The subcommand that runs this recipe.")
     mastercurve: InputFolder | None = Field(None, description="A folder written by mastercurve.")

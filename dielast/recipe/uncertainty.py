@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
@@ -36,6 +36,17 @@ class Draws(Section):
 class Uncertainty(Draws):
     """How many draws of the material are simulated, and what interval of them is told."""
 
+    ELSEWHERE: ClassVar = dict.fromkeys(
+        ("breakdown_field", "thickness"), "relax and creep draw the material alone; films scatter in actuate and failure-map"
+    )
+
+    draws: int = Field(
+        200,
+        ge=2,
+        le=100_000,
+        description="How many draws of the material to use, the first ones of its table; at most all of them.",
+    )
+    seed: int = Field(1, ge=0, description="Of random numbers; of no effect here, where draws come from the material's table.")
     level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval holds.")
 
     @model_validator(mode="after")
@@ -73,6 +84,26 @@ class FieldScatter(Section):
 class FilmUncertainty(Uncertainty):
     """The same for films under voltage, which scatter too."""
 
+    draws: int = Field(
+        200,
+        ge=2,
+        le=100_000,
+        description="How many films to draw. They are of the draws of the material in the order of its table, and of some of these "
+        "again, chosen at random, if that is not enough; without breakdown_field and thickness, at most all of the table are used.",
+    )
+    seed: int = Field(
+        1,
+        ge=0,
+        description="Of the random numbers for breakdown_field and thickness, and for draws of the material that are used again; "
+        "without these it has no effect.",
+    )
+    level: float = Field(
+        0.9,
+        gt=0,
+        lt=1,
+        description="Probability that an interval holds. A time without upper bound may be never; voltage, stretches and field of "
+        "an event are told of the films to which it happens.",
+    )
     breakdown_field: FieldScatter | None = Field(None, description="Scatter of the breakdown field from film to film.")
     thickness: Share | None = Field(
         None, description="Relative standard deviation of the undeformed thickness from film to film, normally distributed."

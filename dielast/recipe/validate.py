@@ -10,12 +10,14 @@ import types
 import typing
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from sys import float_info
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from dielast.errors import InputError, shown
 from dielast.files import read_file
+from dielast.recipe.fields import Section
 from dielast.recipe.models import KINDS
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -34,13 +36,15 @@ _PLAIN = {
     "greater_than_equal": "at least {ge:g} is needed",
     "less_than": "a number below {lt:g} is needed",
     "less_than_equal": "at most {le:g} is needed",
-    "string_too_short": "at least {min_length} character is needed",
-    "string_too_long": "at most {max_length} character is allowed",
-    "too_short": "at least {min_length} entry is needed",
+    "string_too_short": "at least {characters} needed",
+    "string_too_long": "at most {characters} allowed",
+    "too_short": "at least {entries} needed",
+    "too_long": "at most {entries} allowed",
     "literal_error": "one of {expected} is needed",
 }
 DEEPEST = 64  # parts of a dotted key
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
+_DIGITS = re.compile(r"[0-9A-Fa-f_]{250,}")
 LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 
 
@@ -71,7 +75,10 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
         text = content.decode("utf-8-sig")
         if _DEEP_KEY.search(text):  # which takes the parser memory without end
             raise RecursionError
-        return tomllib.loads(text)
+        values = tomllib.loads(text)
+        if _too_large(values):
+            raise OverflowError
+        return values
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise InputError(f"{source}: line {line}: not UTF-8 text") from None
@@ -82,8 +89,17 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
         raise InputError(f"{source}: line {line}: not TOML: {what[0].lower()}{what[1:]}") from None
     except RecursionError:
         raise InputError(f"{source}: not TOML: nested too deeply") from None
-    except ValueError:  # Python's own limit
-        raise InputError(f"{source}: not TOML: a number of too many digits") from None
+    except (ValueError, OverflowError):  # ValueError is Python's own limit
+        digits = _DIGITS.search(text)
+        line = text.count("\n", 0, digits.start() if digits else None) + 1
+        raise InputError(f"{source}: line {line}: not TOML: a number of too many digits") from None
+
+
+def _too_large(value: Any) -> bool:
+    """Whether there is an integer in `value` that no floating-point number comes near."""
+    if isinstance(value, int):
+        return abs(value) > float_info.max
+    return any(map(_too_large, value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()))
 
 
 def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model:
@@ -103,14 +119,24 @@ def _lines(model: type[BaseModel], error: ValidationError) -> list[str]:
         prefix = f"{where}: " if where else ""
         context = problem.get("ctx", {})
         if problem["type"] == "extra_forbidden":
-            lines.append(f"{prefix}unknown key; {_nearest(_owner(model, keys), str(keys[-1]))}")
+            lines.append(prefix + _unknown(_owner(model, keys), str(keys[-1])))
         elif problem["type"] == "value_error":
             lines.append(prefix + str(context["error"]))
         else:
-            needed = _PLAIN.get(problem["type"], problem["msg"]).format(**context)
+            needed = _PLAIN.get(problem["type"], problem["msg"]).format(**context, **_counted(context))
             found = "" if problem["type"] == "missing" else f"{shown(problem['input'])}: "
             lines.append(prefix + found + needed)
     return lines
+
+
+def _counted(context: Mapping[str, Any]) -> dict[str, str]:
+    """How many characters or entries there may be, with the verb that belongs to it."""
+    number = context.get("min_length", context.get("max_length"))
+    one = number == 1
+    return {
+        "characters": f"{number} character is" if one else f"{number} characters are",
+        "entries": f"{number} entry is" if one else f"{number} entries are",
+    }
 
 
 def _owner(model: type[BaseModel], keys: Sequence[int | str]) -> type[BaseModel]:
@@ -128,9 +154,11 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
     return [model for inner in typing.get_args(annotation) for model in _models(inner)]
 
 
-def _nearest(model: type[BaseModel], key: str) -> str:
+def _unknown(model: type[BaseModel], key: str) -> str:
+    if issubclass(model, Section) and key in model.ELSEWHERE:
+        return model.ELSEWHERE[key]
     near = difflib.get_close_matches(key, model.model_fields, n=1, cutoff=0.5)
-    return f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(model.model_fields)
+    return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(model.model_fields))
 
 
 def _path(keys: Sequence[int | str]) -> str:
@@ -148,6 +176,8 @@ def _apply(values: dict[str, Any], override: str) -> None:
     if not sign or not all(path.strip().split(".")):
         raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
     try:
+        if _DEEP_KEY.search(text):
+            raise RecursionError
         value = tomllib.loads(f"value = {text.strip()}")["value"]
     except (ValueError, RecursionError):
         value = text.strip()

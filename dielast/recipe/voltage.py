@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
-from math import inf
-from typing import Annotated, Any, Literal, Self
+from sys import float_info
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator, model_validator
 
 from dielast.errors import InputError, shown
 from dielast.recipe.base import BreakdownField, RecipeBase
@@ -26,6 +27,7 @@ from dielast.recipe.simulation import HistoryStep, SimulationRecipe, Solver
 from dielast.recipe.uncertainty import FilmUncertainty
 from dielast.units import STRAIN, TIME, parse
 
+Value = TypeVar("Value")
 BOUNDARIES = ("dead-load", "clamped")
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
@@ -42,7 +44,9 @@ def _boundary(value: Any) -> tuple[str, str]:
 def _prestretch(value: Any) -> tuple[float, float]:
     """The prestretch of axes 1 and 2."""
     pair = value if isinstance(value, list) else [value, value]
-    numbers = [entry for entry in pair if isinstance(entry, int | float) and not isinstance(entry, bool) and 1 <= entry < inf]
+    numbers = [
+        entry for entry in pair if isinstance(entry, int | float) and not isinstance(entry, bool) and 1 <= entry <= float_info.max
+    ]
     if len(pair) != 2 or len(numbers) != 2:
         raise InputError(f"{shown(value)}: a prestretch of at least 1 is needed, or a pair such as [3.0, 1.0]")
     return float(pair[0]), float(pair[1])
@@ -53,7 +57,21 @@ def _prestretches(value: Any) -> tuple[tuple[float, float], ...]:
     entries = value if isinstance(value, list) else [value]
     if not entries:
         raise InputError("a list of prestretches is needed, such as [1.7, 1.9]")
-    return tuple(_prestretch(entry) for entry in entries)
+    return _distinct(tuple(_prestretch(entry) for entry in entries), _spelled)
+
+
+def _spelled(pair: tuple[float, float]) -> str:
+    return f"{pair[0]:.9g}" if pair[0] == pair[1] else f"{pair[0]:.9g} x {pair[1]:.9g}"
+
+
+def _distinct(values: tuple[Value, ...], spelled: Callable[[Value], str]) -> tuple[Value, ...]:
+    """The axis of a map, whose values differ in the digits that tables show."""
+    seen = set[str]()
+    for text in map(spelled, values):
+        if text in seen:
+            raise InputError(f"{text} stands there twice: the values of a map's axis must differ")
+        seen.add(text)
+    return values
 
 
 _ONE_PRESTRETCH = {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}]}
@@ -67,6 +85,7 @@ Prestretch = Annotated[tuple[float, float], PlainValidator(_prestretch), WithJso
 Prestretches = Annotated[
     tuple[tuple[float, float], ...], PlainValidator(_prestretches), WithJsonSchema({"type": "array", "items": _ONE_PRESTRETCH})
 ]
+MapTemperatures = Annotated[Temperatures, AfterValidator(lambda values: _distinct(values, "{:.9g} degC".format))]
 
 
 def _timescale(value: Any) -> tuple[float, bool]:
@@ -209,9 +228,27 @@ class VoltageAxis(Section):
                 raise InputError(f"points = 1 is a single voltage: from ({self.start:g} V) and to ({self.to:g} V) must be the same")
             if not 0 <= self.start <= self.to or (self.start == self.to and self.points != 1):
                 raise InputError(f"from ({self.start:g} V) must be below to ({self.to:g} V)")
-        if self.values is not None and any(b <= a for a, b in pairwise(self.values)):
-            raise InputError("values must ascend")
         return self
+
+    @field_validator("values")
+    @classmethod
+    def _ascending(cls, values: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        for before, after in pairwise(values or ()):
+            if after <= before:
+                raise InputError(f"{after:g} V after {before:g} V: the voltages must ascend")
+        return values
+
+
+class MapSolver(Solver):
+    """How exactly the equations of a map are solved."""
+
+    rtol: float = Field(
+        1e-6,
+        ge=1e-12,
+        le=1e-2,
+        description="Relative tolerance of each time step. If it is not stated, draws of [uncertainty] have a looser one, 5e-4, by "
+        "which their times are exact to 0.1 %; state it where bounds closer together than that matter.",
+    )
 
 
 class FailureMapRecipe(RecipeBase):
@@ -219,11 +256,17 @@ class FailureMapRecipe(RecipeBase):
 
     kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
     material: InputFile = Field(description="A material file, written by spectrum or by hand.")
-    temperature: Temperatures | None = Field(None, description="Default: the material's reference temperature.")
+    temperature: MapTemperatures | None = Field(None, description="Default: the material's reference temperature.")
     horizon: PositiveTime = Field(description="How long the voltage stays on; what lives longer survives.")
     film: MapFilm = Field(description="The films and what is done to them before the voltage.")
     voltage: VoltageAxis = Field(description="The axis of voltages.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
     pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
-    solver: Solver = Field(Solver(), description="How exactly the equations are solved.")
+    solver: MapSolver = Field(MapSolver(), description="How exactly the equations are solved.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
+
+    @model_validator(mode="after")
+    def _on_in_time(self) -> Self:
+        if self.voltage.ramp > self.horizon:
+            raise InputError(f"voltage.ramp: {self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s")
+        return self

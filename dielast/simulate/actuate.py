@@ -15,7 +15,7 @@ from dielast.integrate import Status
 from dielast.material import Breakdown, Material
 from dielast.simulate.film import programme
 from dielast.simulate.history import REASONS, Outcome
-from dielast.simulate.output import given_times
+from dielast.simulate.output import ending, given_times
 from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.trace import ROWS, Grid, Trace
 from dielast.simulate.voltage import VoltageStep, some_of, voltage_pieces
@@ -89,6 +89,7 @@ def actuate(
     stop_at: str = "breakdown",
     times: ArrayLike | None = None,
     points_per_decade: int = 30,
+    with_end: bool | None = None,
     rtol: float = 1e-6,
 ) -> ActuationHistory:
     """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the voltage `steps` from 0 V.
@@ -98,7 +99,8 @@ def actuate(
     nominal stress reached, or "clamped". `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
     material's by default. A run ends with the first event `stop_at`, "breakdown" or "pull-in", or goes through them all to the
     "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol` as in
-    `creep`. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome.
+    `creep`. The history of a run that stops ends `with_end`, with the film as it was at the event, by default unless `times` are
+    given. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome.
     """
     if stop_at not in STOPS:
         raise InputError(f"stop at {stop_at!r}: it must be one of {', '.join(STOPS)}")
@@ -128,11 +130,15 @@ def actuate(
         trace = Trace.on(grid.take(part), watch)
         relaxed = film.condition
         begin[:2, part] = np.exp(0.5 * relaxed.log_squared_stretch)
-        begin[2, part] = watch.reference(film.points, relaxed.internal, relaxed.log_squared_stretch, relaxed.nominal_stress)
+        zero = np.zeros(part.size)
+        begin[2, part] = watch.determinant(
+            film.points, relaxed.internal, relaxed.log_squared_stretch, relaxed.nominal_stress, zero, zero
+        )
         reached[part], status[part] = programme(film, some_of(pieces, part), watch, rtol=rtol, trace=trace)
         values[:, part] = trace.values
         happened.put(part, watch.happened)
-    return _history(setup, grid.time, values, begin, happened, reached, status, stop_at)
+    ends = times is None if with_end is None else with_end
+    return _history(setup, grid.time, values, begin, happened, reached, status, stop_at, ends)
 
 
 def _history(
@@ -144,13 +150,17 @@ def _history(
     reached: Floats,
     status: NDArray[np.intp],
     stop_at: str,
+    with_end: bool,
 ) -> ActuationHistory:
     """Results in the user's terms, nothing of which is after the end of its case."""
     stopped = status == Status.STOPPED
     if stopped.any():
-        reached = np.where(stopped, happened.time[STOPS[stop_at][0]], reached)
+        kind = STOPS[stop_at][0]
+        reached = np.where(stopped, happened.time[kind], reached)
     # a time that was asked for may lie beyond the end by rounding
     values = np.where(time > reached[:, None] * (1 + 1e-12), np.nan, values)
+    if stopped.any() and with_end:
+        time, values = ending(time, values, reached, np.where(stopped, happened.state(kind), np.nan))
     stretch = np.exp(0.5 * values[:2])
     outcome = tuple(
         Outcome(True, float(at), stop_at)
@@ -179,9 +189,8 @@ def _events(happened: Happened, case: int, thickness: float, end: float) -> tupl
     """The events of one case up to its end, in order of time."""
     events: list[Event] = []
     for kind, name in NAMES.items():
-        time, field, first, second = (
-            float(x[kind, case]) for x in (happened.time, happened.field, happened.stretch_1, happened.stretch_2)
-        )
+        time, field = float(happened.time[kind, case]), float(happened.field[kind, case])
+        first, second = np.exp(0.5 * happened.log_squared_stretch[:, kind, case]).tolist()
         # what both axes lose at one moment is lost once
         if time <= end and not any(event.name == name and event.time == time for event in events):
             events.append(Event(name, time, field * thickness, first, second, field * first * second))

@@ -25,7 +25,7 @@ from dielast.simulate.setup import Setup, set_up
 from dielast.stability import ONE_PERCENT, TimeScale
 
 CHUNK = 2048  # cells
-DRAWN_RTOL = 5e-4  # of draws: their times are then exact to 0.1 %, far less than they differ by
+DRAWN_RTOL = 5e-4  # of draws, unless it is stated: their times are then exact to 0.1 %, commonly far less than they differ by
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,8 +178,11 @@ def plan_failure_map(
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
     sample: Sample | None = None,
+    drawn_rtol: float | None = None,
 ) -> MapPlan:
-    """Check the arguments of `failure_map`, and stretch and relax its films; with a `sample`, also those of all its draws."""
+    """Check the arguments of `failure_map`, and stretch and relax its films; with a `sample`, also those of all its draws, solved
+    to `drawn_rtol`, by default a loose one.
+    """
     volts = _axis(voltage, "voltage")
     if not np.all(volts >= 0):
         raise InputError(f"voltage {volts.min():g} V: it must not be negative")
@@ -220,7 +223,7 @@ def plan_failure_map(
     groups = _groups(setup, 0, rtol)
     if sample is not None:
         field = None if breakdown_field is None else np.tile(setup.breakdown_field, len(sample))
-        tolerance, thick = max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
+        tolerance, thick = drawn_rtol or max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
         try:
             drawn = films_of(sample.materials, field, thick, tolerance)
             scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)

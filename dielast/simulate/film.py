@@ -140,6 +140,7 @@ def _at_once(
         end[:, some],
         condition.internal[:, :, some],
         condition.log_squared_stretch[:, some],
+        condition.nominal_stress[:, some],
         watch.breakdown_field[some],
     )
     log_squared, nominal, held = jumped.log_squared_stretch, jumped.nominal_stress, jumped.held
@@ -154,15 +155,25 @@ def _at_once(
         # a voltage that is lowered ends a snapped-through state, which is no pull-in
         grows = np.abs(end[2, lost]) > np.abs(present[2, lost])
         broken = grows & np.isfinite(jumped.breakdown_at[~held])
-        for kind, which, at, where in (
-            (Kind.BREAKDOWN, broken, jumped.breakdown_at[~held], jumped.broken_log_squared_stretch[:, ~held]),
-            (Kind.PULL_IN, grows, jumped.reached[~held], log_squared[:, ~held]),
+        for kind, which, at, where, stressed in (
+            (
+                Kind.BREAKDOWN,
+                broken,
+                jumped.breakdown_at[~held],
+                jumped.broken_log_squared_stretch[:, ~held],
+                jumped.broken_nominal_stress[:, ~held],
+            ),
+            (Kind.PULL_IN, grows, jumped.reached[~held], log_squared[:, ~held], nominal[:, ~held]),
         ):
             new = which & ~watch.seen(kind, lost)
-            watch.note(kind, lost[new], condition.time[lost[new]], at[new], where[:, new])
+            cases = lost[new]
+            film = points.take(cases), condition.internal[:, :, cases], where[:, new], stressed[:, new], at[new]
+            watch.note(kind, cases, condition.time[cases], *film)
         lost = np.resize(lost, max(2, lost.size))  # numbers in a lone column round differently
         log_squared, nominal, found = jump(points.take(lost), piece.controls, end[:, lost], internal[:, :, lost], stretch[:, lost])
-        status[lost[~found]] = Status.STEP_VANISHED
+        vanished = lost[~found]
+        # a film to which all that is asked for has happened need not go on
+        status[vanished] = np.where(watch.done[vanished], Status.STOPPED, Status.STEP_VANISHED)
         stretch[:, lost[found]], stress[:, lost[found]] = log_squared[:, found], nominal[:, found]
     return Condition(internal, stretch, stress, field, condition.time, np.where(at_once, 0.0, condition.next_step))
 
@@ -171,7 +182,8 @@ def _at_once(
 class ConnectedJump:
     """Where a load applied at once takes the film: Lambda and nominal stress (2, cases), the nominal field `reached` (cases,) up to
     which there is an equilibrium, and whether that is the whole load. On the way the true field meets the breakdown field at the
-    nominal field `breakdown_at` (cases,), NaN if it does not, where Lambda is `broken_log_squared_stretch`.
+    nominal field `breakdown_at` (cases,), NaN if it does not, where Lambda is `broken_log_squared_stretch`, and the nominal stress
+    `broken_nominal_stress`.
     """
 
     log_squared_stretch: Floats
@@ -180,6 +192,7 @@ class ConnectedJump:
     held: NDArray[np.bool_]
     breakdown_at: Floats
     broken_log_squared_stretch: Floats
+    broken_nominal_stress: Floats
 
 
 def connected_jump(
@@ -189,6 +202,7 @@ def connected_jump(
     end: Floats,
     internal: Floats,
     log_squared_stretch: Floats,
+    nominal_stress: Floats,
     breakdown_field: Floats,
 ) -> ConnectedJump:
     """As `jump`, but with the damper left out, and only to the equilibrium that the present one leads to as the load goes from
@@ -205,9 +219,9 @@ def connected_jump(
         load[2] = np.copysign(np.sqrt((1 - share) * present[2, cases] ** 2 + share * end[2, cases] ** 2), end[2, cases])
         return load
 
-    log_squared, nominal = log_squared_stretch.copy(), np.zeros_like(log_squared_stretch)
+    log_squared, nominal = log_squared_stretch.copy(), nominal_stress.copy()
     reached, share = np.zeros(count), np.ones(count)
-    breakdown_at, broken = np.full(count, np.nan), np.full_like(log_squared, np.nan)
+    breakdown_at, broken, stressed = np.full(count, np.nan), np.full_like(log_squared, np.nan), np.full_like(log_squared, np.nan)
     going = np.arange(count)
     while going.size:
         wanted = np.minimum(reached[going] + share[going], 1.0)
@@ -220,13 +234,14 @@ def connected_jump(
         breaks = near & np.isnan(breakdown_at[going]) & (true_field >= breakdown_field[going])
         met = breaks & (share[going] < 2 * SMALLEST_SHARE)  # as closely as the load can be divided
         breakdown_at[going[met]], broken[:, going[met]] = load[2, : going.size][met], moved[:, met]
+        stressed[:, going[met]] = stress[:, met]
         near &= ~breaks | met
         there = going[near]
         log_squared[:, there], nominal[:, there], reached[there] = moved[:, near], stress[:, near], wanted[near]
         share[going] = np.where(met, 1.0, np.where(near, share[going], 0.5 * share[going]))
         going = going[(reached[going] < 1) & (share[going] >= SMALLEST_SHARE)]
     limit = load_at(reached, np.arange(count))[2]
-    return ConnectedJump(log_squared, nominal, limit, reached >= 1, breakdown_at, broken)
+    return ConnectedJump(log_squared, nominal, limit, reached >= 1, breakdown_at, broken, stressed)
 
 
 def _system(points: Points, ramp: Ramp, alike: bool) -> Films:

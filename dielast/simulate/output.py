@@ -131,3 +131,18 @@ def given_times(times: object, cases: int) -> Floats:
     if np.any(np.diff(array, axis=1) < 0):
         raise InputError("output times must ascend")
     return np.ascontiguousarray(np.broadcast_to(array, (cases, array.shape[1])))
+
+
+def ending(time: Floats, values: Floats, reached: Floats, at_end: Floats) -> tuple[Floats, Floats]:
+    """Output times (cases, k) and values (rows, cases, k) up to `reached` (cases,) whose last is what held there, `at_end` (rows,
+    cases), NaN for a case that has its last row already.
+
+    That comes in the place of the first output that was not reached, or of one at the same time.
+    """
+    time, values = time.copy(), values.copy()
+    case = np.flatnonzero(np.isfinite(at_end[0]))
+    rows = np.sum(np.isfinite(values[0, case]), axis=1)
+    before = time[case, np.maximum(rows - 1, 0)]
+    column = np.where((rows > 0) & (before >= reached[case] * (1 - 1e-12)), rows - 1, np.minimum(rows, time.shape[1] - 1))
+    time[case, column], values[:, case, column] = reached[case], at_end[:, case]
+    return time, values

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, NumericsError, warn
+from dielast.errors import InputError, NumericsError
 from dielast.files import Inputs
 from dielast.material import Material
-from dielast.plausible import doubt_breakdown
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown
 from dielast.recipe.voltage import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe
@@ -24,9 +23,9 @@ from dielast.workflow.cases import (
     axes_of,
     case_columns,
     compare_headline,
-    doubt_cases,
     each,
     failures,
+    given_up,
     labels,
     last,
     matches,
@@ -35,9 +34,18 @@ from dielast.workflow.cases import (
     swept,
     temperature_of,
 )
+from dielast.workflow.doubts import doubt_films
 from dielast.workflow.history import Entry, in_recipe_terms, output_times, values_of
 from dielast.workflow.report import Execution, Report
-from dielast.workflow.uncertainty import band, bounded_event_columns, bounded_films, interval_label, uncertainty_headline
+from dielast.workflow.uncertainty import (
+    band,
+    bounded_event_columns,
+    bounded_films,
+    interval_label,
+    samples_of,
+    some_fail,
+    uncertainty_headline,
+)
 from dielast.workflow.waveform import voltage_entries
 
 if TYPE_CHECKING:
@@ -52,13 +60,10 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     recipe = cases[0].recipe
     materials = read_materials(cases, inputs)
     results, events = simulate_cases(cases, materials, inputs)
-    doubt_cases(materials, results)
-    doubt_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
-    for index, own in enumerate(events):
-        if any(event.name == "breakdown" and event.time == 0 for event in own):
-            warn(f"case {index}: the film breaks down as the voltage comes on: it is beyond the breakdown field from the start")
+    doubt_films(cases, materials, results, events, [voltage_entries(case.recipe, inputs) for case in cases])
+    samples = samples_of(cases, materials, inputs)
     told, told_events = bounded_films(
-        cases, materials, results, events, inputs, lambda own, drawn, thickness: simulate_cases(own, drawn, inputs, thickness)
+        cases, samples, results, events, lambda own, drawn, thickness: simulate_cases(own, drawn, inputs, thickness)
     )
     columns = [result.columns for result in results]
     seen = [dict(own) | electrode_axes(case.recipe, own) for case, own in zip(cases, columns, strict=True)]
@@ -94,12 +99,13 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
             marks,
             swept(cases),
             [band(one.columns, x, y) for one in told],
-            interval_label([case.recipe for case in cases]),
+            interval_label([case.recipe for case in cases]) + " of the films that survive" * any(some_fail(one) for one in told),
+            [one.span for own in told_events for one in own if one.event is not None] if x == "time [s]" else (),
         )
 
     happened = event_columns(events) if recipe.uncertainty is None else bounded_event_columns(told_events)
     tables = {"actuate.csv": result_columns(told), "events.csv": happened, "cases.csv": case_columns(cases)}
-    sections = headline(results, events, found) | uncertainty_headline(recipe.uncertainty)
+    sections = headline(cases, results, events, found) | uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
     return Report(tables, sections, figure, failures=failures(results))
 
 
@@ -117,14 +123,21 @@ def _at(event: Event, columns: Mapping[str, Array], header: str, recipe: Actuate
     return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
 
 
-def headline(results: Sequence[CaseResult], events: Sequence[Sequence[Event]], found: Sequence[Match]) -> dict[str, dict[str, Any]]:
+def headline(
+    cases: Sequence[Case[ActuateRecipe]],
+    results: Sequence[CaseResult],
+    events: Sequence[Sequence[Event]],
+    found: Sequence[Match],
+) -> dict[str, dict[str, Any]]:
     """The last relative stretch of each case, and the first event of each kind in the cases that it happens in."""
+    final: dict[str, list[float]] = {"relative_stretch_1 [1]": [], "relative_stretch_2 [1]": []}
+    for case, result, own in zip(cases, results, events, strict=True):
+        stop = next((event for event in own if event.name == case.recipe.stop.at), None)
+        for header, values in final.items():
+            # a table at stated times need not hold the end
+            values.append(last(result.columns[header]) if stop is None else _at(stop, result.columns, header, case.recipe))
     sections: dict[str, dict[str, Any]] = {
-        "actuate": {
-            "cases": len(results),
-            "final_relative_stretch_1": each([last(result.columns["relative_stretch_1 [1]"]) for result in results]),
-            "final_relative_stretch_2": each([last(result.columns["relative_stretch_2 [1]"]) for result in results]),
-        }
+        "actuate": {"cases": len(results)} | {f"final_{header.split(' ')[0]}": each(values) for header, values in final.items()}
     }
     for name in ("breakdown", "pull-in", "loss-of-tension"):
         first = {case: event for case, own in enumerate(events) for event in reversed(own) if event.name == name}
@@ -192,7 +205,8 @@ def simulate_cases(
             recipe.stop.at,
         )
         shape = tuple(entry.shape for entry in programme)
-        groups.setdefault((key, times, output.points_per_decade, recipe.solver.rtol, shape), []).append(index)
+        asked = (output.times is None, output.points_per_decade)
+        groups.setdefault((key, times, asked, recipe.solver.rtol, shape), []).append(index)
     results: dict[int, CaseResult] = {}
     events: dict[int, tuple[Event, ...]] = {}
     for (_, times, *_), members in groups.items():
@@ -215,13 +229,15 @@ def simulate_cases(
                 stop_at=recipe.stop.at,
                 times=times,
                 points_per_decade=recipe.output.points_per_decade,
+                with_end=recipe.output.times is None,
                 rtol=recipe.solver.rtol,
             )
         except (InputError, NumericsError) as error:
             origin = [entry.origin for entry in programmes[members[0]]]
             raise type(error)(*(in_recipe_terms(line, origin, members, len(cases)) for line in error.messages)) from None
         for row, index in enumerate(members):
-            results[index], events[index] = _case(history, row), history.events[row]
+            results[index] = _case(history, row, materials[index], recipe.film.boundary)
+            events[index] = history.events[row]
     return [results[index] for index in range(len(cases))], [events[index] for index in range(len(cases))]
 
 
@@ -230,7 +246,7 @@ def _joined(entries: Sequence[Entry]) -> VoltageStep:
     return VoltageStep(values_of(entries, "target"), rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
 
-def _case(history: ActuationHistory, row: int) -> CaseResult:
+def _case(history: ActuationHistory, row: int, material: Material, boundary: tuple[str, str]) -> CaseResult:
     reached = np.isfinite(history.stretch_1[row])
     columns = {
         "time [s]": history.time,
@@ -244,6 +260,5 @@ def _case(history: ActuationHistory, row: int) -> CaseResult:
         "true_field [V/m]": history.true_field,
         "stability [1]": history.stability,
     }
-    outcome = history.outcome[row]
-    failure = None if outcome.completed else f"given up at {outcome.time:.6g} s: {outcome.reason}"
+    failure = given_up(history.outcome[row], material, "dead-load" in boundary)
     return CaseResult(float(history.temperature[row]), {name: values[row][reached] for name, values in columns.items()}, failure)

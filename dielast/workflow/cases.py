@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.material import Material
-from dielast.plausible import doubt_material, doubt_use
+from dielast.plausible import doubt_material
 from dielast.recipe.cases import Case
 from dielast.recipe.material import parse_material
-from dielast.recipe.simulation import SimulationRecipe
+from dielast.recipe.simulation import Comparison, SimulationRecipe
+from dielast.simulate.history import Outcome
 from dielast.table import Column
 from dielast.units import recognise
 
@@ -50,12 +52,6 @@ def temperature_of(recipe: SimulationRecipe, material: Material) -> float:
     return material.reference_temperature if recipe.temperature is None else float(recipe.temperature)
 
 
-def doubt_cases(materials: Sequence[Material], results: Sequence[CaseResult]) -> None:
-    """Warn of cases that ask their material for what was not measured."""
-    for material, result in zip(materials, results, strict=True):
-        doubt_use(material, result.temperature, last(result.columns["time [s]"]))
-
-
 def result_columns(results: Sequence[CaseResult]) -> list[Column]:
     """The table of all cases, one below the other."""
     counts = [result.columns["time [s]"].size for result in results]
@@ -69,9 +65,27 @@ def result_columns(results: Sequence[CaseResult]) -> list[Column]:
     return columns
 
 
+def given_up(outcome: Outcome, material: Material, pulled: bool) -> str | None:
+    """Why a case was not finished, if it was not; `pulled` says whether a load can stretch the film without end."""
+    if outcome.completed:
+        return None
+    # the load was applied, and then went on for some time
+    flows = pulled and material.equilibrium_modulus == 0 and outcome.time > 0
+    more = ": without an equilibrium modulus, the film flows without end" if flows else ""
+    return f"given up at {outcome.time:.6g} s: {outcome.reason}{more}"
+
+
 def failures(results: Sequence[CaseResult]) -> list[str]:
-    """A line for each case that was not finished."""
-    return [f"case {index}: {result.failure}" for index, result in enumerate(results) if result.failure]
+    """A line for each reason that cases were not finished for, which tells of the first of them."""
+    lost = [(index, result.failure) for index, result in enumerate(results) if result.failure]
+    return first_of_each([(failure.partition(": ")[2], f"case {index}: {failure}") for index, failure in lost], "cases")
+
+
+def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
+    """The first line of each reason, of (reason, line), with the number of the others, which `what` names."""
+    count = Counter(reason for reason, _ in lines)
+    first = dict(reversed(lines))
+    return [first[reason] + (f" (and {many - 1} more {what})" if many > 1 else "") for reason, many in count.items()]
 
 
 def matches(
@@ -86,9 +100,8 @@ def matches(
     from dielast.workflow.compare import match
 
     found = []
-    for comparison in recipe.compare:
-        if comparison.case >= len(columns):
-            raise InputError(f"compare: case {comparison.case} is wanted; cases are numbered 0 to {len(columns) - 1}")
+    for index, comparison in enumerate(recipe.compare):
+        check_case(index, comparison, len(columns))
         own = columns[comparison.case]
         end = float(own["time [s]"][-1]) if own["time [s]"].size else 0.0
 
@@ -98,8 +111,14 @@ def matches(
             wanted = np.union1d(rows, np.linspace(0.0, end, FINE)) if times is None else times[times <= end]
             return simulate(case, wanted) if wanted.size else {header: np.zeros(0) for header in columns[case]}
 
-        found.append(match(comparison, own, inputs, fine))
+        found.append(match(comparison, own, inputs, fine, f"compare[{index}]"))
     return found
+
+
+def check_case(index: int, comparison: Comparison, cases: int) -> None:
+    """`InputError` if there is no such case as the comparison, the recipe's `index`th, is about."""
+    if comparison.case >= cases:
+        raise InputError(f"compare[{index}].case: {comparison.case}: cases are numbered from 0, and the last is {cases - 1}")
 
 
 def each(values: Sequence[float | int]) -> Any:
@@ -168,7 +187,7 @@ def swept(cases: Sequence[Case[SimulationRecipe]]) -> list[Swept]:
         except (InputError, TypeError, ValueError):
             return []
         numbers, unit = (own, units.pop()) if len(units) == 1 and len(own) == len(si) else ([number for number, _ in si], si[0][1])
-        found.append(Swept(f"{name} [{unit.replace('degC', '°C')}]", tuple(numbers)))
+        found.append(Swept(f"{name} [{_typeset(unit)}]", tuple(numbers)))
     return found
 
 
@@ -177,6 +196,10 @@ def _short(keys: Sequence[str]) -> dict[str, str]:
     ends = [key.split(".")[-1] for key in keys]
     short = zip(keys, ends, strict=True)
     return {key: (end if ends.count(end) == 1 else key.replace(".", " ")).replace("_", " ") for key, end in short}
+
+
+def _typeset(text: str) -> str:
+    return text.replace("degC", "°C").replace("degF", "°F")
 
 
 def labels(cases: Sequence[Case[SimulationRecipe]], materials: Sequence[Material]) -> list[str]:
@@ -195,7 +218,7 @@ def labels(cases: Sequence[Case[SimulationRecipe]], materials: Sequence[Material
             if key == "material" and telling:
                 said.append(name)
             else:
-                said.append(f"{short[key]} = {value}".replace("degC", "°C"))
+                said.append(_typeset(f"{short[key]} = {value}"))
         return ", ".join(said)
 
     return [label(case, name) for case, name in zip(cases, names, strict=True)]

@@ -19,15 +19,15 @@ import numpy as np
 
 from dielast._version import __version__
 from dielast.errors import InputError
-from dielast.files import read_file
+from dielast.files import KEPT, read_file
 
 if TYPE_CHECKING:
     from distributed import Client
 
 RETRIES = 2  # of a chunk that fails where it runs; how many workers it may outlive is the scheduler's to say
 PAUSE = 0.05  # s between two looks at what is done
+LONGEST_SILENCE = 10.0  # s, of a scheduler that is asked who it is, or how many workers it has
 OWN = {"dielast": __version__, "numpy": np.__version__}  # what results may depend on
-KEPT = "what is solved is kept, and the same command goes on from there"
 
 Plan = TypeVar("Plan")
 Solved = TypeVar("Solved")
@@ -51,7 +51,8 @@ def solve_on(
     except ImportError:
         raise InputError(f"{scheduler}: a scheduler needs Dask, which is not installed: pip install 'dielast[cluster]'") from None
     patience = _patience()
-    with _connected(scheduler, patience) as client:
+    silence = min(patience, LONGEST_SILENCE)
+    with _connected(scheduler, silence) as client:
         _await_workers(scheduler, client, patience)
         _check_versions(scheduler, client)
         # a task of its own, not scattered: Dask can make it anew when the worker that holds it is lost
@@ -66,7 +67,7 @@ def solve_on(
                     yield from client.gather(batch)
                     last = time.monotonic()
                 elif time.monotonic() - last > patience:
-                    if not client.nthreads():
+                    if not client.sync(client.scheduler.ncores, callback_timeout=silence):
                         raise InputError(f"{scheduler}: all workers are gone; {KEPT}")
                     last = time.monotonic()
                 else:
@@ -87,19 +88,23 @@ def solve_on(
 
 
 @contextmanager
-def _connected(scheduler: str, patience: float) -> Iterator[Client]:
+def _connected(scheduler: str, silence: float) -> Iterator[Client]:
     import distributed
 
     address = _address(scheduler)
+    if address.startswith("inproc:"):
+        raise InputError(f"{scheduler}: that is within another process, where nothing reaches it; tcp://host:8786 would be reached")
     # what Dask would say on standard error is said here in one line
     logging.disable(logging.CRITICAL)
     try:
         try:
             # a client that finds no scheduler does not end quietly
-            kind = asyncio.run(asyncio.wait_for(_kind(address), patience))
-        except (OSError, ValueError, TypeError, RuntimeError) as error:
-            reason = "" if isinstance(error, OSError) else f": {error}"
-            raise InputError(f"{scheduler}: no Dask scheduler answers there{reason}") from None
+            kind = asyncio.run(asyncio.wait_for(_kind(address), silence))
+        except OSError:
+            raise InputError(f"{scheduler}: no Dask scheduler answers there within {silence:g} s") from None
+        except (ValueError, TypeError, RuntimeError) as error:
+            reason = "Dask lacks what this kind of address needs" if "abstract class" in str(error) else str(error)
+            raise InputError(f"{scheduler}: no Dask scheduler can be reached there: {reason}") from None
         if kind != "Scheduler":
             raise InputError(f"{scheduler}: a Dask {kind.lower()} answers there, a scheduler is needed")
         with distributed.Client(address, set_as_default=False) as client:

@@ -48,16 +48,16 @@ class Match:
         return self.rms_error / level if level > 0 else np.nan
 
 
-def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, fine: Fine) -> Match:
-    """The measured points of `comparison` beside its case, whose result has the `columns` (times,) by header.
+def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, fine: Fine, key: str = "compare[0]") -> Match:
+    """The measured points of `comparison`, the recipe's `key`, beside its case, whose result has the `columns` (times,) by header.
 
     The model is evaluated anew where it was measured, so that the misfit does not depend on the rows of the table.
 
     Raises `InputError` if columns are missing, if the simulation reaches none of the points, or if x runs to and fro.
     """
-    for header in (comparison.x, comparison.y):
+    for axis, header in (("x", comparison.x), ("y", comparison.y)):
         if header not in columns:
-            raise InputError(f'compare: "{header}" is no column of the result; there are {", ".join(columns)}')
+            raise InputError(f'{key}.{axis}: "{header}" is no column of the result; there are {", ".join(columns)}')
     x, y = read_points(comparison, inputs)
     found = fine(measured_times(x) if comparison.x == "time [s]" else None)
     model = _interpolate(comparison.file, x, found[comparison.x], found[comparison.y])

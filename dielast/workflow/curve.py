@@ -14,6 +14,8 @@ from dielast.characterise.spectrum import Test
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.measured import MeasuredTable, read_measured
+from dielast.plausible import doubt_tension
+from dielast.recipe.measurements import MECHANICAL
 from dielast.recipe.spectrum import ROLES, CurveData
 from dielast.recipe.validate import parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
@@ -79,6 +81,8 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
         return Arrhenius(reference, float(shift["activation_energy_J_per_mol"]))
     name = f"{folder}/shift-factors.csv"
     temperature, factor = number_columns(inputs.read(name), name, ["temperature [degC]", "log10_shift_factor [1]"])
+    for row in np.flatnonzero(~np.isfinite(temperature))[:1]:
+        raise InputError(f'{name}: row {row + 2}: column "temperature [degC]": a number is needed')
     known = dict(zip(temperature.tolist(), factor.tolist(), strict=True)) | {reference: 0.0}
     rows = sorted((own, value) for own, value in known.items() if math.isfinite(value))
     return ShiftTable(reference, *zip(*rows, strict=True))
@@ -89,6 +93,9 @@ def read_curve(data: CurveData | None, inputs: Inputs) -> Curve:
     assert data is not None
     table = read_measured(inputs.read(data.file), data.file, data.text_format(), data.units)
     youngs = 3.0 if data.test == "shear" else 1.0
+    if "test" not in data.model_fields_set:
+        named = [(role, getattr(data.columns, role, None)) for role in MECHANICAL]
+        doubt_tension([table.names[table.find(column, role)] for role, column in named if column is not None], data.file)
     columns, shift = data.columns, NoShift(data.reference_temperature)
     if columns.measurement == "oscillation":
         hertz = columns.frequency is not None

@@ -85,20 +85,33 @@ def read_curve_draws(folder: str, curve: Curve, inputs: Inputs) -> ReadDraws | N
     if "uncertainty" not in parse_toml(inputs.read(name), name):
         return None
     name = f"{folder}/{LAWS}"
-    content = inputs.read(name)
-    number, *constants = number_columns(content, name, ["draw", *constant_headers(curve.shift)])
-    rows = np.array(constants).T if constants else np.zeros((number.size, 0))
-    for row in np.flatnonzero(~(number % 1 == 0))[:1]:
+    headers = constant_headers(curve.shift)
+    number, *constants = number_columns(inputs.read(name), name, ["draw", *headers])
+    for row in np.flatnonzero(~(np.isfinite(number) & (number == np.floor(number))))[:1]:
         raise InputError(f'{name}: row {row + 2}: column "draw": {number[row]:g} is not a whole number')
+    rows = np.array(constants).reshape(len(headers), number.size).T
+    for row, column in np.argwhere(~np.isfinite(rows))[:1]:
+        raise InputError(f'{name}: row {row + 2}: column "{headers[column]}": a number is needed')
+    if number.size < 2:
+        raise InputError(f"{name}: {number.size} draws: at least 2 are needed")
+    shifts = []
+    for row, own in enumerate(rows.tolist()):
+        try:
+            shifts.append(with_constants(curve.shift, own))
+        except InputError as error:
+            raise InputError(f"{name}: row {row + 2}: {error}") from None
     name = f"{folder}/{CURVES}"
     (abscissa, unit), ordinates = ORDINATES[curve.test]
-    wanted = [f"{one}_{int(k)} [{own}]" for one, own in ordinates for k in number]
-    first, *rest = number_columns(inputs.read(name), name, [f"{abscissa} [{unit}]", *wanted])
-    values = np.array(rest).reshape(len(ordinates), number.size, first.size)
-    if number.size < 2 or not (np.all(np.isfinite(rows)) and np.all(values > 0) and np.all(first > 0)):
-        raise InputError(f"{name}: not the draws that mastercurve wrote")
-    shifts = tuple(with_constants(curve.shift, row.tolist()) for row in rows)
-    return ReadDraws(number.astype(np.int64), CurveDraws(first, np.moveaxis(values, 1, 0)), shifts)
+    headers = [f"{abscissa} [{unit}]", *(f"{one}_{int(k)} [{own}]" for one, own in ordinates for k in number)]
+    columns = np.array(number_columns(inputs.read(name), name, headers))
+    for column, row in np.argwhere(~((columns > 0) & np.isfinite(columns)))[:1]:
+        raise InputError(f'{name}: row {row + 2}: column "{headers[column]}": a positive number is needed')
+    first, values = columns[0], columns[1:].reshape(len(ordinates), number.size, -1)
+    for row in np.flatnonzero(np.diff(first) <= 0)[:1]:
+        raise InputError(f'{name}: row {row + 3}: column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}')
+    if not first.size:
+        raise InputError(f"{name}: no rows: a folder written by mastercurve is needed")
+    return ReadDraws(number.astype(np.int64), CurveDraws(first, np.moveaxis(values, 1, 0)), tuple(shifts))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

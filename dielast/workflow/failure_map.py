@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from dielast.ensemble import Sample
-from dielast.errors import InputError, NumericsError, warn
+from dielast.errors import InputError, NumericsError
 from dielast.files import Inputs
 from dielast.material import Material
-from dielast.plausible import doubt_breakdown, doubt_material, doubt_use
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown, parse_material
 from dielast.recipe.voltage import FailureMapRecipe, VoltageAxis
@@ -20,6 +19,8 @@ from dielast.simulate.failure_map import FailureMap, MapPlan, assemble_all, plan
 from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
 from dielast.stability import TimeScale
 from dielast.table import Column
+from dielast.workflow.cases import first_of_each
+from dielast.workflow.doubts import doubt_failures, doubt_map
 from dielast.workflow.history import in_keys
 from dielast.workflow.partial import fingerprint, solve
 from dielast.workflow.report import Execution, Report
@@ -41,14 +42,9 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     material, wanted = parse_material(inputs.read(recipe.material), recipe.material), recipe.uncertainty
     sample = None if wanted is None else sample_of(recipe.material, material, wanted, inputs)
     plan = _plan(recipe, material, sample)
-    doubt_material(material)
-    for temperature in plan.temperature.tolist():
-        doubt_use(material, temperature, recipe.horizon)
-    doubt_breakdown(plan.breakdown_field)
+    doubt_map(recipe, material, plan)
     result, *drawn = assemble_all(plan, solve(plan, fingerprint(recipe, inputs), execution))
-    if broken := int(np.count_nonzero(result.time_to_breakdown == 0)):
-        some = f"{broken} of {result.failure_mode.size} cells"
-        warn(f"{some} break down as the voltage comes on: they are beyond the breakdown field from the start")
+    doubt_failures(recipe, material, result)
     lines = fit_lifetime(result)
 
     def figure() -> Any:
@@ -59,16 +55,19 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
     unfinished = np.argwhere(result.outcome != "completed")
     failures = [
-        f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {result.voltage[k]:g} V: "
-        f"given up: {result.outcome[i, j, k]}"
+        (
+            str(result.outcome[i, j, k]),
+            f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {result.voltage[k]:g} V: "
+            f"given up: {result.outcome[i, j, k]}",
+        )
         for i, j, k in unfinished
     ]
     cells, fits = map_columns(result), fit_columns(lines)
     if wanted is not None:
         cells = bounded_map_columns(cells, drawn, wanted.level)
         fits = bounded_line_columns(fits, [fit_lifetime(each) for each in drawn], wanted.level)
-    sections = headline(result, lines) | uncertainty_headline(wanted)
-    return Report({"failure-map.csv": cells, "fit.csv": fits}, sections, figure, failures=failures)
+    sections = headline(result, lines) | uncertainty_headline([wanted], [sample])
+    return Report({"failure-map.csv": cells, "fit.csv": fits}, sections, figure, failures=first_of_each(failures, "cells"))
 
 
 def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
@@ -91,6 +90,7 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             rtol=recipe.solver.rtol,
             sample=sample,
+            drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,
         )
     except (InputError, NumericsError) as error:
         raise type(error)(*(_in_recipe_terms(line, len(films), temperatures) for line in error.messages)) from None

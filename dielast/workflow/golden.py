@@ -12,11 +12,13 @@ summary: a relative one, or `{ rtol = ..., atol = ... }` with the absolute one i
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from dielast.errors import InputError
+from dielast.files import read_file
 from dielast.recipe.validate import parse_toml
 from dielast.table import parse_csv
 
@@ -60,9 +62,13 @@ def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> lis
 
 def golden_files(golden: Path) -> dict[str, Path]:
     """The files of the folder `golden` that are compared, by name; raises `InputError` if there are none."""
-    if not golden.is_dir():
+    if not os.path.isdir(golden):
         raise InputError(f"{golden}: no such folder of golden files")
-    found = {path.name: path for path in sorted(golden.iterdir()) if _compared(path.name)}
+    try:
+        names = sorted(os.listdir(golden))
+    except OSError as error:
+        raise InputError(f"{golden}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+    found = {name: golden / name for name in names if _compared(name) and os.path.isfile(golden / name)}
     if not found:
         raise InputError(f"{golden}: no tables and no summary.toml to compare with")
     return found
@@ -74,15 +80,15 @@ def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, T
     Raises `InputError` for a file or column that is not there, and for what is no tolerance.
     """
     path = golden / TOLERANCES
-    if not path.is_file():
+    if not os.path.isfile(path):
         return {}
     result: dict[str, dict[str, Tolerance]] = {}
-    for name, columns in parse_toml(path.read_bytes(), str(path)).items():
+    for name, columns in parse_toml(read_file(path, str(path)), str(path)).items():
         if name not in files:
             raise InputError(f"{path}: {name}: no such golden file; there are {', '.join(files)}")
         if not isinstance(columns, Mapping):
             raise InputError(f"{path}: {name}: a table of tolerances by column is needed")
-        content = files[name].read_bytes()
+        content = read_file(files[name], str(files[name]))
         known = _flat(parse_toml(content, str(files[name]))) if name == "summary.toml" else parse_csv(content, str(files[name]))
         result[name] = {}
         for column, value in columns.items():
@@ -107,7 +113,7 @@ def _compared(name: str) -> bool:
 
 
 def _tables(name: str, content: bytes, golden: Path, usual: Tolerance, special: Mapping[str, Tolerance]) -> Iterator[str]:
-    now, then = parse_csv(content, name), parse_csv(golden.read_bytes(), str(golden))
+    now, then = parse_csv(content, name), parse_csv(read_file(golden, str(golden)), str(golden))
     if list(now) != list(then):
         yield f"{name}: columns {', '.join(now)}; golden {', '.join(then)}"
         return
@@ -126,7 +132,7 @@ def _tables(name: str, content: bytes, golden: Path, usual: Tolerance, special: 
 
 
 def _summaries(content: bytes, golden: Path, usual: Tolerance, special: Mapping[str, Tolerance]) -> Iterator[str]:
-    now, then = _flat(parse_toml(content, "summary.toml")), _flat(parse_toml(golden.read_bytes(), str(golden)))
+    now, then = _flat(parse_toml(content, "summary.toml")), _flat(parse_toml(read_file(golden, str(golden)), str(golden)))
     for key in sorted(now.keys() | then.keys()):
         a, b = now.get(key), then.get(key)
         if a is None or b is None or not special.get(key, usual).holds(a, b):

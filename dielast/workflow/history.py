@@ -16,7 +16,7 @@ from dielast.files import Inputs
 from dielast.load import Step, table
 from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, Output, RelaxRecipe, StretchStep
 from dielast.simulate.output import HOLD_DECADES, RAMP_DECADES
-from dielast.units import FORCE, NUMBER, STRESS, TIME
+from dielast.units import FORCE, NUMBER, STRESS, TIME, TIMES
 
 if TYPE_CHECKING:
     from dielast.measured import MeasuredTable
@@ -94,10 +94,8 @@ def output_times(output: Output, entries: Sequence[Entry], rest: float) -> tuple
         own = list(group)
         ends: list[float] = []
         for entry in own:
-            target = present if entry.target is None else entry.target
-            lasting = abs((target - present) / entry.rate) if entry.rate is not None else entry.duration or 0.0
-            ends.append(lasting + (ends[-1] if ends else 0.0))
-            present = target
+            ends.append(lasting(entry, present) + (ends[-1] if ends else 0.0))
+            present = present if entry.target is None else entry.target
         decades = HOLD_DECADES if len(own) == 1 and own[0].still else RAMP_DECADES
         spaced = ends[-1] * np.logspace(-decades, 0, decades * output.points_per_decade + 1)
         times += [start + spaced, start + np.array(ends)]
@@ -106,12 +104,26 @@ def output_times(output: Output, entries: Sequence[Entry], rest: float) -> tuple
 
 
 def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
-    """The entries with those marked that lead nowhere, from `rest` on: no case is solved in another way for its company's sake."""
+    """The entries with those marked that lead nowhere, from `rest` on: no case is solved in another way for its company's sake.
+
+    Raises `InputError` for a rate at which an entry would last for no time that can be meant.
+    """
     present, marked = rest, []
     for entry in entries:
+        took = lasting(entry, present)
+        if entry.rate is not None and took > 0 and not TIMES[0] <= took <= TIMES[1]:
+            needed = f"from {TIMES[0]:g} to {TIMES[1]:g} s is needed"
+            raise InputError(f"step[{entry.origin}].rate: the step takes {took:.3g} s; {needed}")
         marked.append(replace(entry, still=entry.target is None or entry.target == present))
         present = present if entry.target is None else entry.target
     return marked
+
+
+def lasting(entry: Entry, present: float) -> float:
+    """How long an entry takes in s; 0 at a rate of 0, which the solver refuses."""
+    if entry.rate is None:
+        return entry.duration or 0.0
+    return abs((entry.target - present) / entry.rate) if entry.target is not None and entry.rate != 0 else 0.0
 
 
 def _loaded(index: int, step: LoadStep, recipe: Recipe) -> Entry:
@@ -173,9 +185,11 @@ def ascending_times(points: MeasuredTable, name: str) -> Array:
     """The times of a table of load in s; `InputError` naming the line unless they ascend from 0 or later."""
     time = points.column("time", "time", TIME)
     before = np.append(-1.0, time[:-1])
-    wrong = np.flatnonzero((time <= before) | (time < 0))
+    wrong = np.flatnonzero((time <= before) | (time < 0) | (time > TIMES[1]))
     if wrong.size:
         row = int(wrong[0])
+        if time[row] > TIMES[1]:
+            raise InputError(f"{name}: line {points.lines[row]}: time {time[row]:g} s: at most {TIMES[1]:g} s is needed")
         what = f"does not come after {before[row]:g} s" if row and time[row] >= 0 else "is negative"
         raise InputError(f"{name}: line {points.lines[row]}: time {time[row]:g} s {what}; the times of a load must ascend from 0 s")
     return time

@@ -12,6 +12,7 @@ from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import Case
 from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.recipe.spectrum import SpectrumRecipe
+from dielast.workflow.cases import check_case
 
 Read = tuple[str, Any, Callable[[], object]]
 """A recipe's key, what it says there, and how that is read."""
@@ -30,6 +31,11 @@ def mistakes(cases: Sequence[Case[Any]], inputs: Inputs) -> list[str]:
                 read()
             except InputError as error:
                 found.update(dict.fromkeys(f"{key}: {line}" for line in error.messages))
+    for index, comparison in enumerate(getattr(cases[0].recipe, "compare", ())):
+        try:
+            check_case(index, comparison, len(cases))
+        except InputError as error:
+            found.update(dict.fromkeys(error.messages))
     return list(found)
 
 
@@ -50,10 +56,11 @@ def _relaxation(recipe: MasterCurveRecipe, inputs: Inputs) -> Iterator[Read]:
 
 def _curve(recipe: SpectrumRecipe, inputs: Inputs) -> Iterator[Read]:
     from dielast.workflow.curve import read_curve, read_master_curve
+    from dielast.workflow.draws import read_curve_draws
 
     folder = recipe.mastercurve
     if folder is not None:
-        yield "mastercurve", folder, lambda: read_master_curve(folder, inputs)
+        yield "mastercurve", folder, lambda: read_curve_draws(folder, read_master_curve(folder, inputs), inputs)
     else:
         yield "data.file", recipe.data, lambda: read_curve(recipe.data, inputs)
 

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from dielast.characterise.bootstrap import bootstrap_master_curve
+from dielast.characterise.doubt import LAST_STRETCH, PLATEAU_SLOPE
 from dielast.characterise.mastercurve import FrequencySweep, MasterCurve, build_master_curve
+from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.plausible import doubt_curve, doubt_temperature
 from dielast.recipe.cases import Case
@@ -34,21 +36,28 @@ COLUMNS = {
 """Names and units of the abscissa, the reduced abscissa and the ordinates."""
 
 
+# what an error about an argument begins with -> the key of [shift] that it is
+KEYS = {"on = ": "on", "reference temperature ": "reference_temperature", "thermal expansion ": "thermal_expansion"}
+
+
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the tests, shift them, report."""
     recipe = cases[0].recipe
     reading = read_all(recipe.data, inputs)
     shift, uncertainty = recipe.shift, recipe.uncertainty
-    result = build_master_curve(
-        reading.measurements,
-        reference_temperature=shift.reference_temperature,
-        law=shift.law,
-        vertical=shift.vertical,
-        thermal_expansion=shift.thermal_expansion,
-        on=shift.on,
-    )
+    try:
+        result = build_master_curve(
+            reading.measurements,
+            reference_temperature=shift.reference_temperature,
+            law=shift.law,
+            vertical=shift.vertical,
+            thermal_expansion=shift.thermal_expansion,
+            on=shift.on,
+        )
+    except InputError as error:
+        raise InputError(*map(_in_keys, error.messages)) from None
     doubt_temperature(result.temperature, "the tests are at")
-    doubt_curve(result.glassy_modulus)
+    doubt_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
     drawn = None
     if uncertainty is not None:
         drawn = bootstrap_master_curve(
@@ -75,6 +84,22 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
         return Report(tables(result), headline(result, recipe, reading), figure)
     found = {**headline(result, recipe, reading), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
     return Report({**tables(result), **curve_tables(drawn, result.measurement)}, found, figure)
+
+
+def _levels_off(result: MasterCurve) -> bool:
+    """Whether the smooth curve has a plateau where its equilibrium modulus is read."""
+    where, smooth = np.log10(result.smooth_abscissa), np.log10(result.smooth_ordinates[0])
+    where, smooth = (-where[::-1], smooth[::-1]) if result.measurement == "oscillation" else (where, smooth)
+    end = smooth[where >= where[-1] - LAST_STRETCH]
+    return float(np.ptp(end)) <= PLATEAU_SLOPE * LAST_STRETCH
+
+
+def _in_keys(line: str) -> str:
+    """What is said of an argument, said of the recipe's key for it."""
+    for words, key in KEYS.items():
+        if line.startswith(words):
+            return f"shift.{key}: {line.removeprefix(words)}"
+    return line
 
 
 def tables(result: MasterCurve) -> dict[str, list[Column]]:

@@ -13,8 +13,8 @@ from dielast.characterise.kramers_kronig import viscosity_factor, warn_if_incons
 from dielast.characterise.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.errors import InputError, warn
 from dielast.files import Inputs
-from dielast.plausible import doubt_strain
-from dielast.recipe.measurements import ROLES, MeasurementData, MeasurementName
+from dielast.plausible import doubt_strain, doubt_tension
+from dielast.recipe.measurements import MECHANICAL, ROLES, MeasurementData, MeasurementName
 from dielast.units import ZERO_CELSIUS
 from dielast.workflow.isotherms import WIDEST, isotherms, temperature_of_file
 from dielast.workflow.parts import MANY, Part, parts_of
@@ -80,6 +80,9 @@ def read_all(data: MeasurementData, inputs: Inputs) -> Reading:
         parts += found
         left_out += others
     kind, test = _one_kind(parts), _one_test(parts, data)
+    if data.test is None:
+        for part in parts:
+            _doubt_tension(part)
     if kind == "oscillation" and (data.ramp is not None or data.discard_before > 0):
         raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
     labels: dict[tuple[int, str], int] = {}
@@ -131,6 +134,13 @@ def _one_test(parts: list[Part], data: MeasurementData) -> str:
         found = " and ".join(f"{test} ({part.table.source})" for test, part in tests.items())
         raise InputError(f'there are tests in {found}: leave one out, or say test = "tension" or "shear"')
     return str(parts[0].test)
+
+
+def _doubt_tension(part: Part) -> None:
+    """A plain table is taken for one of tension unless the recipe says otherwise."""
+    if not part.is_export:
+        used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
+        doubt_tension(used, part.table.source)
 
 
 def _read(part: Part, data: MeasurementData, per_shear: float, labels: dict[tuple[int, str], int]) -> _Readings:

@@ -6,38 +6,45 @@ from __future__ import annotations
 
 import hashlib
 import io
+import multiprocessing
+import os
 import signal
+import threading
 import time
 from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from dielast._version import __version__
-from dielast.files import STORE, Inputs, write_files
+from dielast.errors import NumericsError
+from dielast.files import KEPT, STORE, Inputs, write_files
+from dielast.integrate import Status
 from dielast.recipe.base import RecipeBase
 from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
 from dielast.workflow.report import Execution
 
 CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
 PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than a disk saves
+FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
 
 _plan: MapPlan | None = None  # of a worker process
 
 
 def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
-    """What an unfinished map must share with this one to be of use: version, recipe and inputs."""
-    stated = f"{__version__}\n{recipe!r}\n{sorted(inputs.digests.items())}"
+    """What an unfinished map must share with this one to be of use: versions, recipe and inputs."""
+    # whether a value is stated may matter, even where it is the default
+    stated = f"{__version__}\n{np.__version__}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{sorted(inputs.digests)}"
     return hashlib.sha256(stated.encode()).hexdigest()
 
 
 def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
     """All cells of the plan. What is solved is kept in the execution's folder until all is done."""
     store = None if execution.folder is None else execution.folder / STORE
-    known = _load(store, key)
+    known = _load(store, key, plan)
     waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
     done = sum(cells.status.size for cells in known.values())
     saved, due = len(known), 0.0
@@ -67,17 +74,47 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
         for first, end in chunks:
             yield solve_cells(plan, first, end)
         return
-    pool = ProcessPoolExecutor(min(execution.jobs, len(chunks)), initializer=_receive, initargs=(plan,))
-    futures = [pool.submit(_solve_own, *chunk) for chunk in chunks]
+    others = multiprocessing.active_children()
+    with _undisturbed():
+        pool = ProcessPoolExecutor(min(execution.jobs, len(chunks)), initializer=_receive, initargs=(plan,))
+        futures = [pool.submit(_solve_own, *chunk) for chunk in chunks]
+    try:
+        yield from _finished(futures)
+    except BrokenProcessPool:
+        # it would end its other workers with a signal that they ignore, and wait for them
+        for child in set(multiprocessing.active_children()).difference(others):
+            child.kill()
+        raise NumericsError(f"a worker process was killed, for want of memory perhaps; {KEPT}") from None
+    finally:
+        pool.shutdown(wait=False)
+
+
+def _finished(futures: Sequence[Future[Cells]]) -> Generator[Cells, None, None]:
+    """The results as they come; if they are no longer wanted, what is not begun never is."""
     try:
         with _terminated_as_interrupted():
             for future in as_completed(futures):
                 yield future.result()
-    finally:
+    except BrokenProcessPool:  # in which nothing is begun any more
+        raise
+    except BaseException:
         # one by one: a pool that nobody holds any more forgets that it was to cancel what it has not begun
         for future in futures:
             future.cancel()
-        pool.shutdown(wait=False)
+        raise
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Start processes that no signal meets before they can ignore it, where the system can hold signals back."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, FROM_OUTSIDE)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
@@ -96,10 +133,18 @@ def _terminated_as_interrupted() -> Iterator[None]:
 
 def _receive(plan: MapPlan) -> None:
     global _plan
-    # an interrupt is the parent's to answer
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    for number in FROM_OUTSIDE:  # which are the parent's to answer
+        signal.signal(number, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     _plan = plan
+
+
+def _end_with_parent() -> None:
+    """End this process once its parent is gone, whatever ended that: it would wait for work for ever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _solve_own(first: int, end: int) -> Cells:
@@ -121,16 +166,32 @@ def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
     write_files(store.parent, {store.name: buffer.getvalue()})
 
 
-def _load(store: Path | None, key: str) -> dict[int, Cells]:
+def _load(store: Path | None, key: str, plan: MapPlan) -> dict[int, Cells]:
     """The chunks of an earlier run of the same map, by first cell; none if there are none, or they are of another map."""
-    if store is None or not store.is_file():
+    if store is None or not os.path.isfile(store):
         return {}
     try:
-        with np.load(store) as saved:
+        with store.open("rb") as file, np.load(file) as saved:
             if str(saved["key"]) != key:
                 return {}
             bounds = np.cumsum(saved["size"])[:-1]
             parts = (np.split(saved[name], bounds) for name in ("time_to_breakdown", "time_to_pull_in", "status"))
-            return {int(first): Cells(int(first), *own) for first, *own in zip(saved["first"], *parts, strict=True)}
-    except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile):
+            known = {int(first): Cells(int(first), *own) for first, *own in zip(saved["first"], *parts, strict=True)}
+        chunks = set(plan.chunks(CHUNK))
+        return known if all(_belongs(cells, chunks, plan.horizon) for cells in known.values()) else {}
+    except Exception:  # zipfile and numpy have many for what is damaged
         return {}  # not what this program wrote, or not whole: begin anew
+
+
+def _belongs(cells: Cells, chunks: set[tuple[int, int]], horizon: float) -> bool:
+    """Whether these are a chunk of the map with results that it may have."""
+    times = np.array([cells.time_to_breakdown, cells.time_to_pull_in])
+    lived, size = np.isnan(times), cells.status.size
+    return bool(
+        (cells.first, cells.first + size) in chunks
+        and times.shape == (2, size)
+        and cells.status.shape == (size,)
+        and np.isin(cells.status, list(Status)).all()
+        and np.all(lived | ((times >= 0) & (times <= (1 + 1e-9) * horizon)))
+        and not np.any(lived.all(axis=0) & (cells.status == Status.STOPPED))
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Summary = Mapping[str, Any]
+FIGURES = ("png", "svg", "pdf")
+FILES: Mapping[str, tuple[str, ...]] = {
+    "mastercurve": ("shift-factors.csv", "mastercurve.csv", "draws.csv", "draw-laws.csv", "draw-curves.csv"),
+    "spectrum": (
+        *("spectrum.csv", "fit.csv", "continuous-spectrum.csv", "reduction.csv", "material.toml", "draws.csv"),
+        *("material.inp", "material.mac", "material.feb", "material.mfront"),
+        *(f"material-comsol-{name}.txt" for name in ("parameters", "branches-energy-factor", "branches-shear-modulus")),
+        *("material-comsol-shift.txt", "material-comsol-notes.txt"),
+    ),
+    "relax": ("relax.csv", "cases.csv"),
+    "creep": ("creep.csv", "cases.csv"),
+    "actuate": ("actuate.csv", "events.csv", "cases.csv"),
+    "failure-map": ("failure-map.csv", "fit.csv"),
+}
+"""Every file that a kind may write, besides its figures and its summary."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +68,7 @@ def summarise(kind: str, report: Report, inputs: Inputs, recipe: str, warnings: 
         summary["unfinished"] = list(report.failures)
     for section, values in report.headline.items():
         summary[section] = {key: rounded(value) for key, value in values.items() if _known(value)}
-    summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in inputs.digests.items()]
+    summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in inputs.digests]
     return summary
 
 
@@ -71,6 +86,12 @@ def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) 
     # last, so that a whole summary stands for a whole result
     files["summary.toml"] = tomli_w.dumps(dict(summary)).encode()
     return files
+
+
+def left_over(kind: str, folder: Path, written: Collection[str]) -> list[str]:
+    """Names of files in the `folder` that an earlier run of the same kind wrote there and this one did not."""
+    known = (*FILES[kind], *(f"{kind}.{form}" for form in FIGURES))
+    return [name for name in known if name not in written and (folder / name).is_file()]
 
 
 def _known(value: Any) -> bool:

@@ -18,9 +18,9 @@ from dielast.workflow.cases import (
     axes_of,
     case_columns,
     compare_headline,
-    doubt_cases,
     each,
     failures,
+    given_up,
     labels,
     last,
     matches,
@@ -29,15 +29,17 @@ from dielast.workflow.cases import (
     swept,
     temperature_of,
 )
+from dielast.workflow.doubts import doubt_membranes
 from dielast.workflow.history import Recipe, in_recipe_terms, joined, output_times, solver_steps
 from dielast.workflow.report import Execution, Report
-from dielast.workflow.uncertainty import band, bounded_cases, interval_label, uncertainty_headline
+from dielast.workflow.uncertainty import band, bounded_cases, interval_label, samples_of, uncertainty_headline
 
 if TYPE_CHECKING:
     from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
+REST = {"relax": 0.0, "creep": 1.0}  # what is measured of a film that was never loaded
 
 
 def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -46,7 +48,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     kind = recipe.kind
     materials = read_materials(cases, inputs)
     clean = simulate_cases(cases, materials, inputs)
-    doubt_cases(materials, clean)
+    doubt_membranes(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
     columns = [result.columns for result in results]
 
@@ -55,7 +57,8 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
         output = one.output.model_copy(update={"times": times.tolist()})
         return simulate_cases([Case(one.model_copy(update={"output": output}))], [materials[case]], inputs)[0].columns
 
-    told = bounded_cases(cases, materials, results, inputs, lambda own, drawn: simulate_cases(own, drawn, inputs))
+    samples = samples_of(cases, materials, inputs)
+    told = bounded_cases(cases, samples, results, lambda own, drawn: simulate_cases(own, drawn, inputs))
     found = matches(recipe, columns, inputs, again)
     x, y, scales = axes_of(recipe, columns[0], MEASURED[kind])
 
@@ -69,7 +72,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
         return plot_cases(columns, names, here, x, y, scales, recipe.title, swept=scale, bands=bands, interval=called)
 
     tables = {f"{kind}.csv": result_columns(told), "cases.csv": case_columns(cases)}
-    sections = headline(kind, results, found) | uncertainty_headline(recipe.uncertainty)
+    sections = headline(kind, results, found) | uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
     return Report(tables, sections, figure, failures=failures(results))
 
 
@@ -82,13 +85,18 @@ def headline(kind: str, results: Sequence[CaseResult], found: Sequence[Match]) -
     sections: dict[str, dict[str, Any]] = {
         kind: {
             "cases": len(results),
-            f"peak_{name}{suffix}": each([float(np.max(values)) if values.size else np.nan for values in series]),
+            f"peak_{name}{suffix}": each([_farthest(values, REST[kind]) for values in series]),
             f"final_{name}{suffix}": each([last(values) for values in series]),
         }
     }
     if found:
         sections["compare"] = compare_headline(found)
     return sections
+
+
+def _farthest(values: Array, rest: float) -> float:
+    """The value farthest from that at `rest`; NaN for a case that never began."""
+    return float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan
 
 
 def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs) -> list[CaseResult]:
@@ -135,8 +143,7 @@ def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material],
                 modulus = result.relaxation_modulus[row]
                 known = np.isfinite(modulus) & (mode == "uniaxial")
                 columns["relaxation_modulus [Pa]"] = np.where(known, modulus, np.nan)
-            outcome = result.outcome[row]
-            failure = None if outcome.completed else f"given up at {outcome.time:.6g} s: {outcome.reason}"
+            failure = given_up(result.outcome[row], materials[index], cases[index].recipe.kind == "creep")
             kept = {header: np.asarray(values[finished]) for header, values in columns.items()}
             results[index] = CaseResult(float(temperature[row]), kept, failure)
     return [results[index] for index in range(len(cases))]

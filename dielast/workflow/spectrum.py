@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -21,6 +23,7 @@ from dielast.export.card import export_cards
 from dielast.files import Inputs
 from dielast.gent import Gent
 from dielast.material import Material
+from dielast.plausible import doubt_material
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown, permittivity, write_material
 from dielast.recipe.spectrum import Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
@@ -33,6 +36,12 @@ from dielast.workflow.report import Execution, Report
 __all__ = ["Curve", "headline", "make_material", "read_curve", "read_master_curve", "run", "tables"]
 
 Array = NDArray[np.float64]
+# what the library calls its arguments, and the recipe its keys
+KEYS = (
+    (re.compile(r"(?<![\w.])(equilibrium_modulus|glassy_modulus|polynomial_degree|(?:method|branches)(?= = ))"), r"fit.\1"),
+    (re.compile(r"^relaxation_time (min|max)"), r"fit.relaxation_time.\1"),
+    (re.compile(r"^cannot keep"), "truncate.keep: cannot keep"),
+)
 BEYOND = 3.0  # times the ends of a master curve: so far processes within still show
 
 
@@ -46,11 +55,13 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
         raise InputError("fit.continuous: a creep curve has no relaxation spectrum of its own: only its discrete one is converted")
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
     material = make_material(result, curve, recipe.material, reduction)
+    doubt_material(material)
 
     def figure() -> Any:
         from dielast.plots.spectrum import plot_spectrum
 
-        return plot_spectrum(result, recipe.title, continuous=continuous, reduction=reduction)
+        at = curve.shift.reference_temperature
+        return plot_spectrum(result, recipe.title, continuous=continuous, reduction=reduction, reference_temperature=at)
 
     drawn = None
     if recipe.mastercurve is not None:
@@ -66,39 +77,50 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     return Report({**found, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
 
 
-def fit_curve(curve: Curve, fit: Fit, keep: int | None = None) -> SpectrumFit:
-    """The spectrum of a master curve of any kind; raises `InputError` where the method does not go with it."""
-    ends, first, last = (fit.relaxation_time.min, fit.relaxation_time.max), fit.equilibrium_modulus, fit.glassy_modulus
+def fit_curve(curve: Curve, fit: Fit, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
+    """The spectrum of a master curve of any kind; raises `InputError` where the method does not go with it.
+
+    `flows` is that of `fit_creep`.
+    """
+    with _keys_of_the_recipe():
+        return _fitted(curve, fit, keep, flows)
+
+
+@contextmanager
+def _keys_of_the_recipe() -> Iterator[None]:
+    """Errors and warnings of the library name the keys of a recipe."""
+
+    def said(message: str) -> str:
+        for pattern, key in KEYS:
+            message = pattern.sub(key, message)
+        return message
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            yield
+        except InputError as error:
+            raise InputError(*map(said, error.messages)) from None
+    for own in caught:
+        warnings.warn(said(str(own.message)), own.category, stacklevel=2)
+
+
+def _fitted(curve: Curve, fit: Fit, keep: int | None, flows: bool | None) -> SpectrumFit:
+    ends = fit.relaxation_time.min, fit.relaxation_time.max
+    wanted: dict[str, Any] = {
+        "branches": fit.branches,
+        "equilibrium_modulus": fit.equilibrium_modulus,
+        "glassy_modulus": fit.glassy_modulus,
+        "keep": keep,
+    }
     if curve.test == "relaxation":
-        return fit_spectrum(
-            *curve.columns,
-            method=fit.method or "schwarzl-staverman",
-            branches=fit.branches,
-            polynomial_degree=fit.polynomial_degree,
-            relaxation_time=ends,
-            equilibrium_modulus=first,
-            glassy_modulus=last,
-            keep=keep,
-        )
+        method, degree = fit.method or "schwarzl-staverman", fit.polynomial_degree
+        return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, **wanted)
     if fit.method == "schwarzl-staverman":
         raise InputError(f'fit.method: "schwarzl-staverman" reads a relaxation modulus; {curve.test} needs "nnls"')
     if curve.test == "creep":
-        return fit_creep(
-            *curve.columns,
-            branches=fit.branches,
-            retardation_time=ends,
-            equilibrium_modulus=first,
-            glassy_modulus=last,
-            keep=keep,
-        )
-    return fit_oscillation(
-        *curve.columns,
-        branches=fit.branches,
-        relaxation_time=ends,
-        equilibrium_modulus=first,
-        glassy_modulus=last,
-        keep=keep,
-    )
+        return fit_creep(*curve.columns, retardation_time=ends, flows=flows, **wanted)
+    return fit_oscillation(*curve.columns, relaxation_time=ends, **wanted)
 
 
 def draw_materials(
@@ -116,8 +138,10 @@ def draw_materials(
     if tau.size > 1:
         held = fit.model_copy(update={"relaxation_time": RelaxationTimes.model_construct(min=float(tau[-1]), max=float(tau[0]))})
 
+    flows = None if whole.retardation is None else whole.retardation.fluidity > 0  # a solid is one in every draw
+
     def refit(abscissa: Array, ordinates: Array) -> SpectrumFit:
-        return fit_curve(Curve(curve.test, (abscissa, *ordinates), curve.shift), held)
+        return fit_curve(Curve(curve.test, (abscissa, *ordinates), curve.shift), held, flows=flows)
 
     return drawn_materials(material, curve, read, whole, refit)
 

@@ -22,7 +22,7 @@ from dielast.simulate.actuate import Event
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 from dielast.table import Column
-from dielast.workflow.cases import CaseResult
+from dielast.workflow.cases import CaseResult, each
 from dielast.workflow.draws import read_members
 
 Array = NDArray[np.float64]
@@ -53,81 +53,121 @@ def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: I
             f"uncertainty: {name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum "
             "write a material with draws"
         )
-    return draw_sample(members or (material,), uncertainty.draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
+    draws = uncertainty.draws
+    if field is None and thickness is None and draws > len(members):
+        # the same again tells nothing more
+        if "draws" in uncertainty.model_fields_set:
+            warn(f"uncertainty.draws: {name} has {len(members)} draws, and nothing else scatters: not {draws}, but these are used")
+        draws = len(members)
+    return draw_sample(members or (material,), draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
 
 
 def _doubt_draws(name: str, material: Material, members: Sequence[Material]) -> None:
     """Warn of draws that are not about the material."""
-    tau = material.spectrum.relaxation_time
-    time = np.concatenate((tau, [10 * tau.max()]))
-    own = material.spectrum.relaxation_modulus(time, material.equilibrium_modulus)
-    drawn = np.array([each.spectrum.relaxation_modulus(time, each.equilibrium_modulus) for each in members])
-    low, high = drawn.min(axis=0), drawn.max(axis=0)
-    for k in np.flatnonzero((own * BESIDE < low) | (own > high * BESIDE))[:1]:
+    tau = np.union1d(material.spectrum.relaxation_time, members[0].spectrum.relaxation_time)
+    with np.errstate(over="ignore"):  # a time beyond all numbers is one at which all has relaxed
+        time = np.append(tau, 10 * tau.max())
+        own = material.spectrum.relaxation_modulus(time, material.equilibrium_modulus)
+        drawn = np.array([each.spectrum.relaxation_modulus(time, each.equilibrium_modulus) for each in members])
+        low, high = drawn.min(axis=0), drawn.max(axis=0)
+        missed = (own * BESIDE < low) | (own > high * BESIDE)
+    for k in np.flatnonzero(missed)[:1]:
         warn(
             f"{name}: a shear modulus of {own[k]:.4g} Pa after {time[k]:.3g} s is far from those of all draws, {low[k]:.4g} to "
             f"{high[k]:.4g} Pa: if the material has been edited, make its draws anew"
         )
 
 
-def uncertainty_headline(uncertainty: Uncertainty | None) -> dict[str, dict[str, Any]]:
-    """The section of a summary that says what the intervals are; none without them."""
-    if uncertainty is None:
+def uncertainty_headline(
+    uncertainties: Sequence[Uncertainty | None], samples: Sequence[Sample | None]
+) -> dict[str, dict[str, Any]]:
+    """The section of a summary that says what the intervals of the cases are; none without them."""
+    told = [(own, sample) for own, sample in zip(uncertainties, samples, strict=True) if own is not None and sample is not None]
+    if not told:
         return {}
-    return {"uncertainty": {"draws": uncertainty.draws, "seed": uncertainty.seed, "level": uncertainty.level}}
+    numbers: dict[str, list[float | int]] = {
+        "draws": [len(sample) for _, sample in told],
+        "materials": [len({id(member) for member in sample.materials}) for _, sample in told],
+        "seed": [own.seed for own, _ in told],
+        "level": [own.level for own, _ in told],
+    }
+    return {"uncertainty": {key: values[0] if len(set(values)) == 1 else each(values) for key, values in numbers.items()}}
+
+
+def samples_of(cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs) -> list[Sample | None]:
+    """The draws of every case, none in cases without `[uncertainty]`."""
+    known: dict[str, Sample] = {}
+    samples: list[Sample | None] = []
+    for case, material in zip(cases, materials, strict=True):
+        wanted: Uncertainty | None = case.recipe.uncertainty
+        if wanted is None:
+            samples.append(None)
+            continue
+        key = f"{case.recipe.material}\n{wanted!r}"
+        if key not in known:
+            known[key] = sample_of(case.recipe.material, material, wanted, inputs)
+        samples.append(known[key])
+    return samples
 
 
 def bounded_cases(
     cases: Sequence[Case[Any]],
-    materials: Sequence[Material],
+    samples: Sequence[Sample | None],
     results: Sequence[CaseResult],
-    inputs: Inputs,
     simulate: Callable[[Sequence[Case[Any]], Sequence[Material]], Sequence[CaseResult]],
 ) -> list[CaseResult]:
-    """The results with bounds, in cases that have `[uncertainty]`; the draws of a case run together."""
+    """The results with bounds, in cases that have draws; those of a case run together."""
     told = []
-    for case, material, result in zip(cases, materials, results, strict=True):
-        wanted: Uncertainty | None = case.recipe.uncertainty
-        if wanted is not None:
-            sample = sample_of(case.recipe.material, material, wanted, inputs)
+    for case, sample, result in zip(cases, samples, results, strict=True):
+        if sample is not None:
             with _said_of_a_draw():
                 drawn = simulate([case] * len(sample), sample.materials)
-            result = bounded(result, drawn, wanted.level)
+            result = bounded(result, drawn, case.recipe.uncertainty.level)
         told.append(result)
     return told
 
 
 def bounded_films(
     cases: Sequence[Case[ActuateRecipe]],
-    materials: Sequence[Material],
+    samples: Sequence[Sample | None],
     results: Sequence[CaseResult],
     events: Sequence[Sequence[Event]],
-    inputs: Inputs,
     simulate: Callable[
         [Sequence[Case[ActuateRecipe]], Sequence[Material], Array], tuple[Sequence[CaseResult], Sequence[Sequence[Event]]]
     ],
 ) -> tuple[list[CaseResult], list[list[BoundedEvent]]]:
-    """The results and the events with bounds, in cases that have `[uncertainty]`."""
+    """The results and the events with bounds, in cases that have draws."""
     told, happened = [], []
-    for case, material, result, own in zip(cases, materials, results, events, strict=True):
+    for case, sample, result, own in zip(cases, samples, results, events, strict=True):
         wanted = case.recipe.uncertainty
         bounds: list[BoundedEvent] = []
-        if wanted is not None:
-            sample = sample_of(case.recipe.material, material, wanted, inputs)
+        if wanted is not None and sample is not None:
             known = breakdown(case.recipe.breakdown)
             drawn_materials = []
-            for each, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
-                field = known or each.breakdown
-                drawn_materials.append(replace(each, breakdown=None if field is None else scaled(field, factor)))
+            for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
+                field = known or member.breakdown
+                drawn_materials.append(replace(member, breakdown=None if field is None else scaled(field, factor)))
             with _said_of_a_draw():
-                # each has its breakdown field with its material
-                one = Case(case.recipe.model_copy(update={"breakdown": None}), case.settings)
+                # each has its breakdown field with its material, and is asked for the rows of the result, its end among them
+                output = case.recipe.output.model_copy(update={"times": _asked(result.columns["time [s]"])})
+                one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
                 drawn, drawn_events = simulate([one] * len(sample), drawn_materials, sample.thickness_factor)
             result = bounded(result, drawn, wanted.level, failing=True)
             bounds = bounded_events(own, drawn_events, wanted.level)
         told.append(result)
         happened.append(bounds)
     return told, happened
+
+
+def _asked(time: Array) -> list[float] | None:
+    """Times at which a draw tells what a result's rows at `time` do: of two rows at one time, the second is after a jump."""
+    return np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
+
+
+def _passed(time: Array) -> NDArray[np.bool_]:
+    """Rows between two jumps at one moment, which no time tells from those after them."""
+    first, last = np.diff(time, prepend=np.nan) != 0, np.diff(time, append=np.nan) != 0
+    return np.asarray(~last & (~first | (time == 0)))
 
 
 def interval_label(recipes: Sequence[Any]) -> str:
@@ -150,16 +190,18 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, *, fa
 
     With `failing` films, a column tells the share of the draws that had not failed by each time; the bounds are those of the rest.
     """
-    rows = result.columns["time [s]"].size
+    time = result.columns["time [s]"]
+    there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
+    told = there & ~_passed(time) if failing else there
     columns: dict[str, Array] = {}
     for header, values in result.columns.items():
         columns[header] = values
         if header not in STATED:
-            low, high = interval(_stacked([each.columns[header] for each in drawn], rows), level)
+            table = _stacked([each.columns[header] for each in drawn], time.size)
+            low, high = interval(np.where(told, table, np.nan), level)
             columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
     if failing:
-        there = _stacked([each.columns["time [s]"] for each in drawn], rows)
-        columns[SURVIVING] = np.mean(np.isfinite(there), axis=0)
+        columns[SURVIVING] = np.mean(there, axis=0)
     return replace(result, columns=columns)
 
 
@@ -168,6 +210,11 @@ def band(columns: Mapping[str, Array], x: str, y: str) -> Band | None:
     if x not in STATED or _beside(y, "lower") not in columns:
         return None
     return columns[x], columns[_beside(y, "lower")], columns[_beside(y, "upper")]
+
+
+def some_fail(result: CaseResult) -> bool:
+    """Whether the bounds of a case are, at some of its times, of those films only that are still there."""
+    return bool(np.any(result.columns.get(SURVIVING, np.ones(1)) < 1))
 
 
 def _beside(header: str, which: str) -> str:
@@ -192,6 +239,11 @@ class BoundedEvent:
     lower: Mapping[str, float]
     upper: Mapping[str, float]
     probability: float
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lower and upper bound of the time, infinite where it may never come."""
+        return self.lower["time"], self.upper["time"]
 
 
 def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], level: float) -> list[BoundedEvent]:

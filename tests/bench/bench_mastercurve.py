@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, Vertical, build_master_curve
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS), str(TESTS / "physics")]
@@ -64,10 +64,10 @@ print(json.dumps([time.perf_counter() - begin, table["log_aT"].tolist()]))
 }
 
 
-def build(curves: list[RelaxationCurve], reference: float, vertical: str = "none") -> MasterCurve:
+def build(curves: list[RelaxationCurve], reference: float, vertical: Vertical = "none") -> MasterCurve:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return build_master_curve(curves, reference_temperature=reference, vertical=vertical)  # type: ignore[arg-type]
+        return build_master_curve(curves, reference_temperature=reference, vertical=vertical)
 
 
 def timed(curves: list[RelaxationCurve], reference: float) -> float:

@@ -75,7 +75,7 @@ def compare(
 def accuracy(seeds: int) -> None:
     """Distribution of the errors over repeats of the noise."""
     print(f"\nReconstructed VHB 4905, 21 x 20 frequencies, seeds 0 to {seeds - 1}: 95 % intervals of log10 a that hold the truth")
-    kinds: dict[str, tuple[dict[str, float], dict[str, str]]] = {
+    kinds: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         "1 % noise": ({}, {}),
         "1 % noise, tan delta": ({}, {"on": "tan-delta"}),
         "1 % noise, storage": ({}, {"on": "storage"}),
@@ -86,7 +86,7 @@ def accuracy(seeds: int) -> None:
     for name, (data, options) in kinds.items():
         inside, rms, constants = [], [], []
         for seed in range(seeds):
-            master = build(sweep(seed=seed, **data), **options)  # type: ignore[arg-type]
+            master = build(sweep(seed=seed, **data), **options)
             moved = master.temperature != 20.0
             inside += (np.abs(error(master)) < 1.96 * master.log10_shift_factor_stderr)[moved].tolist()
             rms.append(np.sqrt(np.mean(error(master) ** 2)))

@@ -149,6 +149,17 @@ def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) 
 
 
 @pytest.mark.usefixtures("impatient")
+def test_a_scheduler_that_stands_still_is_given_up(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP)
+    file = tmp_path / "scheduler.json"
+    with node("scheduler", file) as frozen, node("worker", file), started(tmp_path, "left", file) as run:
+        frozen.send_signal(signal.SIGSTOP)
+        said = run.communicate(timeout=60)[1]
+    assert said == f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
+    assert run.returncode == 2
+
+
+@pytest.mark.usefixtures("impatient")
 def test_who_is_no_scheduler_is_named_in_one_line() -> None:
     def refused(scheduler: str) -> str:
         with pytest.raises(InputError) as caught:
@@ -160,11 +171,13 @@ def test_who_is_no_scheduler_is_named_in_one_line() -> None:
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
         nobody = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        assert refused(nobody) == "no Dask scheduler answers there"
+        assert refused(nobody) == "no Dask scheduler answers there within 1 s"
         silent.listen()
-        assert refused(nobody) == "no Dask scheduler answers there"
-    assert refused("localhost") == "no Dask scheduler answers there: missing port number in address 'localhost'"
+        assert refused(nobody) == "no Dask scheduler answers there within 1 s"
+    assert refused("localhost") == "no Dask scheduler can be reached there: missing port number in address 'localhost'"
     assert "unknown address scheme 'abc'" in refused("abc://localhost:1")
+    assert refused("inproc://x").startswith("that is within another process")
+    assert refused("ucx://localhost:1").startswith("no Dask scheduler can be reached there: ")
 
 
 def test_a_scheduler_file_is_checked(dielast: Run, tmp_path: Path) -> None:

@@ -63,6 +63,13 @@ def folder(made: Path, tmp_path: Path) -> Path:
     return tmp_path
 
 
+def changed(table: str, header: str, value: str) -> str:
+    """A table with another value in its third line, draw 1."""
+    lines = [line.split(",") for line in table.splitlines()]
+    lines[2][lines[0].index(header)] = value
+    return "\n".join(",".join(line) for line in lines) + "\n"
+
+
 def columns(path: Path) -> dict[str, np.ndarray]:
     content = path.read_bytes()
     text = ("event", "failure_mode")
@@ -225,6 +232,9 @@ def test_bad_sections(folder: Path, recipe: str, message: str) -> None:
         (lambda text: text.replace("\n1,", "\n1,-", 1), "draws.csv: row 3: an equilibrium modulus of -"),
         (lambda text: text.replace("\n1,", "\n1,x", 1), 'draws.csv: row 3: column "equilibrium_shear_modulus [Pa]": "x'),
         (lambda text: text.replace("\n1,", "\n1,nan", 1), "draws.csv: row 3"),
+        (lambda text: text.replace("relaxation_time_30 [s]", "x [s]"), 'draws.csv: column "relaxation_time_30 [s]" is missing'),
+        (lambda text: changed(text, "C1 [1]", "-13.7"), 'draws.csv: row 3: column "C1 [1]": -13.7: a number above 0 is needed'),
+        (lambda text: changed(text, "relaxation_time_1 [s]", "0"), "draws.csv: row 3: every relaxation time must be positive"),
         (lambda text: None, "draws.csv: no such file"),
     ],
 )
@@ -254,18 +264,23 @@ def test_bad_draws(folder: Path, change: Callable[[str], str | None], message: s
         ("\n1,", "\nnan,", 'draw-laws.csv: row 3: column "draw": nan is not a whole number'),
         ("\n1,", "\n1.5,", 'draw-laws.csv: row 3: column "draw": 1.5 is not a whole number'),
         ("C2 [K]", "Q [K]", 'draw-laws.csv: column "C2 [K]" is missing'),
+        ("C1 [1]", "-13.7", 'draw-laws.csv: row 3: column "C1 [1]": -13.7: a number above 0 is needed'),
     ],
 )
 def test_damaged_draws_of_a_master_curve(made: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
     shutil.copytree(made / "mc", tmp_path / "mc")
     laws = (tmp_path / "mc/draw-laws.csv").read_text()
     assert old in laws
-    (tmp_path / "mc/draw-laws.csv").write_text(laws.replace(old, new, 1))
+    (tmp_path / "mc/draw-laws.csv").write_text(laws.replace(old, new, 1) if old != "C1 [1]" else changed(laws, old, new))
     shutil.copy(made / "sp.toml", tmp_path / "sp.toml")
     run = command(tmp_path, "spectrum", "sp.toml", "--plot", "none")
     assert run.returncode == 2
     assert message in run.stderr
     assert len(run.stderr.splitlines()) == 1
+    checked = command(tmp_path, "validate", "sp.toml")
+    assert checked.returncode == 2
+    assert checked.stderr.startswith("sp.toml: mastercurve: ")
+    assert message in checked.stderr
 
 
 def test_draws_of_another_material_are_doubted(folder: Path) -> None:
@@ -280,6 +295,31 @@ def test_draws_of_another_material_are_doubted(folder: Path) -> None:
     assert run.returncode == 0
     assert run.stderr.count("if the material has been edited, make its draws anew") == 1
     assert "material.toml: a shear modulus of" in run.stderr
+
+
+def test_relaxation_times_of_another_material_are_doubted(folder: Path) -> None:
+    (folder / "m.toml").write_text(MAP + UNCERTAIN)
+    material = (folder / "material.toml").read_text()
+    times = tomllib.loads(material)["nonequilibrium"]["relaxation_time_s"]
+    edited = material
+    for time_s in times:
+        edited = edited.replace(f"    {time_s!r},\n", f"    {10 * time_s!r},\n", 1)
+    assert tomllib.loads(edited)["nonequilibrium"]["relaxation_time_s"] == pytest.approx([10 * time_s for time_s in times])
+    own = library.read_draws(folder / "material.toml")
+    (folder / "material.toml").write_text(edited)
+    assert "make its draws anew" in command(folder, "failure-map", "m.toml", "--plot", "none").stderr
+    for before, after in zip(own, library.read_draws(folder / "material.toml"), strict=True):
+        np.testing.assert_array_equal(before.spectrum.relaxation_time, after.spectrum.relaxation_time)
+
+
+def test_a_table_of_draws_may_leave_relaxation_times_to_the_material(folder: Path) -> None:
+    own = library.read_draws(folder / "material.toml")
+    rows = [line.split(",") for line in (folder / "draws.csv").read_text().splitlines()]
+    kept = rows[0].index("relaxation_time_1 [s]")
+    (folder / "draws.csv").write_text("\n".join(",".join(row[:kept]) for row in rows) + "\n")
+    for before, after in zip(own, library.read_draws(folder / "material.toml"), strict=True):
+        np.testing.assert_array_equal(before.spectrum.relaxation_time, after.spectrum.relaxation_time)
+        np.testing.assert_array_equal(before.spectrum.shear_modulus, after.spectrum.shear_modulus)
 
 
 def test_a_material_without_draws_is_not_uncertain(folder: Path) -> None:

@@ -50,6 +50,11 @@ def errors(done: subprocess.CompletedProcess[str]) -> list[str]:
             {"points.csv": "time [s],stretch_1,b\n1,2,3\n2,3,3\n"},
             "compare[0].file: points.csv: no row has b = 7",
         ),
+        (
+            RELAX + HOLD + COMPARE + COMPARE + "case = 3\n",
+            {"points.csv": "time [s],stretch_1\n1,2\n2,3\n"},
+            "compare[1].case: 3: cases are numbered from 0, and the last is 0",
+        ),
         (RELAX + 'load = "l.toml"\n', {}, 'load: "l.toml": no such file'),
         (
             'kind = "spectrum"\nmastercurve = "out/mastercurve"\n',

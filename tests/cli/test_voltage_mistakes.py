@@ -64,6 +64,7 @@ def mistake(folder: Path, text: str) -> str:
     return line
 
 
+WAVES = ACTUATE.replace('voltage = "4 kV"', 'voltage = "1 kV"\n[[step]]\nwaveform = "sine"\nhigh = "2 kV"\nperiod = "1 s"')
 LIMITED = 'prestretch = [1.7, 1.8]\nfield = ["40 MV/m", "48 MV/m"]'
 
 
@@ -98,6 +99,12 @@ LIMITED = 'prestretch = [1.7, 1.8]\nfield = ["40 MV/m", "48 MV/m"]'
         ),
         (RELAX + '[sweep]\n"step.0.rate" = ["1 %/s", "-5 %/s"]\n', "case 1: step[0]: rate -0.05 leads away from the target"),
         (RELAX + '[sweep]\n"step.0.stretch" = [2.0, 20.0]\n', "case 1: step[0]: stretch 20 is beyond the Gent limit"),
+        (
+            ACTUATE.replace('"4 kV"', '"4 kV"\nrate = "1e-300 V/s"'),
+            "step[0].rate: the step takes 4e+303 s; from 1e-15 to 1e+15 s is needed",
+        ),
+        (ACTUATE.replace('"4 kV"', '"4 kV"\nrate = "1e300 V/s"'), "step[0].rate: the step takes 4e-297 s"),
+        (WAVES.replace('"1 kV"', '"1 kV"\nrate = "0 V/s"'), "step[0]: rate 0 never reaches the voltage"),
     ],
 )
 def test_errors_of_a_film_name_the_key_and_the_case(text: str, message: str, tmp_path: Path) -> None:
@@ -127,6 +134,7 @@ def test_what_an_actuation_does_not_have_is_not_asked_of_it(keys: str, message: 
         (HEAD + "0,0\n1,2\n0.5,3\n", "load.csv: line 4: time 0.5 s does not come after 1 s"),
         (HEAD + "0,0\n1,2\n1,3\n", "load.csv: line 4: time 1 s does not come after 1 s"),
         (HEAD + "-1,0\n1,2\n", "load.csv: line 2: time -1 s is negative"),
+        (HEAD + "0,0\n1e300,2\n", "load.csv: line 3: time 1e+300 s: at most 1e+15 s is needed"),
         (HEAD + "0,0\nsoon,2\n2,1\n", 'load.csv: line 3: column "time": "soon" is not a finite number'),
         (HEAD + "0,0\n1,high\n2,1\n", 'load.csv: line 3: column "voltage": "high" is not a finite number'),
         (HEAD + "0,0\n1,\n2,1\n", 'load.csv: line 3: column "voltage": the cell is empty'),
@@ -157,6 +165,25 @@ def test_the_file_stands_in_front(dielast: Run, tmp_path: Path) -> None:
     assert dielast("actuate", "r.toml").stderr == 'r.toml: step[0].table: "load.csv": no such file\n'
     (tmp_path / "load.csv").write_text(HEAD + "0,0\n1,2\n0.5,3\n")
     assert dielast("actuate", "r.toml").stderr.startswith("load.csv: line 4: time 0.5 s does not come after 1 s")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[1.7, 1.8]", "[1.7, 1.8, 1.7]", "film.prestretch: 1.7 stands there twice: the values of a map's axis must differ"),
+        ("[1.7, 1.8]", "[1.7, [1.7, 1.7]]", "film.prestretch: 1.7 stands there twice"),
+        ("[1.7, 1.8]", "[[3, 1], 1.8, [3.0, 1.0]]", "film.prestretch: 3 x 1 stands there twice"),
+        ('["3 kV"]', '["3 kV", "4 kV", "4000 V"]', "voltage.values: 4000 V after 4000 V: the voltages must ascend"),
+        ('["3 kV"]', '["4 kV", "3 kV"]', "voltage.values: 3000 V after 4000 V: the voltages must ascend"),
+        ("horizon", 'temperature = ["20 degC", "0 degC", "293.15 K"]\nhorizon', "temperature: 20 degC stands there twice"),
+        ('["3 kV"]', '["3 kV"]\nramp = "1 min"', "voltage.ramp: 60 s is longer than the horizon of 1 s"),
+        ('horizon = "1 s"', 'horizon = "1e300 h"', 'horizon: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
+        ("[film]", '[film]\nrelax = "1e300 h"', 'film.relax: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
+        ("[film]", '[film]\nprestretch_rate = "1e300 /s"', 'film.prestretch_rate: "1e300 /s": a strain rate from 1e-15'),
+    ],
+)
+def test_maps_that_cannot_be_meant(old: str, new: str, message: str, tmp_path: Path) -> None:
+    assert mistake(tmp_path, MAP.replace(old, new)).startswith(f"{tmp_path / 'r.toml'}: {message}")
 
 
 @pytest.mark.parametrize(

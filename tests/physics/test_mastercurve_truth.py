@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import dielast
-from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, Vertical, build_master_curve
 from dielast.errors import DielastWarning
 from dielast.shift import WLF
 from reconstruction import spectrum
@@ -59,14 +59,14 @@ def test_paper_constants_from_noisy_curves() -> None:
 
 
 @pytest.mark.parametrize("setting", ["none", "free"])
-def test_standard_errors_cover_the_truth(setting: str) -> None:
+def test_standard_errors_cover_the_truth(setting: Vertical) -> None:
     """95 % intervals hold the truth in 92-98 % of cases; shift factors and the constants of the law alike."""
     inside, constants = [], []
     for seed in range(200 if setting == "none" else 60):
         curves = measure(TEMPERATURES if setting == "none" else TEMPERATURES[4:17:2], seed=seed)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)  # the shorter range has no plateau
-            master = build_master_curve(curves, reference_temperature=20.0, vertical=setting)  # type: ignore[arg-type]
+            master = build_master_curve(curves, reference_temperature=20.0, vertical=setting)
         moved = master.temperature != 20.0
         inside.append(np.abs(error(master))[moved] < 1.96 * master.log10_shift_factor_stderr[moved])
         truth = {"C1": 13.7, "C2": 187.1}
@@ -134,7 +134,7 @@ def test_an_empty_plateau_is_not_given_a_number() -> None:
 
 
 @pytest.mark.parametrize(("vertical", "limit"), [("none", 0.086), ("density-temperature", 0.086), ("free", 0.026)])
-def test_measured_polystyrene(shared_data: Callable[[str], Path], vertical: str, limit: float) -> None:
+def test_measured_polystyrene(shared_data: Callable[[str], Path], vertical: Vertical, limit: float) -> None:
     """Relaxation of polystyrene (Ricarte and Shanbhag, Polym. Chem. 15 (2024) 815) against the published shift to 160 degC."""
     curves = []
     for temperature in (130, 145, 160, 175, 190):
@@ -142,7 +142,7 @@ def test_measured_polystyrene(shared_data: Callable[[str], Path], vertical: str,
         curves.append(RelaxationCurve(float(temperature), *np.loadtxt(path, delimiter="\t", skiprows=1, unpack=True)))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)
-        master = build_master_curve(curves, reference_temperature=160.0, vertical=vertical)  # type: ignore[arg-type]
+        master = build_master_curve(curves, reference_temperature=160.0, vertical=vertical)
     published = np.array([2.4607, 1.0465, 0.0, -0.7832, -1.4393])
     assert np.max(np.abs(master.log10_shift_factor - published)) <= limit
     if vertical == "free":

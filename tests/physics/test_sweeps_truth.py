@@ -88,11 +88,11 @@ def test_without_noise_the_shift_factors_are_exact(on: str) -> None:
     ],
     ids=["separate noise", "tan delta", "storage", "common noise", "specimen scatter", "vertical shifts"],
 )
-def test_standard_errors_cover_the_truth(kind: dict[str, float], options: dict[str, str], repeats: int) -> None:
+def test_standard_errors_cover_the_truth(kind: dict[str, Any], options: dict[str, Any], repeats: int) -> None:
     """95 % intervals hold the truth in 90-98 % of cases."""
     score: list[float] = []
     for seed in range(repeats):
-        master = build(sweep(seed=seed, **kind), **options)  # type: ignore[arg-type]
+        master = build(sweep(seed=seed, **kind), **options)
         moved = master.temperature != 20.0
         score += (error(master)[moved] / master.log10_shift_factor_stderr[moved]).tolist()
     assert 0.90 <= np.mean(np.abs(score) < 1.96) <= 0.98

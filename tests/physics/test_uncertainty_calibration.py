@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic import MAP, TRUTH, ensemble, experiment, measure
 
-from dielast.characterise.spectrum import fit_spectrum
+from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
 from dielast.characterise.spectrum_draws import CurveDraws, draw_spectra
 from dielast.errors import DielastWarning, InputError
 from dielast.simulate.failure_map import failure_map
@@ -86,15 +86,15 @@ def test_draws_that_cannot_be_fitted_are_left_out_or_refused() -> None:
     fit = fit_spectrum(TIME, modulus, method="nnls", branches=20)
     calls = iter(range(100))
 
-    def sometimes(time: np.ndarray, values: np.ndarray, often: int) -> object:
+    def sometimes(time: np.ndarray, values: np.ndarray, often: int) -> SpectrumFit:
         if next(calls) % often:
             raise InputError("too delicate")
         return fit
 
-    drawn = draw_spectra(TIME, modulus[None], curves, fit, lambda t, y: sometimes(t, y, 2))  # type: ignore[arg-type, return-value]
+    drawn = draw_spectra(TIME, modulus[None], curves, fit, lambda t, y: sometimes(t, y, 2))
     assert drawn.used.tolist() == [0, 2]
     with pytest.raises(InputError, match="only 1 of 4 draws"):
-        draw_spectra(TIME, modulus[None], curves, fit, lambda t, y: sometimes(t, y, 4))  # type: ignore[arg-type, return-value]
+        draw_spectra(TIME, modulus[None], curves, fit, lambda t, y: sometimes(t, y, 4))
 
 
 def test_a_model_that_is_off_is_said_to_be() -> None:

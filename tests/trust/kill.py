@@ -1,15 +1,18 @@
 """Kill writing commands at random moments: `python tests/trust/kill.py --runs 300` (of each command; `--help` for more).
 
 Each run writes a new result into a folder that holds an older one, and gets SIGKILL, SIGTERM or SIGINT somewhere between its
-start and a little after its usual end. Afterwards every file must be the older one or the new one, whole, and no traceback was
-printed; a run that is then left alone must leave the new result and nothing else, a failure map going on from what it had.
+start and a little after its usual end, or, every other one, while it writes its files. Afterwards every file must be the older one
+or the new one, whole, no traceback was printed, and no process of the run is alive a little later; a run that is then left alone
+must leave the new result and nothing else, a failure map going on from what it had.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -21,6 +24,7 @@ from pathlib import Path
 
 TOP = Path(__file__).resolve().parents[2]
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+OURS = re.compile(r'dielast.cli.__init__.py", line \d+, in main')  # in a traceback
 CHANGES = {  # what tells the new result from the older one
     "mastercurve": ["--set", "shift.reference_temperature='10 degC'"],
     "spectrum": ["--set", "fit.branches=25"],
@@ -28,12 +32,16 @@ CHANGES = {  # what tells the new result from the older one
     "creep": ["--set", "temperature='10 degC'"],
     "actuate": ["--set", "temperature='10 degC'"],
     "failure-map": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
+    "failure-map --jobs 2": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
 }
+SURVIVAL = 3.0  # s that a process may outlive the run that started it
 
 
 def command(kind: str, recipe: Path, out: Path, *more: str) -> list[str]:
-    """The command line of a run."""
-    return [sys.executable, "-c", "from dielast.cli import main; main()", kind, str(recipe), "-q", "-o", str(out), *more]
+    """The command line of a run; `kind` may have options with it."""
+    name, *options = kind.split()
+    launch = [sys.executable, "-c", "from dielast.cli import main; main()"]
+    return [*launch, name, str(recipe), "-q", "-o", str(out), *options, *more]
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -47,37 +55,81 @@ def whole(now: dict[str, bytes], older: dict[str, bytes], newer: dict[str, bytes
     return [line for line in wrong if not line.startswith(".")] + [f"{name} is gone" for name in older if name not in now]
 
 
+def wait(process: subprocess.Popen[str], seconds: float) -> float:
+    """Give a process some time; returns it."""
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(seconds)
+    return seconds
+
+
+def alive(session: int) -> list[int]:
+    """The processes of a session, but for those that are dead and not yet buried; none where the system has no /proc."""
+    found: list[int] = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            state, _, _, own, *_ = (entry / "stat").read_text().rpartition(")")[2].split()
+            found += [int(entry.name)] if int(own) == session and state not in "ZX" else []
+    return found
+
+
+def survivors(session: int) -> list[int]:
+    """What is still alive of a session after some time; it is killed then."""
+    deadline = time.monotonic() + SURVIVAL
+    while (found := alive(session)) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    for process in found:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
+    return found
+
+
+def writing(process: subprocess.Popen[str], out: Path, rng: random.Random) -> float:
+    """Wait until a process begins to write into its folder, and a little more; returns how long in s."""
+    begin, state = time.perf_counter(), out.stat().st_mtime_ns
+    while process.poll() is None and out.stat().st_mtime_ns == state:
+        time.sleep(0.0005)
+    wait(process, rng.choice((0.0, 0.001, 0.01)) * rng.random())
+    return time.perf_counter() - begin
+
+
 def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]:
     """Kill `runs` runs of a command; returns what went wrong."""
-    recipe = scratch / f"{kind}.toml"
-    shutil.copy(TOP / "dielast" / "starters" / f"{kind}.toml", recipe)
-    old, new, out = scratch / f"{kind}-old", scratch / f"{kind}-new", scratch / f"{kind}-out"
+    name = kind.split()[0]
+    recipe = scratch / f"{name}.toml"
+    shutil.copy(TOP / "dielast" / "starters" / f"{name}.toml", recipe)
+    old, new, out = (scratch / f"{kind}-{state}".replace(" ", "") for state in ("old", "new", "out"))
     subprocess.run(command(kind, recipe, old), check=True)
     begin = time.perf_counter()
     subprocess.run(command(kind, recipe, new, *CHANGES[kind]), check=True)
     usual = time.perf_counter() - begin
     older, newer = files(old), files(new)
     assert older.keys() == newer.keys()
-    assert older[f"{kind}.csv"] != newer[f"{kind}.csv"]
+    assert older[f"{name}.csv"] != newer[f"{name}.csv"]
     found, ends, went_on, kept = [], Counter[str](), 0, Counter[str]()
     for run in range(runs):
         shutil.rmtree(out, ignore_errors=True)
         shutil.copytree(old, out)
         blow = rng.choice(SIGNALS)
-        process = subprocess.Popen(command(kind, recipe, out, *CHANGES[kind]), stderr=subprocess.PIPE, text=True)
-        # a third of the blows fall where the files are written
-        moment = rng.uniform(0, 1.1 * usual) if rng.random() < 0.67 else rng.uniform(0.85, 1.1) * usual
-        try:
-            process.wait(moment)
-        except subprocess.TimeoutExpired:
-            os.kill(process.pid, blow)
+        process = subprocess.Popen(
+            command(kind, recipe, out, *CHANGES[kind]), stderr=subprocess.PIPE, text=True, start_new_session=True
+        )
+        # half of the blows fall while the files are written
+        moment = writing(process, out, rng) if run % 2 else wait(process, rng.uniform(0, 1.1 * usual))
+        if process.poll() is None:
+            # a scheduler of jobs, a terminal and timeout strike all the processes of a run
+            rng.choice((os.kill, os.killpg))(process.pid, blow)
+        process.wait()
+        left = survivors(process.pid)
         said = process.communicate()[1]
         code = process.returncode
-        ends[f"exit {code}"] += 1
+        early = code in (1, -signal.SIGINT) and not OURS.search(said)  # Python itself was still starting
+        ends["as Python starts" if early else f"exit {code}"] += 1
         where = f"{kind}, run {run}, {blow.name} after {moment:.3f} s, exit {code}"
-        now = files(out)
+        now, before = files(out), len(found)
         found += [f"{where}: {line}" for line in whole(now, older, newer)]
-        if "Traceback" in said:
+        if left:
+            found.append(f"{where}: {len(left)} processes stay behind")
+        if "Traceback" in said and not early:
             found.append(f"{where}: a traceback: {said.splitlines()[-1]}")
         kept["new" if all(now.get(name) == newer[name] for name in newer) else "old" if now == older else "between"] += 1
         went_on += ".unfinished" in now
@@ -85,10 +137,11 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
             subprocess.run(command(kind, recipe, out, *CHANGES[kind]), check=True)
             if files(out) != newer:
                 found.append(f"{where}: the next run does not leave the new result: {sorted(files(out))}")
+        print(*found[before:], sep="\n", end="\n" * (len(found) > before), flush=True)
     told = ", ".join(f"{name} {count}" for name, count in sorted(ends.items()))
     states = ", ".join(f"{name} {count}" for name, count in sorted(kept.items()))
     print(
-        f"{kind:12} {runs} runs of {usual:.2f} s: {told}; results {states}; to go on from {went_on}; wrong {len(found)}", flush=True
+        f"{kind:20} {runs} runs of {usual:.2f} s: {told}; results {states}; to go on from {went_on}; wrong {len(found)}", flush=True
     )
     return found
 
@@ -105,7 +158,7 @@ def main() -> None:
         found = []
         for kind in options.kind or CHANGES:
             found += batter(kind, options.runs, random.Random(f"{options.seed} {kind}"), Path(folder))
-    print("\n".join(found[:40]) or "every file whole")
+    print(f"{len(found)} wrong" if found else "every file whole")
     sys.exit(1 if found else 0)
 
 

@@ -53,6 +53,11 @@ def test_zip_pairs_values(tmp_path: Path) -> None:
     assert [(case.recipe.temperature, case.recipe.step[0].rate) for case in cases] == [(0.0, 0.01), (20.0, 0.02)]
 
 
+def test_a_value_that_is_swept_twice_is_two_cases(tmp_path: Path) -> None:
+    cases = read_cases(write(tmp_path, RELAX + '[sweep]\ntemperature = ["20 degC", "68 degF"]\n'))
+    assert [case.recipe.temperature for case in cases] == [20.0, 20.0]  # noise gives each its own repetition
+
+
 def test_the_loading_mode_can_be_swept(tmp_path: Path) -> None:
     cases = read_cases(write(tmp_path, RELAX + '[sweep]\nmode = ["uniaxial", "equibiaxial"]\n'))
     assert [case.recipe.mode for case in cases] == ["uniaxial", "equibiaxial"]
@@ -105,6 +110,12 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
             'step[0].rate: "1 %/s": a force or stress rate is needed, such as "0.01 N/s" or "1 kPa/s"',
         ),
         (CREEP.replace('"6 mm"', '"0 mm"'), 'specimen.width: "0 mm": a length above 0 m is needed'),
+        (RELAX.replace("2 h", "1e300 h"), 'step[1].hold: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
+        (RELAX.replace("2 h", "0 s"), 'step[1].hold: "0 s": a time above 0 s is needed'),
+        (RELAX.replace('rate = "12.5 %/s"', 'duration = "1e-300 s"'), 'step[0].duration: "1e-300 s": a time from 1e-15 to 1e+15 s'),
+        (RELAX.replace("12.5 %/s", "-1e300 /s"), 'step[0].rate: "-1e300 /s": a strain rate from 1e-15 to 1e+15 1/s is needed'),
+        (CREEP + '[uncertainty]\nthickness = "2 %"\n', "uncertainty.thickness: relax and creep draw the material alone"),
+        (RELAX + '[uncertainty]\nbreakdown_field = { law = "weibull" }\n', "uncertainty.breakdown_field: relax and creep draw the"),
     ],
 )
 def test_each_mistake_says_what_is_needed(tmp_path: Path, text: str, expected: str) -> None:

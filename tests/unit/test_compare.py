@@ -8,6 +8,7 @@ import pytest
 from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
 from dielast.recipe.simulation import Comparison
+from dielast.workflow.cases import check_case
 from dielast.workflow.compare import Fine, match
 
 TIME = np.geomspace(0.1, 1000, 200)
@@ -70,8 +71,16 @@ def test_points_out_of_reach_are_left_out_with_a_warning(tmp_path: Path) -> None
 
 
 def test_unknown_columns_are_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r'"strain \[1\]" is no column of the result; there are time \[s\]'):
-        match(compare(tmp_path, "strain,y\n1,1\n", "strain [1]"), (known := {X: TIME, Y: TIME}), Inputs(tmp_path), given(known))
+    known, one = {X: TIME, Y: TIME}, compare(tmp_path, "strain,y\n1,1\n", "strain [1]")
+    with pytest.raises(InputError, match=r'^compare\[2\].x: "strain \[1\]" is no column of the result; there are time \[s\]'):
+        match(one, known, Inputs(tmp_path), given(known), "compare[2]")
+
+
+def test_a_case_that_is_not_there_is_told_by_its_key(tmp_path: Path) -> None:
+    one = compare(tmp_path, "stretch,y\n1,1\n").model_copy(update={"case": 3})
+    with pytest.raises(InputError, match=r"^compare\[1\].case: 3: cases are numbered from 0, and the last is 2$"):
+        check_case(1, one, 3)
+    check_case(1, one, 4)
 
 
 @pytest.mark.parametrize("rows", ["1.5,1\n2.5,1\n1.6,1\n2.9,1\n1.5,1\n", "2.9,1\n1.2,1\n2.8,1\n1.1,1\n2.7,1\n"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -49,9 +51,9 @@ def test_scatter_has_the_distribution_it_is_called_after() -> None:
 
 
 @pytest.mark.parametrize("make", [lambda: NormalScatter(1.0), lambda: NormalScatter(-0.1), lambda: WeibullScatter(0.0)])
-def test_scatter_that_makes_no_sense_is_refused(make: object) -> None:
+def test_scatter_that_makes_no_sense_is_refused(make: Callable[[], object]) -> None:
     with pytest.raises(InputError, match="must be"):
-        make()  # type: ignore[operator]
+        make()
 
 
 def test_nothing_to_draw_is_refused() -> None:

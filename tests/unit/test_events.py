@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from dielast import events
-from dielast.events import Kind, Watch
-from dielast.gent import Gent
+from dielast.events import Films, Kind, Watch
+from dielast.gent import Cases, Gent
 from dielast.material import Material
 from dielast.prony import Spectrum
 from dielast.roots import fall, samples
@@ -49,10 +49,10 @@ class Prescribed(Watch):
 
     margin: staticmethod[[Array], Array]
 
-    def _signal(self, kind: Kind, system: object, cases: object, time: Array, state: Array) -> Array:
+    def _signal(self, kind: Kind, system: Films, cases: Cases, time: Array, state: Array) -> Array:
         if kind is Kind.PULL_IN:
-            return np.asarray(type(self).margin(self._begin[np.asarray(cases)] + time))
-        return super()._signal(kind, system, cases, time, state)  # type: ignore[arg-type]
+            return np.asarray(type(self).margin(self._begin[cases] + time))
+        return super()._signal(kind, system, cases, time, state)
 
 
 def watched(

@@ -101,6 +101,7 @@ def test_all_codes_that_fail_say_so_at_once() -> None:
         "export.hyperelastic",
         "export.J_lim",
         "export.J_lim",
+        "export.temperature",
         "export.J_lim",
     ]
     assert all("\n" not in line for line in caught.value.messages)
@@ -153,8 +154,9 @@ def test_more_branches_than_a_code_takes_are_refused_with_the_number() -> None:
 def test_a_material_that_flows() -> None:
     flowing = replace(NEO, equilibrium_modulus=0.0)
     for form in ("abaqus", "ansys", "comsol"):
-        with pytest.raises(InputError, match=f"^export.formats: {form} needs an equilibrium modulus above zero"):
+        with pytest.raises(InputError, match=f"^export.formats: {form} needs an equilibrium modulus above zero") as caught:
             export_card(flowing, form)
+        assert "state fit.equilibrium_modulus" in str(caught.value)
     for moduli in ("instantaneous", "long-term"):
         text = only(export_card(flowing, "febio", replace(AT_20, moduli=moduli)))
         assert "<g0>0</g0>" in text
@@ -237,3 +239,32 @@ def test_no_name_breaks_a_card(name: str) -> None:
         assert text.isascii(), file
         assert text.count("\n") == plain_cards[file].count("\n"), file
     ElementTree.fromstring(only(export_card(odd, "febio", AT_20)))
+
+
+def test_one_code_says_all_that_it_cannot_carry_at_once() -> None:
+    many = Spectrum(np.logspace(3, -3, 7), np.full(7, 1e4))
+    table = ShiftTable(20.0, (0.0, 20.0, 40.0), (1.5, 0.0, -1.0))
+    with pytest.raises(InputError) as caught:
+        export_card(replace(GENT, spectrum=many, shift=table), "febio", CardOptions(hyperelastic="yeoh", bulk_modulus=1.0))
+    keys = [line.split(":")[0] for line in caught.value.messages]
+    assert keys == ["export.formats", "export.hyperelastic", "export.temperature", "export.bulk_modulus"]
+    flowing = replace(GENT, equilibrium_modulus=0.0, spectrum=Spectrum(np.logspace(3, -3, 101), np.full(101, 1e4)))
+    with pytest.raises(InputError) as caught:
+        export_card(replace(flowing, shift=Arrhenius(20.0, 1e5)), "ansys")
+    keys = [line.split(":")[0] for line in caught.value.messages]
+    assert keys == ["export.formats", "export.formats", "export.J_lim", "export.temperature_scale"]
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_bulk_modulus_that_makes_poissons_ratio_negative_is_refused(form: str) -> None:
+    least = 2 / 3 * (26e3 + 74e4)
+    for bulk in (1.0, 0.999999 * least):
+        with pytest.raises(InputError, match=r"^export.bulk_modulus: .* makes Poisson's ratio negative: more than 5.107e\+05 Pa"):
+            export_cards(NEO, (form,), replace(AT_20, bulk_modulus=bulk))
+    export_card(NEO, form, replace(AT_20, bulk_modulus=1.001 * least))
+
+
+def test_the_same_mistake_is_said_once_for_all_codes() -> None:
+    with pytest.raises(InputError) as caught:
+        export_cards(NEO, FORMATS, replace(AT_20, bulk_modulus=1.0))
+    assert len(caught.value.messages) == 1

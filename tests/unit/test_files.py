@@ -16,8 +16,18 @@ def test_inputs_remember_what_was_read(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes(b"abc")
     inputs = Inputs(tmp_path)
     assert inputs.read("a.csv") == b"abc"
-    assert inputs.digests == {"a.csv": hashlib.sha256(b"abc").hexdigest()}
+    assert inputs.digests == (("a.csv", hashlib.sha256(b"abc").hexdigest()),)
     assert inputs.paths == (tmp_path / "a.csv",)
+
+
+def test_inputs_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
+    inputs = Inputs(tmp_path)
+    for name in "ab":
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "m.csv").write_text(name)
+        inputs.read(tmp_path / name / "m.csv")
+    inputs.read(tmp_path / "b" / "m.csv")
+    assert inputs.digests == tuple(("m.csv", hashlib.sha256(name).hexdigest()) for name in (b"a", b"b"))
 
 
 def test_missing_inputs_and_folders_are_input_errors(tmp_path: Path) -> None:

@@ -59,6 +59,17 @@ def test_beyond_the_limit_nothing_is_finite() -> None:
     assert Gent(55.0).largest_invariant() == 58.0
 
 
+def test_one_invariant_is_as_good_as_many() -> None:
+    for law in LAWS:
+        many = np.array([3.0, 5.0, 40.0])
+        for k, one in enumerate(many):
+            invariant = np.array(one)
+            assert law.stiffness(invariant) == law.stiffness(one) == law.stiffness(many)[k]
+            assert law.hardening(invariant) == (law.hardening(many)[0][k], law.hardening(many)[1][k])
+            assert law.energy(invariant) == law.energy(many)[k]
+        assert many.tolist() == [3.0, 5.0, 40.0]
+
+
 def test_joined_laws_act_row_by_row() -> None:
     squared = np.repeat(STRETCHES[:, None] ** 2, 3, axis=1)
     for law in (join(Gent(110.0), Gent(55.0), 2), FirstAndRest(Gent(110.0), Gent(55.0))):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,18 +29,18 @@ def curves(*temperatures: float, noise: float = 0.01, seed: int = 1) -> list[Rel
     return [RelaxationCurve(t, TIME, modulus(t) * (1 + noise * rng.standard_normal(TIME.size))) for t in temperatures]
 
 
-def build(data: list[RelaxationCurve], reference: float = 20.0, **keywords: object) -> MasterCurve:
+def build(data: list[RelaxationCurve], reference: float = 20.0, **keywords: Any) -> MasterCurve:
     """Build without regard to warnings, which other tests look at."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)
-        return build_master_curve(data, reference_temperature=reference, **keywords)  # type: ignore[arg-type]
+        return build_master_curve(data, reference_temperature=reference, **keywords)
 
 
-def said(data: list[RelaxationCurve], reference: float = 20.0, **keywords: object) -> str:
+def said(data: list[RelaxationCurve], reference: float = 20.0, **keywords: Any) -> str:
     """Everything that building warns of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        build_master_curve(data, reference_temperature=reference, **keywords)  # type: ignore[arg-type]
+        build_master_curve(data, reference_temperature=reference, **keywords)
     assert all(issubclass(entry.category, DielastWarning) for entry in caught)
     return "\n".join(str(entry.message) for entry in caught)
 

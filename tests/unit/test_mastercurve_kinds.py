@@ -218,3 +218,56 @@ def test_a_spoilt_reading_does_no_harm() -> None:
     moved = TEMPERATURES != 20.0
     assert np.max(np.abs(master.log10_shift_factor - TRUTH)[moved] / master.log10_shift_factor_stderr[moved]) < 3
     assert master.angular_frequency.size == 5 * 25 - 1
+
+
+GLASSY_LAW = WLF(25.0, 12.3, 95.0)
+GLASSY_TEMPERATURES = (-20.0, -10.0, 0.0, 10.0, 25.0, 40.0, 55.0, 70.0)
+
+
+def glassy_sweeps(temperatures: tuple[float, ...], noise: float = 0.005, seed: int = 0) -> list[FrequencySweep]:
+    """Sweeps of 3.7 decades of a wide spectrum: that at -20 degC begins 0.2 decades beyond the end of the next, all glass."""
+    tau = np.geomspace(1e-7, 1e5, 37)
+    decade = np.log10(tau) + 3
+    moduli = 10 ** (6.5 - 0.55 * decade - 0.02 * decade**2)
+    frequency = np.geomspace(0.01, 50, 16)
+    curves = []
+    for temperature in temperatures:
+        rng = np.random.default_rng([seed, round(temperature) + 100])
+        x = np.outer(2 * np.pi * frequency * 10 ** float(GLASSY_LAW.log10_shift_factor(temperature)), tau)
+        loss = (x / (1 + x**2)) @ moduli * np.exp(noise * rng.standard_normal(16))
+        storage = (5e4 + (x**2 / (1 + x**2)) @ moduli) * np.exp(noise * rng.standard_normal(16))
+        curves.append(FrequencySweep(temperature, 2 * np.pi * frequency, 3 * storage, 3 * loss))
+    return curves
+
+
+@pytest.mark.parametrize("vertical", ["none", "free"])
+@pytest.mark.parametrize("on", ["auto", "moduli", "tan-delta"])
+def test_a_sweep_apart_from_the_others_is_named_and_spoils_nothing(on: Any, vertical: Any) -> None:
+    with pytest.warns(DielastWarning) as caught:
+        found = build_master_curve(glassy_sweeps(GLASSY_TEMPERATURES), reference_temperature=25.0, on=on, vertical=vertical)
+    said = " ".join(str(one.message) for one in caught)
+    assert "-20 degC: the shift factor is not determined: " in said
+    assert "second process" not in said
+    assert [entry.temperature for entry in found.undetermined] == [-20.0]
+    without = build(glassy_sweeps(GLASSY_TEMPERATURES[1:]), reference_temperature=25.0, on=on, vertical=vertical)
+    assert found.shifted_on == without.shifted_on
+    assert on == "auto" or found.shifted_on == on
+    np.testing.assert_allclose(found.log10_shift_factor[1:], without.log10_shift_factor, atol=1e-4)
+    np.testing.assert_allclose(found.log10_shift_factor_stderr[1:], without.log10_shift_factor_stderr, rtol=1e-2, atol=1e-5)
+    assert np.isnan(found.log10_shift_factor[0])
+    truth = GLASSY_LAW.log10_shift_factor(np.array(GLASSY_TEMPERATURES[1:]))
+    away = np.abs(found.log10_shift_factor - np.append(np.nan, truth))[1:]
+    assert np.all(away <= 4 * found.log10_shift_factor_stderr[1:])
+    assert found.rms_residual_decades < 0.01
+
+
+def test_both_moduli_are_kept_beside_a_sweep_apart() -> None:
+    found = build(glassy_sweeps(GLASSY_TEMPERATURES), reference_temperature=25.0)
+    assert found.shifted_on == "moduli"
+    assert found.log10_shift_factor_fit[0] == pytest.approx(float(GLASSY_LAW.log10_shift_factor(-20.0)), abs=0.1)
+
+
+def test_two_sweeps_apart_are_both_named() -> None:
+    found = build(glassy_sweeps((-24.0, *GLASSY_TEMPERATURES)), reference_temperature=25.0)
+    assert [entry.temperature for entry in found.undetermined] == [-24.0, -20.0]
+    assert found.shifted_on == "moduli"

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dielast.characterise.shiftfit import fit_shift_law
+from dielast.characterise.shiftfit import LawName, fit_shift_law
 from dielast.errors import DielastWarning, InputError
 from dielast.shift import WLF, Arrhenius
 
@@ -47,14 +47,14 @@ def test_the_anchor_does_not_matter() -> None:
 
 
 @pytest.mark.parametrize("law", ["wlf", "arrhenius"])
-def test_standard_errors_are_true(law: str) -> None:
+def test_standard_errors_are_true(law: LawName) -> None:
     truth = WLF(20.0, 13.7, 187.1) if law == "wlf" else Arrhenius(20.0, 9e4)
     values = [13.7, 187.1] if law == "wlf" else [9e4]
     rng = np.random.default_rng(5)
     deviations = []
     for _ in range(200):
         noisy = truth.log10_shift_factor(TEMPERATURE) + 0.01 * rng.standard_normal(TEMPERATURE.size)
-        fit = fit_shift_law(law, TEMPERATURE, relative(noisy, 6), pinned(INDEPENDENT, 6), 6, 20.0)  # type: ignore[arg-type]
+        fit = fit_shift_law(law, TEMPERATURE, relative(noisy, 6), pinned(INDEPENDENT, 6), 6, 20.0)
         deviations.append((fit.values - values) / np.sqrt(np.diag(fit.covariance)))
     assert 0.92 <= np.mean(np.abs(deviations) < 1.96) <= 0.99
 

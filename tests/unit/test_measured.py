@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -14,8 +15,8 @@ from dielast.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMP
 DATA = [(0.1, 2.5), (1.0, 2.0), (10.5, 1.25)]
 
 
-def read(text: str, encoding: str = "utf-8", **form: str) -> MeasuredTable:
-    return read_measured(text.encode(encoding), "dma.csv", TextFormat(**form))  # type: ignore[arg-type]
+def read(text: str, encoding: str = "utf-8", **form: Any) -> MeasuredTable:
+    return read_measured(text.encode(encoding), "dma.csv", TextFormat(**form))
 
 
 def numbers(table: MeasuredTable) -> list[tuple[float, float]]:
@@ -53,6 +54,12 @@ def test_a_dash_in_the_row_of_units_says_no_unit() -> None:
     table = read("f,T,Set\nHz,C,-\n1,20,0\n2,21,0\n")
     assert table.column("T", "temperature", TEMPERATURE).tolist() == [20, 21]
     assert table.units == ("Hz", "C", "-")
+
+
+@pytest.mark.parametrize("header", ["T [degF],t [s]", "T (°F),t (s)", "T,t\ndeg F,s", "T,t\n°F,s"])
+def test_fahrenheit_is_read_into_celsius(header: str) -> None:
+    table = read(f"{header}\n68,1\n14,2\n")
+    assert table.column("T", "temperature", TEMPERATURE).tolist() == pytest.approx([20, -10], abs=1e-12)
 
 
 def test_numbers_without_a_header_are_columns_by_number() -> None:

@@ -1,7 +1,8 @@
-"""Any viscoelastic measurement in: tables and exports, over time or frequency, and every mistake in one line."""
+"""Any viscoelastic measurement in a table, over time or frequency, and every mistake in one line."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,17 +10,16 @@ from typing import Any
 import exports
 import numpy as np
 import pytest
-from exports import Step
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from pydantic import BaseModel
+from readings import expect_sweeps, read
 
-from dielast.characterise.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
+from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.errors import DielastWarning, InputError
-from dielast.files import Inputs
 from dielast.recipe.measurements import MeasurementData
 from dielast.recipe.validate import check
-from dielast.workflow.measurements import Reading, read_all, read_curves, read_measurements
 
 SWEEP = {"temperature": "T", "frequency": "f", "storage": "E'", "loss": "E''"}
 
@@ -28,19 +28,11 @@ class MeasurementRecipe(BaseModel):
     data: MeasurementData
 
 
-def model(folder: Path, **options: Any) -> MeasurementData:
-    return check(MeasurementData, options, "recipe.toml: data", folder)
-
-
-def read(folder: Path, **options: Any) -> Reading:
-    return read_all(model(folder, **options), Inputs(folder))
-
-
-def table(header: str, rows: np.ndarray) -> str:
+def table(header: str, rows: NDArray[np.float64]) -> str:
     return "\n".join([header, *(",".join(repr(float(cell)) for cell in row) for row in rows)]) + "\n"
 
 
-def sweep_rows(temperatures: tuple[float, ...] = exports.TEMPERATURES) -> np.ndarray:
+def sweep_rows(temperatures: tuple[float, ...] = exports.TEMPERATURES) -> NDArray[np.float64]:
     """Temperature, Hz, storage and loss, low to high frequency."""
     parts = [np.column_stack((np.full(exports.OMEGA.size, T), exports.sweep(T))) for T in temperatures]
     rows = np.concatenate(parts)
@@ -48,64 +40,10 @@ def sweep_rows(temperatures: tuple[float, ...] = exports.TEMPERATURES) -> np.nda
     return rows
 
 
-def sweep_file(folder: Path, header: str = "T [degC],f [Hz],E' [Pa],E'' [Pa]", rows: np.ndarray | None = None) -> Path:
+def sweep_file(folder: Path, header: str = "T [degC],f [Hz],E' [Pa],E'' [Pa]", rows: NDArray[np.float64] | None = None) -> Path:
     path = folder / "sweep.csv"
     path.write_text(table(header, sweep_rows() if rows is None else rows))
     return path
-
-
-def expect_sweeps(found: list[Measurement], per_shear: float = 1.0) -> None:
-    assert [one.temperature for one in found] == pytest.approx(list(exports.TEMPERATURES), abs=0.01)
-    for one, temperature in zip(found, exports.TEMPERATURES, strict=True):
-        assert isinstance(one, FrequencySweep)
-        order = np.argsort(one.angular_frequency)
-        omega, storage, loss = exports.sweep(temperature).T
-        np.testing.assert_allclose(one.angular_frequency[order], omega, rtol=1e-6)
-        np.testing.assert_allclose(one.storage_modulus[order], per_shear * storage, rtol=1e-6)
-        np.testing.assert_allclose(one.loss_modulus[order], per_shear * loss, rtol=1e-6)
-
-
-@pytest.mark.parametrize("name", [name for name in exports.files() if "relaxation" not in name and "frequencies" not in name])
-def test_a_sweep_s_export_needs_no_columns(name: str) -> None:
-    reading = read(exports.FOLDER, file=name)
-    assert reading.measurement == "oscillation"
-    # the files of dynamic mechanical analysers hold Young's moduli already
-    assert reading.test == ("tension" if name.split("-")[0] in ("universal", "proteus", "eplexor") else "shear")
-    expect_sweeps(reading.measurements, 3.0)
-    assert reading.summary["format"] == reading.formats[0]
-
-
-@pytest.mark.parametrize("name", ["trios-relaxation.csv", "rheocompass-relaxation.csv"])
-def test_a_relaxation_test_s_export_needs_no_columns(name: str) -> None:
-    data = model(exports.FOLDER, file=name)
-    for one, temperature in zip(read_curves(data, Inputs(exports.FOLDER)), exports.TEMPERATURES, strict=True):
-        assert one.temperature == temperature
-        np.testing.assert_allclose([one.time, one.modulus / 3], exports.relaxation(temperature).T, rtol=1e-12)
-
-
-def test_columns_of_several_frequencies_become_sweeps() -> None:
-    found = read_measurements(model(exports.FOLDER, file="proteus-frequencies.txt"), Inputs(exports.FOLDER))
-    for one, temperature in zip(found, exports.TEMPERATURES, strict=True):
-        assert isinstance(one, FrequencySweep)
-        np.testing.assert_allclose(one.angular_frequency, exports.OMEGA[::4], rtol=1e-3)
-        np.testing.assert_allclose(one.storage_modulus, 3 * exports.sweep(temperature)[::4, 1], rtol=1e-6)
-
-
-def test_steps_that_do_not_fit_are_left_out_and_said() -> None:
-    reading = read(exports.FOLDER, file="trios-sweeps.txt")
-    assert reading.left_out == ("Conditioning", "Amplitude sweep")
-    assert reading.summary["steps_left_out"] == ["Conditioning", "Amplitude sweep"]
-
-
-def test_steps_are_chosen_by_name_or_number() -> None:
-    for steps in (["frequency sweep*"], [3, 4, 5], ["Frequency sweep (0.0 °C)", 4, "*(40.0*"]):
-        assert len(read(exports.FOLDER, file="trios-sweeps.txt", steps=steps).measurements) == 3
-    with pytest.raises(InputError, match=r'trios-sweeps.txt: no step "creep"; there are 1 "Conditioning", 2 "Amplitude sweep"'):
-        read(exports.FOLDER, file="trios-sweeps.txt", steps=["creep"])
-    with pytest.raises(InputError, match='step "Conditioning" is empty'):
-        read(exports.FOLDER, file="trios-sweeps.txt", steps=[1, 3])
-    with pytest.raises(InputError, match='step "Amplitude sweep" has Temperature, Angular frequency'):
-        read(exports.FOLDER, file="trios-sweeps.txt", steps=[2])
 
 
 @pytest.mark.parametrize("roles", [("storage", "loss"), ("storage", "tan_delta"), ("complex_modulus", "tan_delta")])
@@ -352,137 +290,6 @@ def test_a_table_needs_columns(tmp_path: Path) -> None:
         read(tmp_path, file="sweep.csv", columns=SWEEP, steps=[1])
 
 
-USUAL = ("Temperature", "Angular frequency", "Storage modulus", "Loss modulus"), ("°C", "rad/s", "Pa", "Pa")
-RELAXING = ("Temperature", "Step time", "Relaxation modulus"), ("°C", "s", "Pa")
-
-
-def export(folder: Path, steps: list[Step], **options: Any) -> str:
-    (folder / "export.txt").write_text(exports.trios(steps, **options))
-    return "export.txt"
-
-
-def test_two_kinds_of_measurement_in_one_export_must_be_told_apart(tmp_path: Path) -> None:
-    name = export(tmp_path, exports.sweeps(*USUAL) + exports.relaxations(*RELAXING))
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, file=name)
-    assert str(caught.value) == (
-        'there are frequency sweeps (export.txt, "Frequency sweep (0.0 °C)") and relaxation tests (export.txt, "Stress relaxation '
-        '(0.0 °C)"): one kind makes a master curve: say measurement = "oscillation" or "relaxation"'
-    )
-    assert len(read(tmp_path, file=name, measurement="relaxation").measurements) == 3
-    assert len(read(tmp_path, file=name, steps=["freq*"]).measurements) == 3
-    with pytest.raises(InputError, match=r"export.txt: no creep tests found in this TA Instruments TRIOS export"):
-        read(tmp_path, file=name, measurement="creep")
-
-
-def test_a_recipe_s_word_goes_before_the_export_s(tmp_path: Path) -> None:
-    name = export(tmp_path, exports.sweeps(*USUAL), instrument="Discovery HR 20")
-    expect_sweeps(read(tmp_path, file=name, test="tension").measurements, 1.0)
-    name = export(tmp_path, exports.sweeps(*USUAL), instrument="home made")
-    with pytest.raises(
-        InputError, match=r'export.txt: the export does not say what modulus it is: say test = "tension" or "shear"'
-    ):
-        read(tmp_path, file=name)
-    columns = {"temperature": "Temperature", "angular_frequency": "Angular frequency", "storage": "Storage modulus"}
-    options = {"columns": columns | {"loss": "Loss modulus"}, "steps": ["Freq*"], "test": "shear"}
-    expect_sweeps(read(tmp_path, file=name, **options).measurements, 3.0)
-
-
-def test_temperatures_come_from_the_column_the_step_s_name_or_the_recipe(tmp_path: Path) -> None:
-    bare = [Step(step.name, USUAL[0][1:], USUAL[1][1:], [row[1:] for row in step.rows]) for step in exports.sweeps(*USUAL)]
-    expect_sweeps(read(tmp_path, file=export(tmp_path, bare)).measurements, 3.0)
-    nameless = [Step("Frequency sweep", step.names, step.units, step.rows) for step in bare]
-    with pytest.raises(InputError, match=r'export.txt: step "Frequency sweep" has no temperature: export it, or say temperatures'):
-        read(tmp_path, file=export(tmp_path, nameless))
-    for step, temperature in zip(nameless, exports.TEMPERATURES, strict=True):
-        (tmp_path / f"run_{temperature:g}C.txt").write_text(exports.trios([step]))
-    expect_sweeps(read(tmp_path, files="run_*.txt", temperature_in_name="run_{degC}C").measurements, 3.0)
-    files = [f"run_{temperature:g}C.txt" for temperature in exports.TEMPERATURES]
-    expect_sweeps(read(tmp_path, files=files, temperatures=["0 degC", "20 degC", "40 degC"]).measurements, 3.0)
-
-
-def test_points_that_were_not_measured_are_left_out_with_a_warning(tmp_path: Path) -> None:
-    text = exports.trios(exports.sweeps(*USUAL))
-    line = next(line for line in text.splitlines() if line.startswith("0.03\t100.0"))
-    (tmp_path / "export.txt").write_text(text.replace(line, "\t".join([*line.split("\t")[:3], "---"])))
-    with pytest.warns(
-        DielastWarning, match=r'step "Frequency sweep \(0.0 °C\)": 1 point lacks a reading and is left out \(line 12\)'
-    ):
-        found = read(tmp_path, file="export.txt").measurements
-    assert isinstance(found[0], FrequencySweep)
-    assert found[0].angular_frequency.size == exports.OMEGA.size - 1
-
-
-def test_what_is_no_number_in_an_export_is_an_error(tmp_path: Path) -> None:
-    text = exports.trios(exports.sweeps(*USUAL))
-    (tmp_path / "export.txt").write_text(text.replace("\t100.0\t", "\t1,000.0\t", 1))
-    with pytest.raises(InputError, match=r'export.txt: line 12: column "Angular frequency": "1,000.0" is not a finite number'):
-        read(tmp_path, file="export.txt")
-
-
-def test_a_clock_that_runs_on_is_refused(tmp_path: Path) -> None:
-    names = ("Temperature", "Time", "Relaxation modulus"), ("°C", "s", "Pa")
-    late = [
-        Step(step.name, *names, [[T, 1000.0 * k + t, modulus] for T, t, modulus in step.rows])
-        for k, step in enumerate(exports.relaxations(*names))
-    ]
-    with pytest.raises(InputError, match=r'export.txt: line 29: column "Time" runs on from the step before into step "Stress'):
-        read(tmp_path, file=export(tmp_path, late))
-    assert len(read(tmp_path, file=export(tmp_path, exports.relaxations(*names))).measurements) == 3
-
-
-def test_strain_and_stress_of_an_export_are_a_relaxation_test_by_its_name(tmp_path: Path) -> None:
-    names = ("Temperature", "Step time", "Strain", "Stress"), ("°C", "s", "%", "Pa")
-    rows = [[20.0, 0.0, 0.0, 0.0], [20.0, 1.0, 2.0, 100.0], [20.0, 2.0, 2.0, 50.0]]
-    steps = [
-        Step("Peak hold - 1", *names, rows),
-        Step("Stress relaxation - 2", *names, rows[1:]),
-        Step("Creep - 3", *names, [[20.0, 1.0, 2.0, 100.0], [20.0, 2.0, 4.0, 100.0]]),
-    ]
-    name = export(tmp_path, steps)
-    (relaxed,) = read(tmp_path, file=name, measurement="relaxation", test="tension").measurements
-    (crept,) = read(tmp_path, file=name, measurement="creep", test="tension").measurements
-    assert isinstance(relaxed, RelaxationCurve)
-    assert isinstance(crept, CreepCurve)
-    np.testing.assert_allclose(relaxed.modulus, [5000, 2500])
-    np.testing.assert_allclose(crept.compliance, [2e-4, 4e-4])
-    assert len(read(tmp_path, file=name, steps=[2], test="tension").measurements) == 1
-
-
-@pytest.mark.parametrize("unit", ["1/Pa", "1/MPa"])
-def test_a_creep_test_s_export_needs_no_columns(tmp_path: Path, unit: str) -> None:
-    names = ("Temperature", "Interval Time", "Creep Compliance", "Shear Stress"), ("°C", "s", unit, "Pa")
-    steps = [Step("Creep", *names, [[T, t, 2e-6 * t**0.3, 100.0] for t in (0.0, 1.0, 10.0, 100.0)]) for T in exports.TEMPERATURES]
-    recovery = Step("Recovery", names[0][:2], names[1][:2], [[20.0, 1.0]])
-    (tmp_path / "creep.csv").write_bytes(exports.rheocompass([*steps, recovery]).encode("utf-16"))
-    reading = read(tmp_path, file="creep.csv")
-    assert (reading.measurement, reading.test, reading.left_out) == ("creep", "shear", ("Recovery interval 1",))
-    for one in reading.measurements:
-        assert isinstance(one, CreepCurve)
-        assert one.time.tolist() == [1, 10, 100]  # a reading at no time at all says nothing
-        scale = 1e-6 if unit == "1/MPa" else 1.0
-        np.testing.assert_allclose(one.compliance, 2e-6 * one.time**0.3 * scale / 3, rtol=1e-12)
-
-
-def test_what_is_not_relaxation_is_refused_where_relaxation_is_needed() -> None:
-    with pytest.raises(InputError, match="relaxation tests are needed, these are frequency sweeps"):
-        read_curves(model(exports.FOLDER, file="trios-sweeps.txt"), Inputs(exports.FOLDER))
-
-
-def test_a_ramp_is_refused_for_an_export_of_sweeps() -> None:
-    with pytest.raises(InputError, match="a frequency sweep has none"):
-        read(exports.FOLDER, file="trios-sweeps.txt", ramp="1 s")
-
-
-def test_an_export_can_be_taken_for_a_plain_table(tmp_path: Path) -> None:
-    one = exports.sweeps(*USUAL, temperatures=(20.0,))
-    columns = {"temperature": "Temperature", "angular_frequency": "Angular frequency", "storage": "Storage modulus"}
-    name = export(tmp_path, one)
-    reading = read(tmp_path, file=name, format="table", columns=columns | {"loss": "Loss modulus"})
-    assert reading.formats == ("table",)
-    assert len(reading.measurements) == 1
-
-
 def test_sets_too_wide_are_refused(tmp_path: Path) -> None:
     rows = np.column_stack((sweep_rows(), np.repeat([0, 0, 1], exports.OMEGA.size)))
     sweep_file(tmp_path, "T [degC],f [Hz],E' [Pa],E'' [Pa],set", rows)
@@ -504,6 +311,13 @@ def test_most_moduli_must_be_positive(tmp_path: Path, column: int) -> None:
         read(tmp_path, file="sweep.csv", columns=SWEEP)
 
 
+def test_what_is_no_pattern_of_files_is_said(tmp_path: Path) -> None:
+    said = r"a glob pattern is needed|: not a glob pattern: |: no file matches"
+    for pattern in ("", ".", "./", "/", "/.", "///x", "a**", "x" * 300, "*/" * 900 + "*"):
+        with pytest.raises(InputError, match=said):
+            read(tmp_path, files=pattern, columns=SWEEP)
+
+
 def test_equal_names_of_columns_are_refused(tmp_path: Path) -> None:
     sweep_file(tmp_path, "T [degC],f [Hz],E' [Pa],E' [Pa]")
     with pytest.raises(InputError, match=r'sweep.csv: column "E\'" for storage stands there 2 times'):
@@ -522,3 +336,43 @@ def test_what_is_held_tells_creep_from_relaxation(tmp_path: Path, measurement: s
     with pytest.warns(DielastWarning, match=f'the {constant} is constant .* as in {other}: say measurement = "{other}"'):
         read(tmp_path, file="dma.csv", columns=columns, measurement=measurement)
     read(tmp_path, file="dma.csv", columns=columns, measurement=other)
+
+
+@pytest.mark.parametrize(
+    ("names", "doubted"),
+    [
+        (("G'", "G''"), "G'"),
+        (("G\u2032", "G\u2033"), "G\u2032"),
+        (("E'", "G''"), "G''"),
+        (("G1", "G2"), "G1"),
+        (("G_storage", "G_loss"), "G_storage"),
+        (("|G*|", "shear loss"), "|G*|"),
+        (("Scherspeichermodul", "b"), "Scherspeichermodul"),
+        (("E'", "E''"), None),
+        (("storage", "loss"), None),
+        (("glass", "gain"), None),
+    ],
+)
+def test_names_of_shear_are_not_read_as_tension_without_a_word(tmp_path: Path, names: tuple[str, str], doubted: str | None) -> None:
+    sweep_file(tmp_path, f"T [degC],f [Hz],{names[0]} [Pa],{names[1]} [Pa]")
+    columns = {"temperature": "T", "frequency": "f", "storage": names[0], "loss": names[1]}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        plain = read(tmp_path, file="sweep.csv", columns=columns)
+    assert plain.test == "tension"
+    said = [str(one.message) for one in caught]
+    assert [f'column "{doubted}" looks like one of shear' in one for one in said] == ([] if doubted is None else [True])
+    assert all('test = "shear", or test = "tension"' in one for one in said)
+    for test in ("shear", "tension"):  # stated: no doubt
+        assert read(tmp_path, file="sweep.csv", columns=columns, test=test).test == test
+
+
+@pytest.mark.parametrize(
+    ("role", "name"), [("compliance", "J(t)"), ("compliance", "J"), ("modulus", "G"), ("modulus", "shear modulus")]
+)
+def test_over_time_names_of_shear_are_doubted_too(tmp_path: Path, role: str, name: str) -> None:
+    unit = "1/Pa" if role == "compliance" else "Pa"
+    rows = np.array([[20, 1, 2], [20, 2, 3], [20, 4, 5], [40, 1, 4], [40, 2, 6], [40, 4, 8.0]])
+    (tmp_path / "time.csv").write_text(table(f"T [degC],time [s],{name} [{unit}]", rows))
+    with pytest.warns(DielastWarning, match="looks like one of shear, but is read as one of tension, which is a factor of three"):
+        read(tmp_path, file="time.csv", columns={"temperature": "T", role: name})

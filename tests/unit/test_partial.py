@@ -1,32 +1,28 @@
-"""Chunks in several processes: an interrupted map begins no more of them."""
+"""Chunks in several processes: an interrupted map begins no more of them; what another run has kept is taken if it belongs here."""
 
 from __future__ import annotations
 
 import concurrent.futures
+import io
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from dielast.gent import Gent
+from dielast.integrate import Status
 from dielast.material import Breakdown, Material
 from dielast.prony import Spectrum
 from dielast.shift import NoShift
-from dielast.simulate.failure_map import plan_failure_map
+from dielast.simulate.failure_map import MapPlan, plan_failure_map
 from dielast.workflow import partial
 from dielast.workflow.report import Execution
 
-SOLID = Material(
-    "soft",
-    26e3,
-    Spectrum(np.array([1e4, 100.0, 1.0]), np.array([1e4, 2e4, 9e4])),
-    NoShift(20.0),
-    Gent(110.0),
-    Gent(55.0),
-    4e-11,
-    Breakdown((1.7,), (40e6,)),
-)
+BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
+SOLID = Material("soft", 26e3, BRANCH, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.7,), (40e6,)))
 CELLS = 200
 
 
@@ -41,10 +37,13 @@ class Pool(concurrent.futures.ProcessPoolExecutor):
         return future
 
 
+def planned(cells: int) -> MapPlan:
+    voltage = np.linspace(3e3, 4e3, cells)
+    return plan_failure_map(SOLID, voltage=voltage, prestretch=[1.7], thickness=5e-4, relax=600.0, horizon=3600.0)
+
+
 def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = plan_failure_map(
-        SOLID, voltage=np.linspace(3e3, 4e3, CELLS), prestretch=[1.7], thickness=5e-4, relax=600.0, horizon=3600.0
-    )
+    plan = planned(CELLS)
     monkeypatch.setattr(partial, "CHUNK", 1)
     monkeypatch.setattr(partial, "ProcessPoolExecutor", Pool)
     Pool.given = []
@@ -57,3 +56,30 @@ def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> 
     assert len(Pool.given) == CELLS
     concurrent.futures.wait(Pool.given, timeout=60)
     assert sum(future.cancelled() for future in Pool.given) > CELLS // 2
+
+
+def test_what_is_kept_is_taken_only_if_it_belongs_to_the_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(partial, "CHUNK", 4)
+    plan, store = planned(8), tmp_path / ".unfinished"
+    cells = partial.solve(plan, "key", Execution())[0]
+
+    def kept(**changed: Any) -> bool:
+        partial._save(store, "key", [replace(cells, **changed)])
+        return bool(partial._load(store, "key", plan))
+
+    assert kept()
+    assert not partial._load(store, "other key", plan)
+    assert not kept(first=3)
+    assert not kept(first=-4)
+    assert not kept(status=np.full(4, 99))
+    assert not kept(status=np.full(3, Status.COMPLETED))
+    assert not kept(status=np.full((2, 2), Status.COMPLETED))
+    assert not kept(time_to_breakdown=np.full(4, -1.0))
+    assert not kept(time_to_pull_in=np.full(4, 4000.0))
+    nothing = np.full(4, np.nan)
+    assert not kept(time_to_breakdown=nothing, time_to_pull_in=nothing, status=np.full(4, Status.STOPPED))
+    # an array of 64 TiB that is not there
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1 << 43,)})
+    store.write_bytes(header.getvalue())
+    assert not partial._load(store, "key", plan)

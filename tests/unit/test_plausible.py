@@ -9,11 +9,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dielast.errors import DielastWarning
+from dielast.errors import DielastWarning, InputError
+from dielast.gent import Gent
 from dielast.material import VACUUM_PERMITTIVITY, Breakdown, Material
-from dielast.plausible import doubt_breakdown, doubt_curve, doubt_material, doubt_strain, doubt_temperature, doubt_use
+from dielast.plausible import (
+    Pace,
+    doubt_breakdown,
+    doubt_curve,
+    doubt_elongation,
+    doubt_field,
+    doubt_law,
+    doubt_material,
+    doubt_paces,
+    doubt_strain,
+    doubt_stretch,
+    doubt_temperature,
+    doubt_thickness,
+    doubt_use,
+    fastest_branch,
+)
 from dielast.prony import Spectrum
-from dielast.shift import WLF
+from dielast.shift import WLF, Arrhenius
 
 VHB = Material(
     "VHB",
@@ -31,6 +47,11 @@ def scaled(factor: float) -> Material:
     return replace(VHB, equilibrium_modulus=factor * VHB.equilibrium_modulus, spectrum=spectrum)
 
 
+def relaxing(share: float) -> Material:
+    branches = np.array([share * VHB.equilibrium_modulus])
+    return replace(VHB, spectrum=Spectrum(np.array([1.0]), branches))
+
+
 def test_sound_inputs_are_not_doubted() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -40,8 +61,26 @@ def test_sound_inputs_are_not_doubted() -> None:
         doubt_temperature([-40.0, 60.0], "tests at")
         doubt_temperature([130.0, 190.0], "tests at")  # polystyrene
         doubt_strain([0.01, 0.05])
-        doubt_use(VHB, 60.0, 1.0)
-        doubt_use(replace(VHB, measured_temperature=None), 90.0, 1.0)
+        doubt_use(VHB, [60.0, -44.0])
+        doubt_use(replace(VHB, measured_temperature=None), 90.0)
+        for C1, C2 in ((13.7, 187.1), (17.44, 51.6), (8.86, 101.6), (32.2, 80.0), (1.9, 222.0)):  # VHB, universal, PMMA, PDMS
+            doubt_law(WLF(20.0, C1, C2))
+        doubt_law(Arrhenius(20.0, 95e3))
+        doubt_material(relaxing(0.02))  # hardly lossy
+        doubt_material(relaxing(0.0))  # elastic, on purpose
+        doubt_material(replace(VHB, equilibrium_law=Gent(2.0)))
+        doubt_curve(2e9, 77e3)
+        doubt_curve(2e9, None)  # a melt that still flows
+        doubt_thickness([1e-6, 1e-2])
+        doubt_thickness(0.05, "specimen", 0.1)
+        doubt_field([0.0, 2e5], 4e7)
+        doubt_field(2e8, 4e7)
+        doubt_field(0.0, 4e7)  # no voltage, on purpose
+        doubt_stretch(0.8, 1.0)
+        doubt_stretch(1.0, 1.5)
+        doubt_elongation([1.0, 6.0], [1.0, 0.4], 110.0)
+        doubt_elongation([1.0, 1.0001], [1.0, 1.0], np.inf)
+        doubt_paces([Pace("step[0] takes", 1.0, 0.5, 20.0), Pace("step[1] takes", 1.0, 0.0, 20.0)])
 
 
 @pytest.mark.parametrize(
@@ -58,17 +97,63 @@ def test_sound_inputs_are_not_doubted() -> None:
         (lambda: doubt_temperature(np.array([-40.0, 60.0]) - 273.15, "tests at"), "taken for kelvin"),
         (lambda: doubt_temperature(np.array([-40.0, 60.0]) + 273.15, "tests at"), "kelvin that were taken for degC"),
         (lambda: doubt_temperature([-190.0, 20.0], "tests at"), "is the scale right"),
-        (lambda: doubt_strain([1.05, 1.05]), r"is it a stretch, so that the strain is 0.05\?"),
-        (lambda: doubt_strain([0.5]), "at small strain only"),
-        (lambda: doubt_strain([5.0]), "a strain of 500 %"),
-        (lambda: doubt_use(VHB, 80.0, 1.0), "measured from -40 to 60 degC: at 80 degC it is extrapolated"),
-        (lambda: doubt_use(VHB, -60.0, 1e6), "extrapolated"),
-        (lambda: doubt_use(VHB, 20.0, 1e-9), "the load lasts 1e-09 s, but the fastest branch takes 1e-07 s"),
+        (lambda: doubt_strain([1.05, 1.05]), "is it a stretch, so that the strain is 0.05, or"),
+        (lambda: doubt_strain([1.05, 1.05]), r"or in per cent, which its unit must say\?"),
+        (lambda: doubt_strain([0.5]), "at small strain only; or is it in per cent"),
+        (lambda: doubt_strain([1.0]), r"is 1, that is 100 %: is it in per cent, which its unit must say\?"),
+        (lambda: doubt_strain([5.0]), r"is 5, that is 500 %: is it in per cent"),
+        (lambda: doubt_use(VHB, [20.0, 80.0, 70.0]), "measured from -40 to 60 degC: at 80 degC it is extrapolated"),
+        (lambda: doubt_use(VHB, -60.0), "at -60 degC it is extrapolated"),
+        (lambda: doubt_use(replace(VHB, measured_temperature=None), 293.15), "kelvin that were taken for degC"),
+        (lambda: doubt_material(relaxing(0.005)), "the branches add up to 130 Pa beside an equilibrium modulus of 26000 Pa"),
+        (lambda: doubt_material(replace(VHB, nonequilibrium_law=Gent(0.1))), r"J_lim = 0.1 \(nonequilibrium\)"),
+        (lambda: doubt_material(replace(VHB, shift=WLF(20.0 - 273.15, 13.7, 187.1))), "which is 20 K"),
+        (
+            lambda: doubt_material(replace(VHB, shift=WLF(293.15, 13.7, 187.1))),
+            "reference temperature is 293.15 degC: are they kelvin",
+        ),
+        (lambda: doubt_law(WLF(20.0, 13.7 * np.log(10), 187.1)), "is C1 for natural logarithms, 2.303 times too large"),
+        (lambda: doubt_law(WLF(20.0, 40.0, 187.1)), "C1 C2 is 7.48e"),
+        (lambda: doubt_law(WLF(20.0, 0.0137, 187.1)), r"C1 C2 is 2.56 K, .* in another unit"),
+        (lambda: doubt_law(WLF(20.0, 13.7, 1.871)), "C1 C2 is 25.6 K"),
+        (lambda: doubt_law(WLF(20.0, 13.7, 18710.0)), "in another unit"),
+        (lambda: doubt_law(Arrhenius(20.0, 95.0)), "an activation energy of 0.095 kJ/mol"),
+        (lambda: doubt_curve(2e6, 77.0), "levels off at 77 Pa"),
+        (lambda: doubt_thickness(0.5), "the thickness is 500 mm, but a film has 1 um to 10 mm"),
+        (lambda: doubt_thickness([5e-4, 5e-7]), "the thickness is 0.0005 mm"),
+        (lambda: doubt_field([0.0, 3e4], 4e7), "1/1333 of the breakdown field: no film moves"),
+        (lambda: doubt_field(3e10, 4e7), "750 times the breakdown field"),
+        (lambda: doubt_stretch(0.5, 1.0), "is it a strain, so that the stretch is 1.5"),
+        (lambda: doubt_stretch(1.0, 1.0), "undeformed: is it a strain of 100 %"),
+        (lambda: doubt_elongation([1.0, 10.6], [1.0, 0.307], 110.0), "stretches the film to 10.6, where its chains are taut"),
+        (lambda: doubt_elongation([1.0, 1 + 1e-6], [1.0, 1.0], np.inf), "by less than 1e-05"),
     ],
 )
 def test_what_is_foolish_is_said(doubt: Callable[[], None], said: str) -> None:
     with pytest.warns(DielastWarning, match=said):
         doubt()
+
+
+def test_only_the_most_hasty_pace_is_told() -> None:
+    hasty = [Pace(f"step[{index}] takes", took, 393.0, 20.0) for index, took in enumerate((8.0, 400.0, 1.0))]
+    with pytest.warns(DielastWarning) as caught:
+        doubt_paces(hasty)
+    assert [str(each.message).partition(":")[0] for each in caught] == [
+        "step[2] takes 1 s, but the fastest branch takes 393 s at 20 degC"
+    ]
+
+
+def test_a_branch_without_modulus_is_none() -> None:
+    spectrum = Spectrum(np.array([100.0, 1.0]), np.array([1e4, 0.0]))
+    assert fastest_branch(replace(VHB, spectrum=spectrum), 20.0) == 100
+    assert fastest_branch(relaxing(0.0), 20.0) == 0
+
+
+def test_a_pole_tells_what_the_reference_temperature_was_in_kelvin() -> None:
+    with pytest.raises(InputError, match=r"C2 = 187.1 K below 293.15 degC, which if it were kelvin would be 20 degC"):
+        WLF(293.15, 13.7, 187.1).log10_shift_factor(20.0)
+    with pytest.raises(InputError, match=r"C2 = 187.1 K below 20 degC$"):
+        WLF(20.0, 13.7, 187.1).log10_shift_factor(-200.0)
 
 
 def test_moduli_that_would_dissipate_negatively_are_refused() -> None:

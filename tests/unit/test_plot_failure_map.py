@@ -52,3 +52,19 @@ def test_the_legend_says_what_the_bands_are() -> None:
     legend = plot_failure_map(result, fit_lifetime(result), None, bounds, "90 % interval").axes[0].get_legend()
     assert legend is not None
     assert "bands: 90 % interval" in legend.get_title().get_text()
+
+
+def test_a_band_that_some_draws_outlive_is_open_above() -> None:
+    result = a_map(1, 2, 13)
+    upper = result.time_to_failure * 2
+    closed = plot_failure_map(result, fit_lifetime(result), None, (result.time_to_failure / 2, upper), "90 % interval").axes[0]
+    upper[0, 0, :2] = np.inf
+    opened = plot_failure_map(result, fit_lifetime(result), None, (result.time_to_failure / 2, upper), "90 % interval").axes[0]
+    legends = [axes.get_legend() for axes in (closed, opened)]
+    assert ["open above" in legend.get_title().get_text() for legend in legends if legend is not None] == [False, True]
+    assert [len([text for text in axes.texts if text.get_text() == "\N{UPWARDS ARROW}"]) for axes in (closed, opened)] == [0, 2]
+    # the band leaves the axes, beyond the horizon
+    top = opened.get_ylim()[1]
+    assert top > result.horizon
+    highest = [max(np.asarray(path.vertices)[:, 1].max() for path in band.get_paths()) for band in opened.collections]
+    assert highest[0] >= top > highest[1]

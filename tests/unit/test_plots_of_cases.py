@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,11 +18,11 @@ from dielast.workflow.uncertainty import interval_label
 TIME = np.geomspace(1e-2, 1e3, 20)
 
 
-def drawn(count: int, scales: list[Swept], label: str = "rate = {} %/s", **others: object) -> Figure:
+def drawn(count: int, scales: list[Swept], label: str = "rate = {} %/s", **others: Any) -> Figure:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * (case + 1) * TIME**0.1} for case in range(count)]
     marks = [(case, name, 10.0, 1.5) for case in range(count) for name in ("breakdown", "pull-in")]
     labels = [label.format(case) for case in range(count)]
-    figure = plot_cases(cases, labels, [], "time [s]", "stretch_1 [1]", marks=marks, swept=scales, **others)  # type: ignore[arg-type]
+    figure = plot_cases(cases, labels, [], "time [s]", "stretch_1 [1]", marks=marks, swept=scales, **others)
     figure.draw_without_rendering()  # any warning is an error here
     return figure
 
@@ -73,19 +74,21 @@ def test_rendering_is_silent_and_reproducible() -> None:
 
 
 def test_swept_quantities_keep_the_unit_of_the_recipe() -> None:
-    def cases(key: str, values: list[object]) -> list[Case[object]]:
-        return [Case(None, {key: value}) for value in values]
+    recipe: Any = None
 
-    (kilo,) = swept(cases("step.0.voltage", ["2 kV", "2.5 kV"]))  # type: ignore[arg-type]
+    def cases(key: str, values: list[object]) -> list[Case[Any]]:
+        return [Case(recipe, {key: value}) for value in values]
+
+    (kilo,) = swept(cases("step.0.voltage", ["2 kV", "2.5 kV"]))
     assert (kilo.label, kilo.values) == ("voltage [kV]", (2.0, 2.5))
-    (mixed,) = swept(cases("step.0.voltage", ["900 V", "2.5 kV"]))  # type: ignore[arg-type]
+    (mixed,) = swept(cases("step.0.voltage", ["900 V", "2.5 kV"]))
     assert (mixed.label, mixed.values) == ("voltage [V]", (900.0, 2500.0))
-    (plain,) = swept(cases("film.prestretch", [1.5, 2]))  # type: ignore[arg-type]
+    (plain,) = swept(cases("film.prestretch", [1.5, 2]))
     assert (plain.label, plain.values) == ("prestretch", (1.5, 2.0))
-    (cold,) = swept(cases("temperature", ["-20 degC", "20 degC"]))  # type: ignore[arg-type]
+    (cold,) = swept(cases("temperature", ["-20 degC", "20 degC"]))
     assert (cold.label, cold.values) == ("temperature [°C]", (-20.0, 20.0))
-    assert swept(cases("material", ["a.toml", "b.toml"])) == []  # type: ignore[arg-type]
-    assert swept([Case(None)]) == []  # type: ignore[arg-type]
+    assert swept(cases("material", ["a.toml", "b.toml"])) == []
+    assert swept([Case(recipe)]) == []
 
 
 def test_the_legend_says_what_the_bands_are() -> None:
@@ -101,3 +104,34 @@ def test_the_level_of_intervals_has_a_name() -> None:
     one, other = (SimpleNamespace(uncertainty=SimpleNamespace(level=level)) for level in (0.9, 0.5))
     assert interval_label([one, SimpleNamespace(uncertainty=None), one]) == "90 % interval"
     assert interval_label([one, other]) == "50 % and 90 % intervals"
+
+
+def test_an_event_has_a_bar_for_its_time() -> None:
+    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
+    marks = [(0, "breakdown", 500.0, 1.18), (0, "pull-in", 800.0, 1.19), (0, "loss-of-tension", 900.0, 1.195)]
+    spans = [(200.0, 2000.0), (300.0, np.inf), (np.inf, np.inf)]
+    for scale in ("linear", "log"):
+        figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", (scale, "linear"), marks=marks, spans=spans)
+        figure.draw_without_rendering()
+        axes = figure.axes[0]
+        bars = {
+            float(np.asarray(line.get_ydata())[0]): np.asarray(line.get_xdata())
+            for line in axes.get_lines()
+            if line.get_marker() == "|"
+        }
+        assert bars.keys() == {1.18, 1.19}
+        assert bars[1.18].tolist() == [200.0, 2000.0]
+        # what may never come goes on to the end of the axis, and has a tip there
+        (tip,) = [line for line in axes.get_lines() if line.get_marker() == ">"]
+        (end,) = np.asarray(tip.get_xdata()).tolist()
+        assert bars[1.19].tolist() == [300.0, end]
+        assert axes.get_xlim()[1] == pytest.approx(end)
+        assert bars[1.19][1] > 2000
+
+
+def test_a_bar_from_zero_on_a_log_axis_begins_at_the_first_time() -> None:
+    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
+    figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", marks=[(0, "breakdown", 5.0, 1.18)], spans=[(0.0, 7.0)])
+    figure.draw_without_rendering()
+    (bar,) = [line for line in figure.axes[0].get_lines() if line.get_marker() == "|"]
+    assert np.asarray(bar.get_xdata()).tolist() == [TIME[0], 7.0]

@@ -61,6 +61,18 @@ def test_a_recipe_is_read_with_its_defaults(folder: Path) -> None:
     assert (recipe.fit.method, recipe.fit.branches, recipe.fit.polynomial_degree) == (None, 30, 7)
 
 
+def test_a_temperature_may_be_fahrenheit(folder: Path) -> None:
+    recipe = read_recipe(write(folder, MASTERCURVE.replace("20 degC", "68 degF")))
+    assert isinstance(recipe, MasterCurveRecipe)
+    assert recipe.shift.reference_temperature == 20.0
+
+
+def test_relaxation_times_may_be_longer_than_any_test(folder: Path) -> None:
+    recipe = read_recipe(write(folder, SPECTRUM + '[fit]\nrelaxation_time = { min = "1e-20 s", max = "1e20 s" }\n'))
+    assert isinstance(recipe, SpectrumRecipe)
+    assert (recipe.fit.relaxation_time.min, recipe.fit.relaxation_time.max) == (1e-20, 1e20)
+
+
 def test_five_mistakes_make_five_lines(folder: Path) -> None:
     text = """
 kind = "mastercurve"
@@ -98,6 +110,7 @@ law = "wfl"
         (SPECTRUM + "fit = 3", "fit: 3: a table of keys is needed"),
         (SPECTRUM + '[material]\nbreakdown = { prestretch = [1.9, 1.7], field = ["1 MV/m", "2 MV/m"] }', "prestretch must ascend"),
         (SPECTRUM + "[truncate]", "truncate.keep: is needed"),
+        (SPECTRUM + '[reduce]\nwindow = ["1 s", "1e300 h"]', 'reduce.window[1]: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
         (SPECTRUM.replace('"."', '"dma.csv"'), 'mastercurve: "dma.csv": a folder is needed'),
         (MASTERCURVE.replace('file = "dma.csv"', 'files = "*.txt"'), 'data.files: "*.txt": no file matches'),
         (MASTERCURVE.replace('modulus = "E [Pa]"', 'stress = "s"'), "data.columns: strain and stress go together"),

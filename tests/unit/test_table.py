@@ -24,8 +24,10 @@ def test_text_survives_quoting() -> None:
 
 
 def test_no_text_is_a_formula() -> None:
-    text = ["=1+1", "@SUM(A1)", "+2", "-5 %/s", "a=b"]
-    assert parse_csv(to_csv([Column("rate", None, text)]), "x.csv")["rate"] == ["'=1+1", "'@SUM(A1)", "'+2", "-5 %/s", "a=b"]
+    formulas = ["=1+1", "@SUM(A1)", "+2", "-2+3+cmd|' /C calc'!A0", "-A1", "--1"]
+    text = ["-5 %/s", "-40 degC", "-20 °C", "-1e-05", "-0.1 1/s", "a=b", "a-b"]
+    read = parse_csv(to_csv([Column("rate", None, formulas + text)]), "x.csv")["rate"]
+    assert read == [f"'{formula}" for formula in formulas] + text
 
 
 def test_a_frame_has_the_headers() -> None:

@@ -26,8 +26,15 @@ from dielast.errors import InputError
         ("20 °C", units.TEMPERATURE, 20.0),
         ("293.15 K", units.TEMPERATURE, 20.0),
         ("-40 degC", units.TEMPERATURE, -40.0),
+        ("20 deg C", units.TEMPERATURE, 20.0),
+        ("20 ° C", units.TEMPERATURE, 20.0),
+        ("68 degF", units.TEMPERATURE, 20.0),
+        ("68 °F", units.TEMPERATURE, 20.0),
+        ("68 deg F", units.TEMPERATURE, 20.0),
+        ("-40 fahrenheit", units.TEMPERATURE, -40.0),
         ("187.1 K", units.TEMPERATURE_DIFFERENCE, 187.1),
         ("187.1 degC", units.TEMPERATURE_DIFFERENCE, 187.1),
+        ("18 degF", units.TEMPERATURE_DIFFERENCE, 10.0),
         ("48 MV/m", units.FIELD, 48e6),
         ("48 V/µm", units.FIELD, 48e6),
         ("3.98e-11 F/m", units.PERMITTIVITY, 3.98e-11),
@@ -35,6 +42,7 @@ from dielast.errors import InputError
         ("120 kJ/mol", units.MOLAR_ENERGY, 120e3),
         ("1 %", units.STRAIN, 0.01),
         ("6e-4 /K", units.THERMAL_EXPANSION, 6e-4),
+        ("5e-4 /degF", units.THERMAL_EXPANSION, 9e-4),
     ],
 )
 def test_quantities_become_si(text: str, dimension: units.Dimension, expected: float) -> None:
@@ -56,6 +64,7 @@ def test_a_celsius_reading_keeps_every_digit() -> None:
         ("1e999 s", units.TIME, '"1e999 s": a time that is finite is needed, such as "1.5 h"'),
         ("2 m^9^9^9", units.LENGTH, 'unknown unit "m^9^9^9"'),
         ("1 degC", units.TIME, "a time is needed"),
+        ("68 F", units.TEMPERATURE, '"68 F": a temperature is needed, such as "20 degC"'),
         (True, units.TIME, "a time is needed with its unit"),
     ],
 )
@@ -85,8 +94,18 @@ def test_common_units_convert_as_pint_does() -> None:
             found, offset = units.convert_by_pint(unit, dimensions[kept])
             assert (found, offset) == (pytest.approx(scale, rel=1e-15), 0.0), unit
             assert units.conversion(unit, dimensions[kept]) == (scale, 0.0)
-    for unit in units.CELSIUS:
-        assert units.convert_by_pint(unit, units.TEMPERATURE) == units.conversion(unit, units.TEMPERATURE) == (1.0, 0.0)
+    for unit in units.TEMPERATURES:
+        assert units.convert_by_pint(unit, units.TEMPERATURE) == units.conversion(unit, units.TEMPERATURE)
     # a quantity of one kind is no quantity of another
     with pytest.raises(InputError):
         units.conversion("kPa", units.TIME)
+
+
+def test_temperature_scales_are_those_of_pint() -> None:
+    import pint
+
+    full = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+    for name, (scale, offset) in units.SCALES.items():
+        for reading in (-459.67, 0.0, 32.0, 212.0):
+            expected = full.Quantity(reading, name).to("kelvin").magnitude - units.ZERO_CELSIUS
+            assert reading * scale + offset == pytest.approx(expected, abs=1e-9)

@@ -16,6 +16,7 @@ from dielast.plots.spectrum import plot_spectrum
 from dielast.prony import Spectrum
 from dielast.recipe.cases import Case
 from dielast.recipe.spectrum import CurveData, SpectrumRecipe
+from dielast.recipe.validate import check
 from dielast.table import number_columns, to_csv
 from dielast.workflow.report import Execution, Report
 from dielast.workflow.spectrum import read_curve, run
@@ -251,3 +252,68 @@ def test_cards_say_what_a_spectrum_was_reduced_for(tmp_path: Path) -> None:
         report = spectrum(tmp_path, mastercurve="mc", truncate={"keep": 29}, export={"formats": ["abaqus"]})
     card = report.files["material.inp"].decode()
     assert "** Truncated to the 29 slowest branches" in card
+
+
+def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) -> None:
+    x, y = np.array([1.0, 2.0, 4.0]), np.array([3.0, 5.0, 7.0])
+    with pytest.warns(DielastWarning, match=r'curve.csv: column "G\(t\)" looks like one of shear'):
+        read(tmp_path, "time [s],G(t) [Pa]", [x, y], columns={"modulus": "G(t)"})
+    for test in ("tension", "shear"):
+        read(tmp_path, "time [s],G(t) [Pa]", [x, y], columns={"modulus": "G(t)"}, test=test)
+
+
+@pytest.mark.parametrize(
+    ("measurement", "document", "message"),
+    [
+        (
+            "relaxation",
+            {"fit": {"equilibrium_modulus": "1 MPa"}},
+            "fit.equilibrium_modulus = 1e+06 Pa is above the end of the curve",
+        ),
+        (
+            "relaxation",
+            {"fit": {"glassy_modulus": "1 kPa"}},
+            "fit.glassy_modulus = 1000 Pa is below the end of the curve, 1.5e+05 Pa",
+        ),
+        (
+            "oscillation",
+            {"fit": {"glassy_modulus": "1 kPa"}},
+            "fit.glassy_modulus = 1000 Pa is below the end of the curve, 1.5e+05 Pa",
+        ),
+        (
+            "creep",
+            {"fit": {"glassy_modulus": "1 kPa", "equilibrium_modulus": "150 kPa"}},
+            "fit.equilibrium_modulus = 150000 Pa must be smaller than fit.glassy_modulus = 1000 Pa",
+        ),
+        ("creep", {"fit": {"glassy_modulus": "1 GPa"}}, "fit.glassy_modulus needs fit.equilibrium_modulus beside it"),
+        ("oscillation", {"truncate": {"keep": 1000}}, "truncate.keep: cannot keep 1000 of 30 branches"),
+        ("relaxation", {"fit": {"branches": 2}}, "fit.branches = 2: schwarzl-staverman needs at least 3"),
+    ],
+)
+def test_mistakes_name_the_key_of_the_recipe(tmp_path: Path, measurement: str, document: dict[str, Any], message: str) -> None:
+    write_folder(tmp_path / "mc", measurement)
+    with pytest.raises(InputError) as caught:
+        spectrum(tmp_path, mastercurve="mc", **document)
+    (line,) = caught.value.messages
+    assert line.startswith(message)
+
+
+def test_warnings_name_the_key_of_the_recipe(tmp_path: Path) -> None:
+    write_folder(tmp_path / "mc", "relaxation")
+    with pytest.warns(DielastWarning, match=r"^fit\.equilibrium_modulus = 157000 Pa is 4\.\d% above the end"):
+        spectrum(tmp_path, mastercurve="mc", fit={"equilibrium_modulus": "157 kPa", "method": "nnls"})
+
+
+def test_a_weak_relaxation_may_add_up_to_less_than_the_equilibrium_modulus(tmp_path: Path) -> None:
+    header = "time [s],modulus [Pa]"
+    weak = Spectrum(np.array([1.0]), np.array([1e4]))
+    (tmp_path / "curve.csv").write_text(table(header, [TIME, 3 * weak.relaxation_modulus(TIME, 1e5)]))
+    data = {"file": "curve.csv", "reference_temperature": "20 degC"}
+    report = spectrum(tmp_path, data=data, fit={"glassy_modulus": "30 kPa", "method": "nnls"})
+    assert report.headline["moduli"]["nonequilibrium_shear_Pa"] == pytest.approx(1e4, rel=1e-3)
+
+
+def test_branches_are_bounded(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        check(SpectrumRecipe, {"kind": "spectrum", "mastercurve": "mc", "fit": {"branches": 2000}}, "r.toml", tmp_path)
+    assert "r.toml: fit.branches: 2000: at most 200 is needed" in caught.value.messages

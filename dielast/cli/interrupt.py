@@ -1,0 +1,30 @@
+"""Ctrl-C: a `KeyboardInterrupt` while a command works; before and after, when there is nothing to put in order, the end at once."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+
+
+def leave(number: int, frame: FrameType | None) -> None:
+    """End the process, whatever Python is doing: an exception would surface as a traceback of whatever is imported or torn down."""
+    with suppress(OSError):
+        os.write(2, b"interrupted\n")
+    os._exit(130)
+
+
+@contextmanager
+def working() -> Iterator[None]:
+    """Let Ctrl-C raise `KeyboardInterrupt` in here, if it would `leave` otherwise."""
+    before = signal.getsignal(signal.SIGINT)
+    if before is not leave:
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

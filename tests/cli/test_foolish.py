@@ -1,0 +1,169 @@
+"""Runs of legal but foolish recipes say what looks wrong, in one line each, and their sane neighbours say nothing."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dielast import Material, read_material, write_material
+from dielast.cli.run import compute
+from dielast.recipe.cases import read_cases
+from dielast.workflow.report import Execution
+
+EXAMPLE = Path(str(files("dielast") / "examples/vhb4905.toml"))
+Run = Callable[..., tuple[list[str], Mapping[str, Any]]]
+
+
+@pytest.fixture(name="run")
+def _run(tmp_path: Path) -> Run:
+    """Run a starter with keys set anew: its warnings, and its summary."""
+
+    def run(kind: str, *overrides: str, material: Material | None = None) -> tuple[list[str], Mapping[str, Any]]:
+        path = tmp_path / f"{kind}.toml"
+        path.write_bytes((files("dielast") / f"starters/{kind}.toml").read_bytes())
+        if material is not None:
+            (tmp_path / "m.toml").write_bytes(write_material(material))
+            overrides = (*overrides, "material=m.toml")
+        coarse = ("output.points_per_decade=3",) if kind in ("relax", "creep", "actuate") else ()
+        if kind == "failure-map":
+            coarse = ("voltage.points=3",)
+        found = compute(kind, read_cases(path, kind, (*coarse, *overrides)), path, (), Execution())
+        return found[3], tomllib.loads(found[0]["summary.toml"].decode())
+
+    return run
+
+
+def truncated(keep: int = 7) -> Material:
+    """The example without all branches faster than 393 s."""
+    material = read_material(EXAMPLE)
+    return replace(material, spectrum=material.spectrum.slowest(keep))
+
+
+ONE_KILOVOLT_SINE = 'step=[{{waveform="sine",high="1 kV",period="{}",cycles=2}}]'
+
+
+@pytest.mark.parametrize("kind", ["relax", "creep", "actuate", "failure-map", "mastercurve", "spectrum"])
+def test_starters_are_not_doubted(run: Run, kind: str) -> None:
+    assert run(kind)[0] == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "overrides", "said"),
+    [
+        ("relax", [], "step[0] takes 8 s, but the fastest branch takes 393 s at 20 degC"),
+        ("creep", [], "step[0] takes 17 s, but the fastest branch takes 393 s"),
+        ("actuate", [], "step[0] takes 10 s, but the fastest branch takes 393 s"),
+        ("relax", ["step.0={stretch=2.0}"], "step[0] comes at once, and the first thousandth of what follows takes 7.2 s"),
+        ("relax", ["step.0={stretch=2.0}", 'output.times=["10 s"]'], "the first output after it is after 10 s"),
+        ("relax", ['output.times=["4 s","1 h"]'], "step[0] takes 8 s"),
+        ("relax", ['output.times=["50 s","1 h"]'], "step[0] is first looked at after 50 s"),
+        ("actuate", [ONE_KILOVOLT_SINE.format("20 s")], "step[0] goes up or down within 10 s"),
+        ("actuate", ['film.relax="10 s"', 'step=[{voltage="2 kV",duration="10 min"}]'], "prestretch and relaxation take 19 s"),
+        ("actuate", ['step.0={voltage="3.8 kV"}'], "the film breaks down as the voltage comes on, after 0 s"),
+        ("failure-map", [], "4 of 6 cells fail too early for the spectrum, the first after 0 s"),
+    ],
+)
+def test_what_is_faster_than_the_spectrum_is_told_once(run: Run, kind: str, overrides: list[str], said: str) -> None:
+    (warning,) = run(kind, *overrides, material=truncated())[0]
+    assert said in warning
+
+
+@pytest.mark.parametrize(
+    ("kind", "overrides"),
+    [
+        ("relax", ['step.0={stretch=2.0,duration="10 min"}']),
+        ("relax", ['output.times=["500 s","1 h"]']),
+        ("relax", ["step.0={stretch=2.0}", 'output.times=["500 s"]']),
+        ("relax", ["step.0={stretch=2.0}", 'step.1.hold="10 d"']),
+        ("relax", ['temperature="60 degC"']),  # where the fastest branch takes 1.5 s
+        ("actuate", [ONE_KILOVOLT_SINE.format("20 min")]),
+        ("failure-map", ['temperature=["60 degC"]', 'voltage={from="3 kV",to="3.2 kV",points=2}']),
+    ],
+)
+def test_what_is_slower_than_the_spectrum_is_not(run: Run, kind: str, overrides: list[str]) -> None:
+    assert run(kind, *overrides, material=truncated())[0] == []
+
+
+def test_a_whole_spectrum_may_be_loaded_at_once_in_the_cold(run: Run) -> None:
+    assert run("relax", "step.0={stretch=1.2}", 'temperature="-40 degC"')[0] == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "overrides", "said"),
+    [
+        ("relax", ['step.0.rate="1e12 /s"'], ["step[0] takes 1e-12 s"]),
+        ("relax", ['temperature="150 degC"'], ["extrapolated"]),
+        ("creep", ['temperature="-60 degC"'], ["extrapolated", "step[0] takes 17 s, but the fastest branch takes 681 s"]),
+        ("relax", ["step.0={stretch=0.5}"], ["is it a strain, so that the stretch is 1.5?"]),
+        ("relax", ["step.0={stretch=1.0}"], ["is it a strain of 100 %, so that the stretch is 2?"]),
+        ("creep", ['step.0={force="0.17 kN",duration="17 s"}'], ["stretches the film to 10.6"]),
+        ("creep", ['specimen={width="6 m",thickness="0.5 m"}'], ["the thickness is 500 mm", "strains the film by less than 1e-05"]),
+        ("failure-map", ['film.thickness="0.5 m"'], ["the thickness is 500 mm", "1/1445 of the breakdown field"]),
+        ("failure-map", ['voltage={from="3.4 V",to="4.6 V",points=2}'], ["1/1445 of the breakdown field"]),
+        ("actuate", ['step.0.voltage="2.5 MV"'], ["376 times the breakdown field"]),
+        ("actuate", ['step.0={voltage="100 kV"}'], ["beyond the breakdown field from the start"]),
+        ("spectrum", ['material.permittivity="4.5 F/m"'], ["times that of the vacuum"]),
+        ("spectrum", ["material.J_lim={equilibrium=0.1}"], ["J_lim = 0.1 (equilibrium)"]),
+        ("spectrum", ['material.breakdown={field="48 V/m"}'], ["a breakdown field of 48 V/m"]),
+    ],
+)
+def test_other_units_and_quantities_are_told(run: Run, kind: str, overrides: list[str], said: list[str]) -> None:
+    warnings = run(kind, *overrides)[0]
+    assert len(warnings) == len(said)
+    for warning, words in zip(warnings, said, strict=True):
+        assert words in warning
+
+
+def test_moduli_in_another_unit_are_told_by_the_plateau(run: Run, tmp_path: Path) -> None:
+    head, *rows = (files("dielast") / "examples/relaxation-test.csv").read_text().splitlines()
+    softer = [",".join([*row.split(",")[:-1], f"{float(row.rpartition(',')[2]) / 1000:.9g}"]) for row in rows]
+    (tmp_path / "test.csv").write_text("\n".join([head, *softer]))
+    (warning,) = run("mastercurve", "data.file=test.csv")[0]
+    assert "levels off at 77.2 Pa" in warning
+
+
+def test_the_peak_is_the_largest_in_magnitude(run: Run) -> None:
+    assert run("relax", 'step.0={stretch=0.5,duration="5 s"}')[1]["relax"]["peak_nominal_stress_1_Pa"] < -1e5
+    creep = run("creep", 'step.0={stress="-50 kPa",duration="5 s"}')[1]["creep"]
+    assert creep["peak_stretch_1"] == pytest.approx(creep["final_stretch_1"])
+    assert creep["peak_stretch_1"] < 0.9
+
+
+def test_breakdown_at_once_is_a_result(run: Run) -> None:
+    warnings, summary = run("actuate", 'step.0={voltage="500 kV"}')
+    assert "unfinished" not in summary
+    assert summary["breakdown"]["time_s"] == [0.0]
+    assert len(warnings) == 2
+    warnings, summary = run("failure-map", 'film.thickness="0.5 um"')
+    assert "unfinished" not in summary
+    assert summary["map"]["breakdown"] == summary["map"]["cells"] == 6
+    assert summary["map"]["longest_time_to_failure_s"] == 0
+    assert any("6 of 6 cells break down as the voltage comes on" in line for line in warnings)
+
+
+def test_many_cells_that_are_given_up_for_one_reason_take_one_line(run: Run) -> None:
+    (line,) = run("failure-map", 'film.thickness="0.5 nm"')[1]["unfinished"]
+    assert line.startswith("20 degC, prestretch 1.7, 3400 V: given up: ")
+    assert line.endswith(" (and 5 more cells)")
+
+
+def test_many_cases_that_are_given_up_for_one_reason_take_one_line(run: Run) -> None:
+    melt = replace(read_material(EXAMPLE), equilibrium_modulus=0.0)
+    lines = run("creep", 'sweep={"step.0.force"=["0.17 N","0.2 N","0.1 N"]}', material=melt)[1]["unfinished"]
+    assert lines[0].startswith("case 0: given up at 2842.")
+    assert lines[0].endswith(": without an equilibrium modulus, the film flows without end (and 2 more cases)")
+    assert len(lines) == 1
+
+
+def test_a_branch_that_is_cut_off_is_not_said_to_be_extrapolated(run: Run) -> None:
+    fast = 'fit.relaxation_time={min="1e-9 s",max="1e4 s"}'
+    stated = ('fit.equilibrium_modulus="0.078 MPa"', 'fit.glassy_modulus="690 MPa"')
+    whole, cut = (run("spectrum", fast, *stated, *more)[0] for more in ((), ("truncate.keep=10",)))
+    assert any("relaxation times from 1e-09 to 1e+04 s reach farther than the curve" in line for line in whole)
+    assert not any("reach farther" in line for line in cut)

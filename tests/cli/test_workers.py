@@ -1,0 +1,95 @@
+"""A failure map in several processes: whoever is killed, no process stays behind and no traceback is printed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found in /proc")
+
+LAUNCH = (sys.executable, "-c", "from dielast.cli import main; main()", "failure-map", "m.toml", "-q", "--plot", "none")
+MAP = """
+kind = "failure-map"
+material = "example:vhb4905.toml"
+horizon = "10 s"
+[film]
+thickness = "0.5 mm"
+prestretch = [1.7, 1.8, 1.9]
+relax = "10 min"
+[voltage]
+from = "1 kV"
+to = "5 kV"
+points = 3000
+[breakdown]
+field = "45 MV/m"
+"""
+
+
+def alive(session: int) -> list[int]:
+    """The processes of a session, but for those that are dead and not yet buried."""
+    found: list[int] = []
+    for entry in Path("/proc").iterdir():
+        with suppress(OSError):
+            if entry.name.isdigit():
+                state, _, _, own, *_ = (entry / "stat").read_text().rpartition(")")[2].split()
+                found += [int(entry.name)] if int(own) == session and state not in "ZX" else []
+    return found
+
+
+def until(happened: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 60
+    while not happened():
+        assert time.monotonic() < deadline, "it did not happen within a minute"
+        time.sleep(0.01)
+
+
+@contextmanager
+def half_done(folder: Path) -> Iterator[subprocess.Popen[str]]:
+    """A map that two workers have solved in part."""
+    (folder / "m.toml").write_text(MAP)
+    command = [*LAUNCH, "--jobs", "2"]
+    with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
+        try:
+            until(lambda: (folder / "m/.unfinished").exists() or run.poll() is not None)
+            assert run.poll() is None, run.communicate()[1]
+            yield run
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(run.pid, signal.SIGKILL)
+
+
+def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
+    with half_done(tmp_path) as run:
+        assert len(alive(run.pid)) == 3
+        run.kill()
+        until(lambda: not alive(run.pid))
+        assert run.communicate()[1] == ""
+
+
+def test_a_killed_worker_is_one_line(tmp_path: Path) -> None:
+    with half_done(tmp_path) as run:
+        os.kill(next(process for process in alive(run.pid) if process != run.pid), signal.SIGKILL)
+        said = run.communicate(timeout=60)[1]
+        assert said == (
+            "m.toml: a worker process was killed, for want of memory perhaps; "
+            "what is solved is kept, and the same command goes on from there\n"
+        )
+        assert run.returncode == 3
+        assert not alive(run.pid)
+    assert (tmp_path / "m/.unfinished").exists()
+
+
+def test_a_group_that_is_terminated_is_one_line(tmp_path: Path) -> None:
+    with half_done(tmp_path) as run:
+        os.killpg(run.pid, signal.SIGTERM)
+        assert (run.communicate(timeout=60)[1], run.returncode) == ("interrupted\n", 130)
+        assert not alive(run.pid)
+    assert (tmp_path / "m/.unfinished").exists()

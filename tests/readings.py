@@ -1,0 +1,35 @@
+"""Measurements read as a recipe has them read, and whether they are the sweeps that `exports` makes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import exports
+import numpy as np
+import pytest
+
+from dielast.characterise.measurement import FrequencySweep, Measurement
+from dielast.files import Inputs
+from dielast.recipe.measurements import MeasurementData
+from dielast.recipe.validate import check
+from dielast.workflow.measurements import Reading, read_all
+
+
+def model(folder: Path, **options: Any) -> MeasurementData:
+    return check(MeasurementData, options, "recipe.toml: data", folder)
+
+
+def read(folder: Path, **options: Any) -> Reading:
+    return read_all(model(folder, **options), Inputs(folder))
+
+
+def expect_sweeps(found: list[Measurement], per_shear: float = 1.0) -> None:
+    assert [one.temperature for one in found] == pytest.approx(list(exports.TEMPERATURES), abs=0.01)
+    for one, temperature in zip(found, exports.TEMPERATURES, strict=True):
+        assert isinstance(one, FrequencySweep)
+        order = np.argsort(one.angular_frequency)
+        omega, storage, loss = exports.sweep(temperature).T
+        np.testing.assert_allclose(one.angular_frequency[order], omega, rtol=1e-6)
+        np.testing.assert_allclose(one.storage_modulus[order], per_shear * storage, rtol=1e-6)
+        np.testing.assert_allclose(one.loss_modulus[order], per_shear * loss, rtol=1e-6)

@@ -1,0 +1,323 @@
+"""What is fuzzed: everything that reads, each with valid files to damage."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import shutil
+import signal
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from dielast.errors import DielastError, DielastWarning, InputError
+from dielast.files import Inputs
+from dielast.measured import read_measured
+from dielast.recipe.cases import read_cases
+from dielast.recipe.material import parse_material
+from dielast.units import STRESS, TEMPERATURE, TIME
+
+SECONDS = 10
+TOP = Path(__file__).resolve().parents[2]
+GOLDEN = TOP / "tests" / "golden"
+KINDS = ("mastercurve", "spectrum", "relax", "creep", "actuate", "failure-map")
+
+
+class TooLate(BaseException):
+    """Raised by the alarm clock; nothing that is fuzzed may take it for an error of its own."""
+
+
+class Target:
+    """Something that reads bytes; `seeds` are valid ones, and `read` writes into no folder but its own."""
+
+    def __init__(self, name: str, seeds: Sequence[bytes], read: Callable[[bytes], object], shown: Sequence[str]) -> None:
+        self.name, self.seeds, self.read = name, list(seeds), read
+        self.shown = tuple(shown)  # how messages may begin
+
+    def wrong(self, data: bytes) -> str | None:
+        """What is wrong with the way in which the target deals with `data`, if anything."""
+        begin = time.perf_counter()
+        signal.alarm(SECONDS)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                warnings.simplefilter("ignore", DielastWarning)
+                self.read(data)
+        except DielastError as error:
+            for line in error.messages:
+                if "\n" in line or "\r" in line:
+                    return f"a message of several lines: {line!r}"
+                if not line.startswith(self.shown):
+                    return f"a message that names no file: {line!r}"
+                if len(line) > 2000:
+                    return f"a message of {len(line)} characters: {line[:200]!r}"
+        except TooLate:
+            return f"no answer within {SECONDS} s"
+        except MemoryError:
+            return "out of memory"
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            frame = traceback.extract_tb(error.__traceback__)[-1]
+            return f"{type(error).__name__}: {str(error)[:200]} ({Path(frame.filename).name}:{frame.lineno})"
+        finally:
+            signal.alarm(0)
+        took = time.perf_counter() - begin
+        return f"took {took:.1f} s" if took > SECONDS else None
+
+
+def targets(scratch: Path) -> dict[str, Target]:
+    """All targets by name; their files lie in `scratch`."""
+    result = _recipes(scratch)
+    materials = [path.read_bytes() for path in sorted((GOLDEN / "data").glob("*.toml")) if path.name != "history.toml"]
+    result["material"] = Target("material", materials, lambda data: parse_material(data, "material.toml"), ["material.toml"])
+
+    tables = [path.read_bytes() for path in sorted((GOLDEN / "data").glob("*.csv"))]
+
+    def table(data: bytes) -> object:
+        found = read_measured(data, "data.csv")
+        wrong: list[str] = []
+        for index, dimension in itertools.product(range(1, min(4, len(found.names)) + 1), (TEMPERATURE, TIME, STRESS)):
+            try:
+                found.column(index, "any", dimension)
+            except InputError as error:
+                wrong += error.messages
+        if wrong:
+            raise InputError(*wrong)
+        return found
+
+    result["csv"] = Target("csv", tables, table, ["data.csv"])
+    return result | _runs(scratch) | _folders(scratch) | _draws(scratch) | _kept(scratch)
+
+
+def _recipes(scratch: Path) -> dict[str, Target]:
+    """Recipes of every kind, and what `--set` changes in one."""
+    starters = {kind: (TOP / "dielast" / "starters" / f"{kind}.toml").read_bytes() for kind in KINDS}
+    # sections that a starter only mentions, stated
+    stated = {kind: re.sub(rb"(?m)^# \[(?!data|truncate)\w+\].*\n(# .*\n)*", _uncommented, text) for kind, text in starters.items()}
+    golden = {kind: [path.read_bytes() for path in sorted(GOLDEN.glob(f"{kind}-*/recipe.toml"))] for kind in KINDS}
+    for folder in (GOLDEN / "data", *GOLDEN.glob("mastercurve-*")):
+        if not (scratch / folder.name).exists():
+            (scratch / folder.name).symlink_to(folder)
+    (scratch / "recipes").mkdir(exist_ok=True)
+    recipe = scratch / "recipes" / "recipe.toml"
+    result = {}
+
+    def reads(kind: str) -> Callable[[bytes], object]:
+        def read(data: bytes) -> object:
+            recipe.write_bytes(data)
+            return read_cases(recipe, kind, ())
+
+        return read
+
+    for kind in KINDS:
+        result[f"recipe-{kind}"] = Target(
+            f"recipe-{kind}", [starters[kind], stated[kind], *golden[kind]], reads(kind), [str(recipe), "example:", "../", "/"]
+        )
+
+    kept = scratch / "recipes" / "kept.toml"
+    kept.write_bytes(starters["actuate"])
+    overrides = [
+        b"step.0.voltage=3 kV",
+        b"film.prestretch=[3.0, 1.0]",
+        b"step.1.hold='2 min'",
+        b'breakdown.field="40 MV/m"',
+        b"pull_in.timescale=0 s",
+        b"sweep={'film.thickness'=['1 mm', '2 mm']}",
+        b"stop={at='end'}",
+        b"solver.rtol=1e-8",
+        b"material=example:vhb4905.toml",
+    ]
+    result["set"] = Target(
+        "set",
+        overrides,
+        lambda data: read_cases(kept, "actuate", [data.decode("utf-8", "replace")]),
+        [str(kept), "--set"],
+    )
+    return result
+
+
+def _uncommented(block: re.Match[bytes]) -> bytes:
+    return re.sub(rb"(?m)^# ", b"", block[0])
+
+
+def _runs(scratch: Path) -> dict[str, Target]:
+    """Targets that read damaged data through a sound recipe, as far as the numbers that are computed with."""
+    from dielast.recipe.mastercurve import MasterCurveRecipe
+    from dielast.recipe.simulation import RelaxRecipe
+    from dielast.workflow.history import solver_steps
+    from dielast.workflow.measurements import read_curves, read_measurements
+
+    folder = scratch / "inputs"
+    folder.mkdir(exist_ok=True)
+    result = {}
+    data_file, load_file = folder / "data.csv", folder / "load.csv"
+    for path in (data_file, load_file):
+        path.write_text("time [s],stretch [1]\n")
+
+    def model(name: str, text: str, kind: str | None = None) -> object:
+        recipe = folder / f"{name}.toml"
+        recipe.write_text(text)
+        return read_cases(recipe, kind or name, ())[0].recipe
+
+    mastercurve = model(
+        "mastercurve",
+        'kind = "mastercurve"\n[data]\nfile = "data.csv"\n'
+        'columns = { temperature = "temperature", time = "time", modulus = "modulus" }\n'
+        '[shift]\nreference_temperature = "20 degC"\n',
+    )
+    assert isinstance(mastercurve, MasterCurveRecipe)
+
+    def curves(data: bytes) -> object:
+        data_file.write_bytes(data)
+        return read_curves(mastercurve.data, Inputs(folder))
+
+    result["measurement"] = Target(
+        "measurement", [(GOLDEN / "data" / "relaxation.csv").read_bytes()], curves, ["data.csv", "temperature", "-", *"0123456789"]
+    )
+
+    export_file = folder / "export.txt"
+    exports = [path.read_bytes() for path in sorted((TOP / "tests" / "instruments").iterdir()) if path.is_file()]
+    export_file.write_bytes(exports[0])
+    export = model(
+        "export", 'kind = "mastercurve"\n[data]\nfile = "export.txt"\n[shift]\nreference_temperature = "20 degC"\n', "mastercurve"
+    )
+    assert isinstance(export, MasterCurveRecipe)
+
+    def exported(data: bytes) -> object:
+        export_file.write_bytes(data)
+        return read_measurements(export.data, Inputs(folder))
+
+    result["export"] = Target("export", exports, exported, ["export.txt", "there are "])
+
+    relax = model("relax", 'kind = "relax"\nmaterial = "example:vhb4905.toml"\nmode = "uniaxial"\n[[step]]\ntable = "load.csv"\n')
+    assert isinstance(relax, RelaxRecipe)
+
+    def history(data: bytes) -> object:
+        load_file.write_bytes(data)
+        return solver_steps(relax, Inputs(folder))
+
+    result["load-table"] = Target("load-table", [(GOLDEN / "data" / "stretch.csv").read_bytes()], history, ["load.csv", "step[0]"])
+
+    return result
+
+
+def _folders(scratch: Path) -> dict[str, Target]:
+    """A folder that `mastercurve` wrote, with draws, one of whose files is damaged."""
+    from dielast.workflow.curve import read_master_curve
+    from dielast.workflow.draws import CURVES, LAWS, read_curve_draws
+
+    expected = GOLDEN / "mastercurve-wlf" / "expected"
+    whole = {name: (expected / name).read_bytes() for name in ("summary.toml", "mastercurve.csv", "shift-factors.csv")}
+    drawn = dict(whole)
+    drawn["summary.toml"] += b"\n[uncertainty]\ndraws = 3\nseed = 1\n"
+    drawn[LAWS] = b"draw,C1 [1],C2 [K]\n0,13.7,187.1\n1,13.9,190.2\n4,13.2,183\n"
+    drawn[CURVES] = (
+        b"reduced_time [s],relaxation_modulus_0 [Pa],relaxation_modulus_1 [Pa],relaxation_modulus_4 [Pa]\n"
+        b"1e-06,2.1e+07,2.2e+07,1.9e+07\n0.01,1.3e+06,1.31e+06,1.28e+06\n1,312000,309000,311000\n1e+06,81200,80900,81500\n"
+    )
+
+    def with_damaged(name: str, folder: Path) -> Callable[[bytes], object]:
+        def read(data: bytes) -> object:
+            (folder / name).write_bytes(data)
+            inputs = Inputs(folder.parent)
+            curve = read_master_curve(folder.name, inputs)
+            draws = read_curve_draws(folder.name, curve, inputs)
+            return draws and draws.curves.deviations(draws.curves.abscissa)
+
+        return read
+
+    result = {}
+    for file in ("summary.toml", "mastercurve.csv", LAWS, CURVES):
+        name = f"folder-{file.split('.')[0]}"
+        folder = scratch / name / "shown"
+        folder.mkdir(parents=True, exist_ok=True)
+        for own, content in drawn.items():
+            (folder / own).write_bytes(content)
+        seeds = [drawn[file], whole[file]] if file == "summary.toml" else [drawn[file]]
+        result[name] = Target(name, seeds, with_damaged(file, folder), ["shown/"])
+
+    # whose law is a table
+    folder, expected = scratch / "folder-shift-factors" / "shown", GOLDEN / "mastercurve-table" / "expected"
+    shutil.copytree(expected, folder, dirs_exist_ok=True)
+    name, factors = "folder-shift-factors", "shift-factors.csv"
+    result[name] = Target(name, [(expected / factors).read_bytes()], with_damaged(factors, folder), ["shown/"])
+    return result
+
+
+def _draws(scratch: Path) -> dict[str, Target]:
+    """The table of draws beside a material."""
+    from dielast.recipe.draws import draw_columns
+    from dielast.recipe.material import write_material
+    from dielast.recipe.uncertainty import Uncertainty
+    from dielast.table import to_csv
+    from dielast.workflow.uncertainty import sample_of
+
+    seeds, materials = [], {}
+    laws = {"wlf": b"C1 [1]", "arrhenius": b"activation_energy [J/mol]", "table": b"log10_shift_factor"}
+    for law in laws:
+        material = parse_material((GOLDEN / "data" / f"{law}.toml").read_bytes(), f"{law}.toml")
+        softer = replace(material, equilibrium_modulus=0.98 * material.equilibrium_modulus)
+        seeds.append(to_csv(draw_columns(np.array([0, 1, 2, 5]), [material, softer, material, softer])))
+        folder = scratch / "draws" / law
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "material.toml").write_bytes(write_material(material, draws="draws.csv"))
+        (folder / "draws.csv").write_bytes(seeds[-1])
+        materials[law] = material
+    wanted = Uncertainty(draws=4, level=0.5)
+
+    def read(data: bytes) -> object:
+        law = next((law for law, header in laws.items() if header in data), "wlf")
+        folder = scratch / "draws" / law
+        (folder / "draws.csv").write_bytes(data)
+        return sample_of("material.toml", materials[law], wanted, Inputs(folder))
+
+    # too few draws are the recipe's own affair: it may ask for less
+    return {"draws": Target("draws", seeds, read, ["draws.csv", "uncertainty.level: the "])}
+
+
+def _kept(scratch: Path) -> dict[str, Target]:
+    """What a run is compared with, and what an interrupted map left, which is taken for nothing if it is damaged."""
+    from dielast.files import STORE
+    from dielast.integrate import Status
+    from dielast.simulate.failure_map import Cells
+    from dielast.workflow.golden import TOLERANCES, differences
+    from dielast.workflow.partial import _load, _save
+
+    expected = GOLDEN / "failure-map-ramp" / "expected"
+    result = {}
+
+    def compared(name: str, folder: Path) -> Callable[[bytes], object]:
+        def read(data: bytes) -> object:
+            (folder / name).write_bytes(data)
+            return differences(contents, folder, 1e-6)
+
+        return read
+
+    contents = {path.name: path.read_bytes() for path in sorted(expected.iterdir())}
+    for file in ("failure-map.csv", "summary.toml", TOLERANCES):
+        name = f"golden-{file.split('.')[0]}"
+        folder = scratch / name
+        shutil.copytree(expected, folder, dirs_exist_ok=True)
+        result[name] = Target(name, [contents[file]], compared(file, folder), [str(folder)])
+
+    store, key = scratch / "store" / STORE, "0123456789abcdef"
+    store.parent.mkdir(exist_ok=True)
+    chunks = [(0, 3), (3, 6)]
+    solved = np.full(3, np.nan), np.array([1.0, 2.0, np.nan]), np.full(3, Status.COMPLETED)
+    _save(store, key, [Cells(first, *solved) for first, _ in chunks])
+    plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks)
+
+    def load(data: bytes) -> object:
+        store.write_bytes(data)
+        return _load(store, key, plan)
+
+    result["store"] = Target("store", [store.read_bytes()], load, [])
+    return result

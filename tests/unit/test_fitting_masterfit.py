@@ -1,0 +1,296 @@
+"""The joint fit of smooth curve and shifts: derivatives, what its numbers mean, and errors that hold what they promise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.characterise import masterfit
+from dielast.characterise.masterfit import LOOSE, MAX_STEP, MasterFit, Points, fit_held, fit_master
+from dielast.characterise.misfit import PARTS
+from dielast.characterise.robust import Weights, even_weights
+from dielast.characterise.spline import Spline, roughness
+
+Array = NDArray[np.float64]
+
+TRUTH = np.array([3.0, 1.5, 0.0, -1.2, -2.5])
+ANCHOR = 2
+SIZE = 30
+
+
+def transition(u: Array) -> Array:
+    """Two decades of modulus between two plateaus, in closed form."""
+    return np.asarray(7 - np.tanh(u / 2))
+
+
+def measured(noise: float = 0.005, seed: int = 0, offset: ArrayLike = 0.0, second: float | None = None) -> Points:
+    """Five curves of the transition, each raised by its `offset`; with a `second` channel, lifted that many times as much."""
+    rng = np.random.default_rng(seed)
+    m, channels = TRUTH.size, 1 if second is None else 2
+    curve = np.tile(np.repeat(np.arange(m), SIZE), channels)
+    channel = np.repeat(np.arange(channels), m * SIZE)
+    x = np.tile(np.linspace(0.0, 3.0, SIZE), m * channels)
+    u = x - TRUTH[curve]
+    lift = np.where(channel == 1, second or 0.0, 1.0)
+    y = np.where(channel == 1, 5 - 0.3 * np.cos(u), transition(u)) + lift * np.broadcast_to(offset, m)[curve]
+    return Points(curve, x, y + noise * rng.standard_normal(u.size), np.full(u.size, noise**2), m, channel, lift, channels)
+
+
+def on_the_spline(points: Points, fit: MasterFit) -> Array:
+    """What the smooth curves say of every point."""
+    u = points.log_time - fit.shift[points.curve]
+    return np.asarray(np.choose(points.channel, [spline(u) for spline in fit.splines]))
+
+
+@pytest.mark.parametrize("vertical", [False, True])
+@pytest.mark.parametrize("second", [None, 0.4])
+def test_residuals_are_what_the_points_miss_the_smooth_curves_by(vertical: bool, second: float | None) -> None:
+    """Vertical shifts count only if they are free: offsets that are merely allowed for are part of what is missed."""
+    offset = np.array([0.02, -0.03, 0.01, -0.01, 0.03])
+    points = measured(0.002, offset=offset, second=second)
+    fit = fit_master(points, TRUTH + 0.2, ANCHOR, vertical)
+    raised = points.log_modulus + points.lift * fit.vertical[points.curve]
+    np.testing.assert_allclose(fit.residual, raised - on_the_spline(points, fit), atol=1e-12)
+    np.testing.assert_allclose(fit.shift - fit.shift[ANCHOR], TRUTH, atol=0.06)
+    assert fit.shift[ANCHOR] == 0.2
+    if vertical:
+        np.testing.assert_allclose(fit.vertical, -(offset - offset[ANCHOR]), atol=0.01)
+        assert np.all(fit.covariance[ANCHOR] == 0)
+        assert np.all(np.delete(np.diag(fit.covariance), [ANCHOR, TRUTH.size + ANCHOR]) > 0)
+        assert fit.offset_spread == 0
+    else:
+        assert np.all(fit.vertical == 0)
+        assert np.all(fit.covariance[TRUTH.size :] == 0)
+        assert np.all(fit.covariance[:, TRUTH.size :] == 0)
+        assert np.sqrt(np.mean(fit.residual**2)) > 0.01
+
+
+@pytest.mark.parametrize("second", [None, 0.4])
+def test_standard_errors_are_true(second: float | None) -> None:
+    """Over many repetitions, errors in units of their standard errors have a mean square of one."""
+    score = []
+    for seed in range(20):
+        fit = fit_master(measured(seed=seed, second=second), TRUTH, ANCHOR, False)
+        assert fit.offset_spread == 0
+        score.append(np.delete((fit.shift - TRUTH) / np.sqrt(np.diag(fit.covariance)[:5] + 1e-300), ANCHOR))
+        np.testing.assert_allclose(fit.noise_stderr, np.sqrt(np.diag(fit.covariance)[:5]))
+    assert 0.7 < np.mean(np.square(score)) < 1.4
+
+
+def test_errors_of_free_vertical_shifts_are_true() -> None:
+    score = []
+    for seed in range(20):
+        fit = fit_master(measured(seed=seed), TRUTH, ANCHOR, True)
+        stderr = np.sqrt(np.diag(fit.covariance) + 1e-300)
+        score.append(np.delete(np.concatenate((fit.shift - TRUTH, fit.vertical)) / stderr, [ANCHOR, 5 + ANCHOR]))
+    assert 0.7 < np.mean(np.square(score)) < 1.5
+
+
+def test_offsets_of_whole_curves_are_measured_and_allowed_for() -> None:
+    """Their spread is that of the offsets that were made, and standard errors grow to hold what they do to the shifts."""
+    ratio, score = [], []
+    for seed in range(12):
+        offset = 0.02 * np.random.default_rng(100 + seed).standard_normal(5)
+        fit = fit_master(measured(0.003, seed, offset), TRUTH, ANCHOR, False)
+        ratio.append(fit.offset_spread / offset.std(ddof=1))
+        score.append(np.delete((fit.shift - TRUTH) / np.sqrt(np.diag(fit.covariance)[:5] + 1e-300), ANCHOR))
+    assert 0.96 < np.median(ratio) < 1.2  # not less: what is not known of the offsets is part of their spread
+    assert 0.3 < np.median(np.square(score)) < 1.0  # of a normal variate 0.455
+
+
+def test_small_offsets_are_measured_exactly_where_there_is_no_noise() -> None:
+    """What the offsets are first estimated by is their standard deviation about their mean, whichever curve is held fast."""
+    offset = 0.004 * np.array([1.0, -0.7, 0.4, -0.9, 0.6])
+    points = measured(2e-5, offset=offset)
+    theta = np.concatenate((TRUTH, np.zeros(5)))
+    for anchor in (0, ANCHOR):
+        horizontal, both = (
+            masterfit._Prior(theta, np.full(10, LOOSE), np.array([k for k in free if k not in (anchor, 5 + anchor)]))
+            for free in (range(5), range(10))
+        )
+        state = masterfit._fit(points, theta, horizontal)
+        spread = masterfit._offset_spread(points, state, both, anchor)
+        assert spread == pytest.approx(offset.std(ddof=1), rel=0.05)
+
+
+def test_offsets_below_the_noise_are_not_seen() -> None:
+    offset = 1e-3 * np.array([1.0, -1.0, 0.0, 1.0, -1.0])
+    assert fit_master(measured(0.01, offset=offset), TRUTH, ANCHOR, False).offset_spread == 0
+
+
+def state_of(points: Points, theta: Array, prior: masterfit._Prior, weight: Array, spacing: float = 0.5) -> masterfit._State:
+    weights = Weights(weight, np.ones(weight.size), 1 / weight, np.ones(weight.size), 0.0)
+    return masterfit._assemble(points, theta, prior, weights, spacing)
+
+
+def prior_of(theta: Array, free: list[int]) -> masterfit._Prior:
+    rng = np.random.default_rng(5)
+    return masterfit._Prior(theta + rng.normal(0.0, 0.3, theta.size), rng.uniform(50.0, 200.0, theta.size), np.array(free))
+
+
+INNER = [1, 2, 3, 5, 6, 7, 8, 9]  # shifts that leave the ends of the smooth curve where they are, and all vertical shifts
+
+
+@pytest.mark.parametrize("second", [None, 0.4])
+@pytest.mark.parametrize("free", [INNER, [1, 2, 3]])
+def test_the_gradient_is_half_the_slope_of_what_is_minimised(second: float | None, free: list[int]) -> None:
+    """The weighted squares, the prior of the shifts, and that of the coefficients, all after the coefficients were fitted."""
+    points = measured(0.05, second=second)
+    rng = np.random.default_rng(3)
+    weight = rng.uniform(10.0, 300.0, points.curve.size)
+    theta = np.concatenate((TRUTH, np.zeros(5))) + rng.normal(0.0, 0.1, 10)
+    prior = prior_of(theta, free)
+
+    def cost(theta: Array) -> float:
+        state = state_of(points, theta, prior, weight)
+        each = state.splines[0].coefficient.size
+        parts = [spline.coefficient @ roughness(each, 0.5) @ spline.coefficient for spline in state.splines]
+        assert state.cost == pytest.approx(weight @ state.residual**2 + prior.precision @ (theta - prior.mean) ** 2, rel=1e-12)
+        return float(state.cost + sum(parts))
+
+    slope = [(cost(theta + move) - cost(theta - move)) / 2e-5 for move in 1e-5 * np.eye(10)[free]]
+    np.testing.assert_allclose(state_of(points, theta, prior, weight).gradient, np.array(slope) / 2, rtol=1e-5)
+
+
+@pytest.mark.parametrize("second", [None, 0.4])
+def test_the_normal_matrix_is_the_slope_of_the_gradient_where_nothing_is_missed(second: float | None) -> None:
+    points = measured(0.0, second=second)
+    theta = np.concatenate((TRUTH, np.zeros(5)))
+    u = points.log_time - TRUTH[points.curve]
+    rng = np.random.default_rng(4)
+    weight = rng.uniform(1e7, 3e7, u.size)
+    prior = masterfit._Prior(theta, np.full(10, LOOSE), np.array(INNER))
+    size = state_of(points, theta, prior, weight).splines[0].coefficient.size
+    parts = [Spline(float(u.min()), 0.5, rng.normal(0.0, 1.0, size), float(u.max())) for _ in range(points.channels)]
+    points = replace(points, log_modulus=np.choose(points.channel, [spline(u) for spline in parts]))
+    at = state_of(points, theta, prior, weight)
+    np.testing.assert_allclose(at.residual, 0.0, atol=1e-5)
+    slope = [
+        (state_of(points, theta + move, prior, weight).gradient - state_of(points, theta - move, prior, weight).gradient) / 2e-5
+        for move in 1e-5 * np.eye(10)[INNER]
+    ]
+    np.testing.assert_allclose(at.normal, slope, rtol=1e-3, atol=1e-4 * np.abs(at.normal).max())
+
+
+def test_vertical_shifts_count_as_much_as_the_lift_of_their_channel_says() -> None:
+    points = measured(0.0, second=0.4)
+    prior = prior_of(np.zeros(10), INNER)
+    weight = np.full(points.curve.size, 1e4)
+    theta = np.concatenate((TRUTH, [0.0, 0.1, 0.0, -0.2, 0.0]))
+    raised = replace(points, log_modulus=points.log_modulus + points.lift * theta[5:][points.curve])
+    one, other = state_of(points, theta, prior, weight), state_of(raised, np.concatenate((TRUTH, np.zeros(5))), prior, weight)
+    np.testing.assert_allclose(one.residual, other.residual, atol=1e-12)
+
+
+@pytest.mark.parametrize("away", [0.05, 0.4, -2.0])
+def test_a_step_is_bounded_and_never_goes_uphill(away: float) -> None:
+    points = measured(0.01)
+    theta = np.concatenate((TRUTH + away * np.array([1.0, -1.0, 0.0, 0.5, 1.0]), np.zeros(5)))
+    prior = masterfit._Prior(theta, np.full(10, LOOSE), np.array([0, 1, 3, 4]))
+    state = state_of(points, theta, prior, even_weights(points.variance).weight)
+    for _ in range(12):
+        new, moved = masterfit._step(points, prior, state)
+        assert np.max(np.abs(new.theta - state.theta)) <= MAX_STEP * (1 + 1e-12)
+        if moved >= masterfit.CONVERGED:
+            assert new.cost <= state.cost
+        state = new
+    if abs(away) < 1:  # from farther off, curves may come to rest on plateaus
+        np.testing.assert_allclose(state.theta[:5], TRUTH, atol=0.1)
+
+
+def test_shifts_are_found_from_far_off() -> None:
+    """Half a decade or more, which is what a bad start looks like."""
+    fit = fit_master(measured(), TRUTH + np.array([0.5, -0.7, 0.0, 0.7, -0.5]), ANCHOR, False)
+    np.testing.assert_allclose(fit.shift, TRUTH, atol=0.05)
+
+
+def line(slope: float, noise: float, seed: int = 0) -> Points:
+    """Five straight lines, whose horizontal and vertical shifts mean the same."""
+    points = measured(noise, seed)
+    straight = 7 - slope * (points.log_time - TRUTH[points.curve])
+    rng = np.random.default_rng(seed)
+    return replace(points, log_modulus=straight + noise * rng.standard_normal(straight.size))
+
+
+def held(shift: Array, covariance: Array) -> MasterFit:
+    fit = fit_master(measured(), TRUTH, ANCHOR, False)
+    whole = np.zeros((10, 10))
+    whole[:5, :5] = covariance
+    return replace(fit, shift=shift, covariance=whole)
+
+
+SHIFT_COVARIANCE = np.diag([0.04, 0.02, 0.0, 0.01, 0.03])
+SHIFT_COVARIANCE[0, 1] = SHIFT_COVARIANCE[1, 0] = 0.01
+
+
+def test_errors_of_shifts_that_are_held_go_on_to_the_vertical_shifts() -> None:
+    """Of a line with slope p: b moves by p times the shift, and so do its errors, beside those of its own noise."""
+    slope, wrong = 0.3, np.array([0.4, -0.2, 0.0, 0.1, -0.3])
+    fit = fit_held(line(slope, 1e-4), held(TRUTH + wrong, SHIFT_COVARIANCE), ANCHOR, True)
+    np.testing.assert_allclose(fit.vertical, slope * wrong, atol=1e-3)
+    np.testing.assert_array_equal(fit.shift, TRUTH + wrong)
+    np.testing.assert_array_equal(fit.covariance[:5, :5], SHIFT_COVARIANCE)
+    np.testing.assert_allclose(fit.covariance[5:, :5], slope * SHIFT_COVARIANCE, atol=1e-5)
+    np.testing.assert_allclose(fit.covariance[:5, 5:], slope * SHIFT_COVARIANCE, atol=1e-5)
+    np.testing.assert_allclose(fit.covariance[5:, 5:], slope**2 * SHIFT_COVARIANCE, atol=1e-5)
+
+
+def test_noise_has_its_share_in_the_errors_of_vertical_shifts() -> None:
+    score = []
+    for seed in range(20):
+        fit = fit_held(line(0.3, 0.01, seed), held(TRUTH, np.zeros((5, 5))), ANCHOR, True)
+        score.append(np.delete(fit.vertical / np.sqrt(np.diag(fit.covariance)[5:] + 1e-300), ANCHOR))
+        assert np.all(fit.covariance[:5] == 0)
+        assert fit.covariance[5 + ANCHOR, 5 + ANCHOR] == 0
+    assert 0.6 < np.mean(np.square(score)) < 1.6
+
+
+def test_what_is_held_without_vertical_shifts_stays_as_it_was() -> None:
+    before, points = held(TRUTH, SHIFT_COVARIANCE), line(0.3, 0.01)
+    fit = fit_held(points, before, ANCHOR, False)
+    np.testing.assert_array_equal(fit.vertical, before.vertical)
+    np.testing.assert_array_equal(fit.covariance, before.covariance)
+    np.testing.assert_allclose(fit.residual, points.log_modulus - on_the_spline(points, fit), atol=1e-12)
+    assert np.sqrt(np.mean(fit.residual**2)) == pytest.approx(0.01, rel=0.3)
+
+
+def test_the_jackknife_leaves_out_one_part_after_the_other() -> None:
+    """Its variances are (P - 1)/P times the sum of squares about the mean; covariances are believed by half."""
+    points = measured(0.01)
+    u = points.log_time - TRUTH[points.curve]
+    bent = replace(points, log_modulus=7 - 0.5 * u - 0.03 * u**2 + 0.02 * points.log_time * (points.curve - 2))
+    theta = np.concatenate((TRUTH, np.zeros(5)))
+    prior = masterfit._Prior(theta, np.full(10, LOOSE), np.array([0, 1, 3, 4]))
+    weight = np.full(points.curve.size, 1e4)
+    state = masterfit._converge(bent, prior, state_of(bent, theta, prior, weight))
+    part = np.minimum((points.log_time / 3.0 * PARTS).astype(int), PARTS - 1)
+    thetas = []
+    for k in range(PARTS):
+        left = masterfit._assemble(
+            bent, state.theta, prior, replace(state.weights, weight=np.where(part == k, 0.0, state.weights.weight)), state.spacing
+        )
+        for _ in range(15):
+            left, _ = masterfit._step(bent, prior, left)
+        thetas.append(left.theta)
+    whole = np.cov(thetas, rowvar=False, bias=True) * (PARTS - 1)
+    found = masterfit._jackknife(bent, prior, state, part)
+    np.testing.assert_allclose(np.diag(found), np.diag(whole), rtol=0.05, atol=1e-12)
+    np.testing.assert_allclose(found - np.diag(np.diag(found)), (whole - np.diag(np.diag(whole))) / 2, atol=0.05 * whole.max())
+
+
+@pytest.mark.parametrize(("slope", "ambiguous"), [(0.03, True), (2.0, False)])
+def test_a_misfit_too_small_to_see_matters_if_it_moves_the_shifts(slope: float, ambiguous: bool) -> None:
+    """Of curves that bend by half a percent one way or the other: on shallow ones that is a tenth of a decade and more."""
+    points = measured(2e-4)
+    u, x = points.log_time - TRUTH[points.curve], points.log_time - 1.5
+    bent = 7 - slope * u + 0.006 * (x**2 - 1) * np.array([1.0, -1.0, 0.0, 1.0, -1.0])[points.curve]
+    fit = fit_master(replace(points, log_modulus=bent + points.log_modulus - transition(u)), TRUTH, ANCHOR, False)
+    assert fit.misfit.sure
+    assert fit.misfit.rms < 0.01
+    assert fit.misfit.matters == ambiguous
+    far = np.sqrt(np.max(np.diag(fit.covariance)[:5]))
+    assert (far > masterfit.AMBIGUOUS) == ambiguous
+    assert np.all(np.sqrt(np.diag(fit.covariance)[:5]) >= fit.noise_stderr)
