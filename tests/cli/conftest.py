@@ -15,9 +15,10 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 @pytest.fixture
 def dielast(tmp_path: Path) -> Run:
-    def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    def run(*arguments: str | Path, prelude: str = "") -> subprocess.CompletedProcess[str]:
+        program = f"{prelude}\nfrom dielast.cli import main; main()"
         return subprocess.run(
-            [sys.executable, "-W", "error::SyntaxWarning", "-c", "from dielast.cli import main; main()", *map(str, arguments)],
+            [sys.executable, "-W", "error::SyntaxWarning", "-c", program, *map(str, arguments)],
             cwd=tmp_path,
             env=dict(os.environ, COLUMNS="200", MPLCONFIGDIR=str(tmp_path / ".matplotlib")),
             capture_output=True,

@@ -138,7 +138,7 @@ def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> No
 
 
 def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 3000"))
+    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 1200"))
     assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
     command = [
         sys.executable,
