@@ -11,7 +11,6 @@ from typing import Annotated
 import typer
 
 from dielast.cli.help import EXIT_CODES, START, Command, RecipeCommand
-from dielast.cli.interrupt import working
 from dielast.cli.streams import give_up_output, tell_refusal
 
 app = typer.Typer(
@@ -74,9 +73,8 @@ def _exit_with(action: Callable[[], int]) -> None:
     from dielast.errors import InputError, NumericsError
 
     try:
-        with working():
-            code = action()
-            sys.stdout.flush()
+        code = action()
+        sys.stdout.flush()
     except (InputError, NumericsError) as error:
         for line in error.messages:
             print(line, file=sys.stderr)

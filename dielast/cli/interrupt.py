@@ -1,4 +1,4 @@
-"""Ctrl-C: a `KeyboardInterrupt` while a command works; before and after, when there is nothing to put in order, the end at once."""
+"""Ctrl-C: a `KeyboardInterrupt` while cells are solved or files written; else, with nothing to put in order, the end at once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from types import FrameType
 
 
 def leave(number: int, frame: FrameType | None) -> None:
-    """End the process, whatever Python is doing: an exception would surface as a traceback of whatever is imported or torn down."""
+    """End the process, whatever Python is doing: an exception would surface as a traceback of whatever is loaded or torn down."""
     with suppress(OSError):
         os.write(2, b"interrupted\n")
     os._exit(130)

@@ -14,6 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from dielast.cli.interrupt import working
 from dielast.cli.summary import tell
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, write_files
@@ -56,11 +57,13 @@ def run(kind: str, path: Path, options: Options) -> int:
     files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution)
     written = [out / name for name in files] + ([options.depfile] if options.depfile is not None else [])
     check_targets(written, [path, *inputs.paths])
-    write_files(out, files)
-    (out / STORE).unlink(missing_ok=True)
+    with working():
+        write_files(out, files)
+        (out / STORE).unlink(missing_ok=True)
     if options.depfile is not None:
         rule = depfile([out / name for name in files], [path, *inputs.paths])
-        write_files(options.depfile.parent, {options.depfile.name: rule.encode("utf-8", "surrogateescape")})
+        with working():
+            write_files(options.depfile.parent, {options.depfile.name: rule.encode("utf-8", "surrogateescape")})
     if options.json:
         print(json.dumps(_plain(summary), indent=2, allow_nan=False))
     elif not options.quiet:
@@ -82,11 +85,13 @@ def compute(
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
     """Every file of the result (name -> bytes), its summary, what was read, and the warnings on the way."""
     inputs = Inputs(path.parent)
+    workflow = import_module(f"dielast.workflow.{kind.replace('-', '_')}")
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", DielastWarning)
         try:
-            report = import_module(f"dielast.workflow.{kind.replace('-', '_')}").run(cases, inputs, execution)
+            with working():
+                report = workflow.run(cases, inputs, execution)
         except (InputError, NumericsError) as error:
             own = (path, *inputs.names, execution.scheduler)
             raise type(error)(*(_located(line, own) for line in error.messages)) from None

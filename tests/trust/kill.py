@@ -130,7 +130,7 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
         if left:
             found.append(f"{where}: {len(left)} processes stay behind")
         if "Traceback" in said and not early:
-            found.append(f"{where}: a traceback: {said.splitlines()[-1]}")
+            found.append(f"{where}: a traceback: {' | '.join(said.split(chr(10))[-30:])}")
         kept["new" if all(now.get(name) == newer[name] for name in newer) else "old" if now == older else "between"] += 1
         went_on += ".unfinished" in now
         if run % 10 == 0:  # left alone, the next run finishes, with the same bytes
