@@ -21,6 +21,10 @@ class DielastError(Exception):
         self.messages = tuple(map(_one_line, messages))
         super().__init__("\n".join(self.messages))
 
+    def __reduce__(self) -> tuple[type[DielastError], tuple[str, ...]]:
+        """The same error in another process."""
+        return type(self), self.messages
+
 
 class InputError(DielastError, ValueError):
     """A recipe, a table, a material or an argument is wrong (exit code 2)."""

@@ -1,4 +1,4 @@
-"""Measurements read as a recipe has them read, and whether they are the sweeps that `exports` makes."""
+"""Tables of the sweeps that `exports` makes, measurements read as a recipe has them read, and whether they are those sweeps."""
 
 from __future__ import annotations
 
@@ -8,12 +8,31 @@ from typing import Any
 import exports
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from dielast.characterise.measurement import FrequencySweep, Measurement
 from dielast.files import Inputs
 from dielast.recipe.measurements import MeasurementData
 from dielast.recipe.validate import check
 from dielast.workflow.measurements import Reading, read_all
+
+
+def table(header: str, rows: NDArray[np.float64]) -> str:
+    return "\n".join([header, *(",".join(repr(float(cell)) for cell in row) for row in rows)]) + "\n"
+
+
+def sweep_rows(temperatures: tuple[float, ...] = exports.TEMPERATURES) -> NDArray[np.float64]:
+    """Temperature, Hz, storage and loss, low to high frequency."""
+    parts = [np.column_stack((np.full(exports.OMEGA.size, T), exports.sweep(T))) for T in temperatures]
+    rows = np.concatenate(parts)
+    rows[:, 1] /= 2 * np.pi
+    return rows
+
+
+def sweep_file(folder: Path, header: str = "T [degC],f [Hz],E' [Pa],E'' [Pa]", rows: NDArray[np.float64] | None = None) -> Path:
+    path = folder / "sweep.csv"
+    path.write_text(table(header, sweep_rows() if rows is None else rows))
+    return path
 
 
 def model(folder: Path, **options: Any) -> MeasurementData:

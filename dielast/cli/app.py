@@ -57,11 +57,15 @@ Golden = Annotated[
 ]
 Rtol = Annotated[float, typer.Option("--rtol", metavar="NUMBER", help="Relative tolerance of --golden.", min=0.0)]
 Depfile = Annotated[Path | None, typer.Option("--depfile", metavar="FILE", parser=_named, help="Write a make dependency file.")]
-Jobs = Annotated[int, typer.Option("--jobs", metavar="N", help="Processes for a failure map; the result is the same.", min=1)]
+Jobs = Annotated[
+    int, typer.Option("--jobs", metavar="N", help="Processes for sweeps and failure maps; the result is the same.", min=1)
+]
 Scheduler = Annotated[
     str | None,
     typer.Option(
-        "--scheduler", metavar="ADDRESS", help="Dask scheduler (or its .json file) for a failure map; the result is the same."
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Dask scheduler (or its .json file) to share the work out to; the result is the same.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dielast.cli.interrupt import working
 from dielast.cli.summary import tell
@@ -21,8 +21,12 @@ from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, d
 from dielast.recipe.cases import Case, read_cases
 from dielast.workflow.report import Execution, contents, left_over, summarise
 
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
+SHARED = ("relax", "creep", "actuate", "failure-map")  # kinds whose cases or cells processes and clusters can share
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,8 +123,9 @@ def _check_scheduler(kind: str, options: Options) -> None:
     """Raise `InputError` for a scheduler that the run would have no use for."""
     if options.scheduler is None:
         return
-    if kind != "failure-map":
-        raise InputError(f"--scheduler: a failure map can be shared out to a cluster, {kind} runs here: leave the option out")
+    if kind not in SHARED:
+        kinds = ", ".join(SHARED[:-1]) + f" and {SHARED[-1]}"
+        raise InputError(f"--scheduler: {kinds} can be shared out to a cluster, {kind} runs here: leave the option out")
     if options.jobs != 1:
         raise InputError("--jobs and --scheduler: one or the other; the number of processes is the cluster's own")
 
@@ -138,19 +143,26 @@ def _progress(options: Options) -> Callable[[int, int], None] | None:
     """A progress bar on standard error, on a terminal only."""
     if options.quiet or sys.stderr is None or not sys.stderr.isatty():
         return None
+    bars: list[Progress] = []
+
+    def advance(done: int, of: int) -> None:
+        if not bars:
+            bars.append(_bar())
+            bars[0].start()
+        bars[0].update(bars[0].task_ids[0], completed=done, total=of)
+        if done == of:
+            bars.pop().stop()
+
+    return advance
+
+
+def _bar() -> Progress:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
     bar = Progress(BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
-    task = bar.add_task("cells", total=None)
-
-    def advance(done: int, of: int) -> None:
-        bar.start()
-        bar.update(task, completed=done, total=of)
-        if done == of:
-            bar.stop()
-
-    return advance
+    bar.add_task("", total=None)
+    return bar
 
 
 def _compare(files: Mapping[str, bytes], options: Options) -> int:

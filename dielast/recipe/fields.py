@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -167,9 +168,9 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     return tuple(found if base else (os.path.relpath(path, folder) for path in found))
 
 
-def _column(name: Any) -> str | int:
+def _name_or_number(what: str, name: Any) -> str | int:
     if isinstance(name, bool) or (not (isinstance(name, str) and name) and not (isinstance(name, int) and name >= 1)):
-        raise InputError(f"{shown(name)}: a column's name, or its number from 1, is needed")
+        raise InputError(f"{shown(name)}: a {what}'s name, or its number from 1, is needed")
     return name
 
 
@@ -185,30 +186,18 @@ InputFiles = Annotated[
     PlainValidator(_files),
     WithJsonSchema({"anyOf": [{"type": "array", "items": _PATH}, {"type": "string", "format": "glob pattern"}]}),
 ]
+_NAME_OR_NUMBER: dict[str, Any] = {"anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}]}
 ColumnName = Annotated[
     str | int,
-    PlainValidator(_column),
-    WithJsonSchema(
-        {
-            "anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}],
-            "description": "A column's header, its name without the unit, or its number from 1.",
-        }
-    ),
+    PlainValidator(partial(_name_or_number, "column")),
+    WithJsonSchema({**_NAME_OR_NUMBER, "description": "A column's header, its name without the unit, or its number from 1."}),
 ]
-
-
-def _step(name: Any) -> str | int:
-    if isinstance(name, bool) or (not (isinstance(name, str) and name) and not (isinstance(name, int) and name >= 1)):
-        raise InputError(f"{shown(name)}: a step's name, or its number from 1, is needed")
-    return name
-
-
 Step = Annotated[
     str | int,
-    PlainValidator(_step),
+    PlainValidator(partial(_name_or_number, "step")),
     WithJsonSchema(
         {
-            "anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}],
+            **_NAME_OR_NUMBER,
             "description": "A step of an instrument's export: its name, in which * and ? stand for any text, or its number.",
         }
     ),

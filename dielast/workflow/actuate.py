@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,17 +20,20 @@ from dielast.simulate.actuate import ActuationHistory, Event, actuate
 from dielast.simulate.voltage import VoltageStep
 from dielast.stability import TimeScale
 from dielast.table import Column
+from dielast.workflow.bounds import FilmResult, band, bounded_event_columns, bounded_films, some_fail
 from dielast.workflow.cases import (
     CaseResult,
     axes_of,
     case_columns,
     compare_headline,
+    divided,
     each,
     failures,
     given_up,
     labels,
     last,
     matches,
+    one_or_all,
     read_materials,
     result_columns,
     swept,
@@ -37,15 +42,8 @@ from dielast.workflow.cases import (
 from dielast.workflow.doubts import doubt_films
 from dielast.workflow.history import Entry, in_recipe_terms, output_times, values_of
 from dielast.workflow.report import Execution, Report
-from dielast.workflow.uncertainty import (
-    band,
-    bounded_event_columns,
-    bounded_films,
-    interval_label,
-    samples_of,
-    some_fail,
-    uncertainty_headline,
-)
+from dielast.workflow.share import solve_batches
+from dielast.workflow.uncertainty import interval_label, samples_of, uncertainty_headline
 from dielast.workflow.waveform import voltage_entries
 
 if TYPE_CHECKING:
@@ -59,19 +57,22 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     """Simulate every case, report."""
     recipe = cases[0].recipe
     materials = read_materials(cases, inputs)
-    results, events = simulate_cases(cases, materials, inputs)
+    films = solve_batches(film_batches(cases, materials, inputs), execution)
+    results, events = [result for result, _ in films], [own for _, own in films]
     doubt_films(cases, materials, results, events, [voltage_entries(case.recipe, inputs) for case in cases])
     samples = samples_of(cases, materials, inputs)
-    told, told_events = bounded_films(
-        cases, samples, results, events, lambda own, drawn, thickness: simulate_cases(own, drawn, inputs, thickness)
+    bounds = bounded_films(
+        cases, samples, films, lambda own, drawn, thickness: film_batches(own, drawn, inputs, thickness), execution
     )
+    told, told_events = [result for result, _ in bounds], [own for _, own in bounds]
     columns = [result.columns for result in results]
     seen = [dict(own) | electrode_axes(case.recipe, own) for case, own in zip(cases, columns, strict=True)]
 
     def again(case: int, times: Array) -> Mapping[str, Array]:
         one = cases[case].recipe
         output = one.output.model_copy(update={"times": times.tolist()})
-        repeated = simulate_cases([Case(one.model_copy(update={"output": output}))], [materials[case]], inputs)[0][0].columns
+        asked = Case(one.model_copy(update={"output": output}))
+        repeated = solve_batches(film_batches([asked], [materials[case]], inputs))[0][0].columns
         return dict(repeated) | electrode_axes(one, repeated)
 
     found = matches(recipe, seen, inputs, again)
@@ -179,10 +180,29 @@ def electrode_axes(recipe: ActuateRecipe, columns: Mapping[str, Array]) -> dict[
     return {MAJOR_AXIS: np.maximum(first, second), MINOR_AXIS: np.minimum(first, second)}
 
 
-def simulate_cases(
+@dataclass(frozen=True, slots=True, eq=False)
+class FilmBatch:
+    """Cases, some of a recipe's, whose programmes are of one shape; `simulate` knows all that they take."""
+
+    members: Sequence[int]
+    simulate: partial[ActuationHistory]
+    materials: Sequence[Material]
+    in_recipe_terms: partial[str]
+    boundary: tuple[str, str]
+
+    def solve(self) -> list[FilmResult]:
+        """The result and the events of each member; errors speak of the recipe's keys."""
+        try:
+            history = self.simulate()
+        except (InputError, NumericsError) as error:
+            raise type(error)(*map(self.in_recipe_terms, error.messages)) from None
+        return [(_case(history, row, material, self.boundary), history.events[row]) for row, material in enumerate(self.materials)]
+
+
+def film_batches(
     cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Array | None = None
-) -> tuple[list[CaseResult], list[tuple[Event, ...]]]:
-    """The result and the events of every case; those with programmes of one shape run together.
+) -> list[FilmBatch]:
+    """The cases in batches of those with programmes of one shape.
 
     `thickness_factor` (cases,), if given, is one on the thickness of each film.
     """
@@ -207,23 +227,24 @@ def simulate_cases(
         shape = tuple(entry.shape for entry in programme)
         asked = (output.times is None, output.points_per_decade)
         groups.setdefault((key, times, asked, recipe.solver.rtol, shape), []).append(index)
-    results: dict[int, CaseResult] = {}
-    events: dict[int, tuple[Event, ...]] = {}
-    for (_, times, *_), members in groups.items():
+    batches = []
+    for (_, times, _, _, shape), members in groups.items():
         recipe = cases[members[0]].recipe
-        films = [cases[index].recipe.film for index in members]
-        own = [materials[index] for index in members]
+        origin = [entry.origin for entry in programmes[members[0]]]
         share, by_share = recipe.pull_in.timescale
-        try:
-            history = actuate(
-                own[0] if all(material is own[0] for material in own) else own,
-                [_joined([programmes[index][position] for index in members]) for position in range(len(programmes[members[0]]))],
-                thickness=recipe.film.thickness * (1.0 if thickness_factor is None else thickness_factor[members]),
+        for part in divided(members, materials):
+            films = [cases[index].recipe.film for index in part]
+            own = [materials[index] for index in part]
+            run = partial(
+                actuate,
+                one_or_all(own),
+                [_joined([programmes[index][position] for index in part]) for position in range(len(shape))],
+                thickness=recipe.film.thickness * (1.0 if thickness_factor is None else thickness_factor[part]),
                 prestretch=(np.array([film.prestretch[0] for film in films]), np.array([film.prestretch[1] for film in films])),
                 prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
                 relax=recipe.film.relax,
                 boundary=recipe.film.boundary,
-                temperature=[temperature_of(cases[index].recipe, materials[index]) for index in members],
+                temperature=[temperature_of(cases[index].recipe, materials[index]) for index in part],
                 breakdown_field=breakdown(recipe.breakdown),
                 pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
                 stop_at=recipe.stop.at,
@@ -232,13 +253,9 @@ def simulate_cases(
                 with_end=recipe.output.times is None,
                 rtol=recipe.solver.rtol,
             )
-        except (InputError, NumericsError) as error:
-            origin = [entry.origin for entry in programmes[members[0]]]
-            raise type(error)(*(in_recipe_terms(line, origin, members, len(cases)) for line in error.messages)) from None
-        for row, index in enumerate(members):
-            results[index] = _case(history, row, materials[index], recipe.film.boundary)
-            events[index] = history.events[row]
-    return [results[index] for index in range(len(cases))], [events[index] for index in range(len(cases))]
+            told = partial(in_recipe_terms, origin=origin, members=part, cases=len(cases))
+            batches.append(FilmBatch(part, run, own, told, recipe.film.boundary))
+    return batches
 
 
 def _joined(entries: Sequence[Entry]) -> VoltageStep:

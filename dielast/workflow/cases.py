@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
+PART = 2**14  # branches, over all cases, of a batch that is solved together: a part of a second of work
 FINE = 4000  # points along a history that a comparison over anything but time is drawn through
 
 
@@ -50,6 +51,18 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
 def temperature_of(recipe: SimulationRecipe, material: Material) -> float:
     """The temperature in degC: the recipe's, or the one at which the material's spectrum holds."""
     return material.reference_temperature if recipe.temperature is None else float(recipe.temperature)
+
+
+def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[int]]:
+    """The members in parts of about equal work: small enough to be shared evenly, large enough to be fast together."""
+    branches = max(materials[index].spectrum.relaxation_time.size for index in members)
+    size = max(PART // max(branches, 1), 1)
+    return [list(members[first : first + size]) for first in range(0, len(members), size)]
+
+
+def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
+    """One material if it is that of all cases, which is then not taken apart case by case."""
+    return materials[0] if all(material is materials[0] for material in materials) else list(materials)
 
 
 def result_columns(results: Sequence[CaseResult]) -> list[Column]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from dielast._version import __version__
 from dielast.errors import InputError
-from dielast.files import KEPT, read_file
+from dielast.files import read_file
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -68,20 +68,20 @@ def solve_on(
                     last = time.monotonic()
                 elif time.monotonic() - last > patience:
                     if not client.sync(client.scheduler.ncores, callback_timeout=silence):
-                        raise InputError(f"{scheduler}: all workers are gone; {KEPT}")
+                        raise InputError(f"{scheduler}: all workers are gone")
                     last = time.monotonic()
                 else:
                     time.sleep(PAUSE)
         except distributed.KilledWorker as error:
             lost = f"{error.allowed_failures + 1} workers" if error.allowed_failures else "a worker"
-            raise InputError(f"{scheduler}: {lost} died over the same cells, of want of memory perhaps; {KEPT}") from None
+            raise InputError(f"{scheduler}: {lost} died over the same cells, of want of memory perhaps") from None
         except (RuntimeError, ImportError) as error:
             if not isinstance(error, OtherVersion | ImportError) and not isinstance(error.__cause__, ImportError):
                 raise
             reason = error.__cause__ or error
-            raise InputError(f"{scheduler}: not every worker has this dielast: {reason}; {KEPT}") from None
+            raise InputError(f"{scheduler}: not every worker has this dielast: {reason}") from None
         except (CancelledError, OSError):
-            raise InputError(f"{scheduler}: the scheduler was lost; {KEPT}") from None
+            raise InputError(f"{scheduler}: the scheduler was lost") from None
         finally:
             if client.status == "running":
                 client.cancel(futures)

@@ -19,19 +19,13 @@ from dielast.simulate.failure_map import FailureMap, MapPlan, assemble_all, plan
 from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
 from dielast.stability import TimeScale
 from dielast.table import Column
+from dielast.workflow.bounds import bounded_line_columns, bounded_map_columns, map_bounds
 from dielast.workflow.cases import first_of_each
 from dielast.workflow.doubts import doubt_failures, doubt_map
 from dielast.workflow.history import in_keys
 from dielast.workflow.partial import fingerprint, solve
 from dielast.workflow.report import Execution, Report
-from dielast.workflow.uncertainty import (
-    bounded_line_columns,
-    bounded_map_columns,
-    interval_label,
-    map_bounds,
-    sample_of,
-    uncertainty_headline,
-)
+from dielast.workflow.uncertainty import interval_label, sample_of, uncertainty_headline
 
 MODES = ("breakdown", "pull-in", "none", "unfinished")
 

@@ -1,37 +1,28 @@
-"""Solve the cells of a map chunk by chunk, in several processes or on a cluster if asked to, and go on where an interrupted
-run stopped.
-"""
+"""Solve the cells of a map chunk by chunk, and go on where an interrupted run stopped."""
 
 from __future__ import annotations
 
 import hashlib
 import io
-import multiprocessing
 import os
-import signal
-import threading
 import time
-from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
+from collections.abc import Generator, Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 
 from dielast._version import __version__
-from dielast.errors import NumericsError
+from dielast.errors import InputError, NumericsError
 from dielast.files import KEPT, STORE, Inputs, write_files
 from dielast.integrate import Status
 from dielast.recipe.base import RecipeBase
 from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
 from dielast.workflow.report import Execution
+from dielast.workflow.share import share_out
 
 CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
 PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than a disk saves
-FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
-
-_plan: MapPlan | None = None  # of a worker process
 
 
 def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
@@ -65,91 +56,16 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
 
 
 def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:
-    if execution.scheduler is not None and chunks:
-        from dielast.workflow.cluster import solve_on
-
-        yield from solve_on(execution.scheduler, solve_cells, plan, chunks)
-        return
-    if execution.jobs == 1 or len(chunks) < 2:
-        for first, end in chunks:
-            yield solve_cells(plan, first, end)
-        return
-    others = multiprocessing.active_children()
-    with _undisturbed():
-        pool = ProcessPoolExecutor(min(execution.jobs, len(chunks)), initializer=_receive, initargs=(plan,))
-        futures = [pool.submit(_solve_own, *chunk) for chunk in chunks]
+    some = False
     try:
-        yield from _finished(futures)
-    except BrokenProcessPool:
-        # it would end its other workers with a signal that they ignore, and wait for them
-        for child in set(multiprocessing.active_children()).difference(others):
-            child.kill()
-        raise NumericsError(f"a worker process was killed, for want of memory perhaps; {KEPT}") from None
-    finally:
-        pool.shutdown(wait=False)
-
-
-def _finished(futures: Sequence[Future[Cells]]) -> Generator[Cells, None, None]:
-    """The results as they come; if they are no longer wanted, what is not begun never is."""
-    try:
-        with _terminated_as_interrupted():
-            for future in as_completed(futures):
-                yield future.result()
-    except BrokenProcessPool:  # in which nothing is begun any more
-        raise
-    except BaseException:
-        # one by one: a pool that nobody holds any more forgets that it was to cancel what it has not begun
-        for future in futures:
-            future.cancel()
-        raise
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Start processes that no signal meets before they can ignore it, where the system can hold signals back."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, FROM_OUTSIDE)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def _terminated_as_interrupted() -> Iterator[None]:
-    """Let a SIGTERM interrupt as Ctrl-C does, so that no process is left working for nobody."""
-    try:
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    except ValueError:  # not the main thread, which alone may say so
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _receive(plan: MapPlan) -> None:
-    global _plan
-    for number in FROM_OUTSIDE:  # which are the parent's to answer
-        signal.signal(number, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    _plan = plan
-
-
-def _end_with_parent() -> None:
-    """End this process once its parent is gone, whatever ended that: it would wait for work for ever."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _solve_own(first: int, end: int) -> Cells:
-    assert _plan is not None
-    return solve_cells(_plan, first, end)
+        with closing(share_out(solve_cells, plan, chunks, execution)) as solved:
+            for cells in solved:
+                some = True
+                yield cells
+    except (InputError, NumericsError) as error:
+        if not some:
+            raise
+        raise type(error)(*(f"{line}; {KEPT}" for line in error.messages)) from None
 
 
 def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:

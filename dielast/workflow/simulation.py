@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,18 +14,21 @@ from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.recipe.cases import Case
-from dielast.simulate.membrane import simulate
+from dielast.simulate.membrane import MembraneHistory, simulate
+from dielast.workflow.bounds import band, bounded_cases
 from dielast.workflow.cases import (
     CaseResult,
     axes_of,
     case_columns,
     compare_headline,
+    divided,
     each,
     failures,
     given_up,
     labels,
     last,
     matches,
+    one_or_all,
     read_materials,
     result_columns,
     swept,
@@ -32,7 +37,8 @@ from dielast.workflow.cases import (
 from dielast.workflow.doubts import doubt_membranes
 from dielast.workflow.history import Recipe, in_recipe_terms, joined, output_times, solver_steps
 from dielast.workflow.report import Execution, Report
-from dielast.workflow.uncertainty import band, bounded_cases, interval_label, samples_of, uncertainty_headline
+from dielast.workflow.share import solve_batches
+from dielast.workflow.uncertainty import interval_label, samples_of, uncertainty_headline
 
 if TYPE_CHECKING:
     from dielast.workflow.compare import Match
@@ -47,7 +53,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     recipe = cases[0].recipe
     kind = recipe.kind
     materials = read_materials(cases, inputs)
-    clean = simulate_cases(cases, materials, inputs)
+    clean = solve_batches(membrane_batches(cases, materials, inputs), execution)
     doubt_membranes(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
     columns = [result.columns for result in results]
@@ -55,10 +61,11 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     def again(case: int, times: Array) -> Mapping[str, Array]:
         one = cases[case].recipe
         output = one.output.model_copy(update={"times": times.tolist()})
-        return simulate_cases([Case(one.model_copy(update={"output": output}))], [materials[case]], inputs)[0].columns
+        repeated = Case(one.model_copy(update={"output": output}))
+        return solve_batches(membrane_batches([repeated], [materials[case]], inputs))[0].columns
 
     samples = samples_of(cases, materials, inputs)
-    told = bounded_cases(cases, samples, results, lambda own, drawn: simulate_cases(own, drawn, inputs))
+    told = bounded_cases(cases, samples, results, lambda own, drawn: membrane_batches(own, drawn, inputs), execution)
     found = matches(recipe, columns, inputs, again)
     x, y, scales = axes_of(recipe, columns[0], MEASURED[kind])
 
@@ -99,8 +106,47 @@ def _farthest(values: Array, rest: float) -> float:
     return float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan
 
 
-def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs) -> list[CaseResult]:
-    """The result of every case; those with histories of one shape run together."""
+@dataclass(frozen=True, slots=True, eq=False)
+class MembraneBatch:
+    """Cases, some of a recipe's, whose histories are of one shape; `simulate` knows all that they take."""
+
+    members: Sequence[int]
+    simulate: partial[MembraneHistory]
+    materials: Sequence[Material]
+    in_recipe_terms: partial[str]
+    creeping: bool
+    with_modulus: bool
+
+    def solve(self) -> list[CaseResult]:
+        """The result of each member; errors speak of the recipe's keys."""
+        try:
+            history = self.simulate()
+        except InputError as error:
+            raise InputError(*map(self.in_recipe_terms, error.messages)) from None
+        return [self._result(history, row) for row in range(len(self.members))]
+
+    def _result(self, history: MembraneHistory, row: int) -> CaseResult:
+        columns = {
+            "time [s]": history.time[row],
+            "stretch_1 [1]": history.stretch_1[row],
+            "stretch_2 [1]": history.stretch_2[row],
+            "nominal_stress_1 [Pa]": history.nominal_stress_1[row],
+            "nominal_stress_2 [Pa]": history.nominal_stress_2[row],
+            "true_stress_1 [Pa]": history.true_stress_1[row],
+            "true_stress_2 [Pa]": history.true_stress_2[row],
+        }
+        if self.with_modulus:
+            modulus = history.relaxation_modulus[row]
+            uniaxial = self.simulate.keywords["mode"] == "uniaxial"
+            columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus) & uniaxial, modulus, np.nan)
+        finished = np.isfinite(history.stretch_1[row])
+        kept = {header: np.asarray(values[finished]) for header, values in columns.items()}
+        failure = given_up(history.outcome[row], self.materials[row], self.creeping)
+        return CaseResult(float(history.temperature[row]), kept, failure)
+
+
+def membrane_batches(cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs) -> list[MembraneBatch]:
+    """The cases in batches of those with histories of one shape."""
     # a case that stands in the list many times, once for each draw, is read once
     known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
     histories = [known[id(case)] for case in cases]
@@ -110,43 +156,26 @@ def simulate_cases(cases: Sequence[Case[Recipe]], materials: Sequence[Material],
         times = output_times(recipe.output, history, 1.0 if recipe.kind == "relax" else 0.0)
         shape = tuple(entry.shape for entry in history)
         groups.setdefault((recipe.mode, recipe.solver.rtol, recipe.output.points_per_decade, times, shape), []).append(index)
-    with_modulus = any(case.recipe.kind == "relax" and case.recipe.mode == "uniaxial" for case in cases)
-    results: dict[int, CaseResult] = {}
-    for (mode, rtol, points_per_decade, times, _), members in groups.items():
-        own = [materials[index] for index in members]
-        temperature = np.array([temperature_of(cases[index].recipe, materials[index]) for index in members])
-        try:
-            result = simulate(
-                own[0] if all(material is own[0] for material in own) else own,
-                [joined([histories[index][position] for index in members]) for position in range(len(histories[members[0]]))],
+    kind = cases[0].recipe.kind
+    with_modulus = kind == "relax" and any(case.recipe.mode == "uniaxial" for case in cases)
+    batches = []
+    for (mode, rtol, points_per_decade, times, shape), members in groups.items():
+        origin = [entry.origin for entry in histories[members[0]]]
+        for part in divided(members, materials):
+            own = [materials[index] for index in part]
+            run = partial(
+                simulate,
+                one_or_all(own),
+                [joined([histories[index][position] for index in part]) for position in range(len(shape))],
                 mode=mode,
-                temperature=temperature,
+                temperature=np.array([temperature_of(cases[index].recipe, materials[index]) for index in part]),
                 times=times,
                 points_per_decade=points_per_decade,
                 rtol=rtol,
             )
-        except InputError as error:
-            origin = [entry.origin for entry in histories[members[0]]]
-            raise InputError(*(in_recipe_terms(line, origin, members, len(cases)) for line in error.messages)) from None
-        for row, index in enumerate(members):
-            finished = np.isfinite(result.stretch_1[row])
-            columns = {
-                "time [s]": result.time[row],
-                "stretch_1 [1]": result.stretch_1[row],
-                "stretch_2 [1]": result.stretch_2[row],
-                "nominal_stress_1 [Pa]": result.nominal_stress_1[row],
-                "nominal_stress_2 [Pa]": result.nominal_stress_2[row],
-                "true_stress_1 [Pa]": result.true_stress_1[row],
-                "true_stress_2 [Pa]": result.true_stress_2[row],
-            }
-            if with_modulus:
-                modulus = result.relaxation_modulus[row]
-                known = np.isfinite(modulus) & (mode == "uniaxial")
-                columns["relaxation_modulus [Pa]"] = np.where(known, modulus, np.nan)
-            failure = given_up(result.outcome[row], materials[index], cases[index].recipe.kind == "creep")
-            kept = {header: np.asarray(values[finished]) for header, values in columns.items()}
-            results[index] = CaseResult(float(temperature[row]), kept, failure)
-    return [results[index] for index in range(len(cases))]
+            told = partial(in_recipe_terms, origin=origin, members=part, cases=len(cases))
+            batches.append(MembraneBatch(part, run, own, told, kind == "creep", with_modulus))
+    return batches
 
 
 def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:

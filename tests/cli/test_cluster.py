@@ -1,4 +1,4 @@
-"""Failure maps on a Dask cluster: a real scheduler and real workers, each a process of its own on the loopback interface."""
+"""Failure maps and sweeps on a Dask cluster: a real scheduler and real workers on the loopback interface."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import dask.config
 import numpy as np
 import pytest
+from processes import until
 
 from dielast.errors import InputError
-from dielast.workflow import cluster
+from dielast.files import Inputs
+from dielast.recipe.cases import read_cases
+from dielast.table import to_csv
+from dielast.workflow import actuate, cluster
+from dielast.workflow.report import Execution
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 Process = subprocess.Popen[str]
@@ -35,6 +40,27 @@ to = "5 kV"
 points = 1300
 [breakdown]
 field = "45 MV/m"
+"""
+SWEEP = """
+kind = "actuate"
+material = "example:vhb4905.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+relax = "10 min"
+[[step]]
+voltage = "3 kV"
+duration = "10 s"
+[[step]]
+hold = "5 min"
+[breakdown]
+field = "48 MV/m"
+[uncertainty]
+draws = 24
+breakdown_field = { law = "weibull", shape = 20 }
+[sweep]
+"step.0.voltage" = ["1 kV", "2 kV", "3 kV", "3.5 kV", "4 kV", "4.5 kV"]
+"film.prestretch" = [1.5, 1.9]
 """
 TABLES = ("failure-map.csv", "fit.csv", "summary.toml")
 LAUNCH = (sys.executable, "-c", "from dielast.cli import main; main()", "failure-map", "m.toml", "--plot", "none")
@@ -64,13 +90,6 @@ def scheduler(folder: Path) -> Iterator[Path]:
         yield file
 
 
-def until(happened: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 60
-    while not happened():
-        assert time.monotonic() < deadline, "it did not happen within a minute"
-        time.sleep(0.01)
-
-
 @contextmanager
 def started(folder: Path, out: str, file: Path) -> Iterator[Process]:
     """A run on the cluster that has solved some cells and not yet all."""
@@ -86,8 +105,11 @@ def started(folder: Path, out: str, file: Path) -> Iterator[Process]:
 
 
 @pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+def impatient(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Patience of 1 s, here and in what is started here."""
     monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", "1s")
+    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
+        yield
 
 
 def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path) -> None:
@@ -123,6 +145,28 @@ def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path
         whole = (tmp_path / "here" / name).read_bytes()
         for out in ("killed", "left"):
             assert (tmp_path / out / name).read_bytes() == whole, (out, name)
+
+
+def test_a_sweep_with_draws_outlives_a_worker(dielast: Run, tmp_path: Path) -> None:
+    recipe = tmp_path / "s.toml"
+    recipe.write_text(SWEEP)
+    cases = read_cases(recipe)
+    here = actuate.run(cases, Inputs(tmp_path), Execution()).tables
+    with ExitStack() as stack:
+        file = stack.enter_context(scheduler(tmp_path))
+        workers = [stack.enter_context(node("worker", file)) for _ in range(2)]
+
+        def kill(done: int, of: int) -> None:
+            if done < of and workers[0].poll() is None:
+                workers[0].send_signal(signal.SIGKILL)
+
+        there = actuate.run(cases, Inputs(tmp_path), Execution(progress=kill, scheduler=str(file))).tables
+        assert workers[0].wait(timeout=60) == -signal.SIGKILL
+        assert {name: to_csv(table) for name, table in there.items()} == {name: to_csv(table) for name, table in here.items()}
+        # and as a whole command
+        done = dielast("actuate", "s.toml", "--scheduler", file, "--plot", "none", "-q")
+        assert (done.returncode, done.stderr) == (0, "")
+        assert (tmp_path / "s/events.csv").read_bytes() == to_csv(here["events.csv"])
 
 
 @pytest.mark.usefixtures("impatient")
@@ -213,9 +257,9 @@ def test_options_that_exclude_each_other(dielast: Run, tmp_path: Path) -> None:
     done = dielast(*LAUNCH[3:], "--scheduler", "tcp://127.0.0.1:8786", "--jobs", "2")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("--jobs and --scheduler: one or the other")
-    done = dielast("relax", "m.toml", "--scheduler", "tcp://127.0.0.1:8786")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert done.stderr.startswith("--scheduler: a failure map can be shared out")
+    done = dielast("spectrum", "m.toml", "--scheduler", "tcp://127.0.0.1:8786")
+    expected = "--scheduler: relax, creep, actuate and failure-map can be shared out to a cluster, spectrum runs here: "
+    assert (done.returncode, done.stderr) == (2, f"{expected}leave the option out\n")
 
 
 def test_a_worker_of_another_version_computes_nothing() -> None:

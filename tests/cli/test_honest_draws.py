@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from uncertain import FILM, SCATTER, columns
 
 import dielast as library
 from dielast.files import resolve
 from dielast.recipe.draws import draw_columns
 from dielast.recipe.material import write_material
-from dielast.table import number_columns, parse_csv, to_csv
+from dielast.table import to_csv
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 MEMBERS = 24
@@ -32,13 +33,9 @@ hold = "10 s"
 points_per_decade = 3
 [uncertainty]
 """
-ACTUATE = """
+ACTUATE = f"""
 kind = "actuate"
-material = "material.toml"
-[film]
-thickness = "0.5 mm"
-prestretch = 1.9
-relax = "10 min"
+{FILM}
 [[step]]
 voltage = "2.5 kV"
 [[step]]
@@ -52,15 +49,10 @@ field = "48 MV/m"
 [uncertainty]
 draws = 40
 """
-SCATTER = 'breakdown_field = { law = "weibull", shape = 20 }\nthickness = "2 %"\n'
-MAP = """
+MAP = f"""
 kind = "failure-map"
-material = "material.toml"
 horizon = "1 h"
-[film]
-thickness = "0.5 mm"
-prestretch = 1.9
-relax = "10 min"
+{FILM}
 [voltage]
 values = ["3.6 kV", "4 kV"]
 [breakdown]
@@ -83,12 +75,6 @@ def material(tmp_path: Path) -> None:
 
 def told(folder: Path) -> dict[str, Any]:
     return dict(tomllib.loads((folder / "summary.toml").read_text())["uncertainty"])
-
-
-def columns(path: Path) -> dict[str, np.ndarray]:
-    content = path.read_bytes()
-    headers = [header for header in parse_csv(content, path.name) if header not in ("event", "failure_mode")]
-    return dict(zip(headers, number_columns(content, path.name, headers), strict=True))
 
 
 def test_no_more_draws_than_there_are(dielast: Run, tmp_path: Path) -> None:

@@ -14,22 +14,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from uncertain import FILM, SCATTER, columns
 
 import dielast as library
-from dielast.table import number_columns, parse_csv
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 KINDS = {"relax": "relax", "creep": "creep", "actuate": "actuate", "failure-map": "failure-map"}
 UNCERTAIN = "\n[uncertainty]\ndraws = 24\n"
-SCATTER = 'breakdown_field = { law = "weibull", shape = 20 }\nthickness = "2 %"\n'
-MAP = """
+MAP = f"""
 kind = "failure-map"
-material = "material.toml"
 horizon = "1 h"
-[film]
-thickness = "0.5 mm"
-prestretch = [1.7, 1.9]
-relax = "10 min"
+{FILM.replace("1.9", "[1.7, 1.9]")}
 [voltage]
 values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]
 [breakdown]
@@ -70,11 +65,12 @@ def changed(table: str, header: str, value: str) -> str:
     return "\n".join(",".join(line) for line in lines) + "\n"
 
 
-def columns(path: Path) -> dict[str, np.ndarray]:
-    content = path.read_bytes()
-    text = ("event", "failure_mode")
-    headers = [header for header in parse_csv(content, path.name) if header not in text]
-    return dict(zip(headers, number_columns(content, path.name, headers), strict=True))
+def refused(folder: Path, *arguments: str) -> str:
+    """The one line that the command line says of a mistake."""
+    run = command(folder, *arguments)
+    assert run.returncode == 2
+    assert len(run.stderr.splitlines()) == 1
+    return run.stderr
 
 
 def test_the_files_of_the_chain(made: Path) -> None:
@@ -139,13 +135,9 @@ def test_scatter_from_film_to_film_needs_no_draws_and_widens_intervals(folder: P
 
 
 def test_draws_tell_of_a_breakdown_that_may_happen(folder: Path) -> None:
-    recipe = """
+    recipe = f"""
 kind = "actuate"
-material = "material.toml"
-[film]
-thickness = "0.5 mm"
-prestretch = 1.9
-relax = "10 min"
+{FILM}
 [[step]]
 voltage = "3 kV"
 [[step]]
@@ -217,10 +209,7 @@ def test_an_interrupted_map_goes_on_with_its_draws(folder: Path) -> None:
 )
 def test_bad_sections(folder: Path, recipe: str, message: str) -> None:
     (folder / "m.toml").write_text(MAP + "\n[uncertainty]\n" + recipe + "\n")
-    run = command(folder, "failure-map", "m.toml")
-    assert run.returncode == 2
-    assert message in run.stderr
-    assert len(run.stderr.splitlines()) == 1
+    assert message in refused(folder, "failure-map", "m.toml")
 
 
 @pytest.mark.parametrize(
@@ -245,14 +234,10 @@ def test_bad_draws(folder: Path, change: Callable[[str], str | None], message: s
     else:
         (folder / "draws.csv").write_text(text)
     (folder / "m.toml").write_text(MAP + UNCERTAIN)
-    run = command(folder, "failure-map", "m.toml")
-    assert run.returncode == 2
-    assert message in run.stderr
-    assert len(run.stderr.splitlines()) == 1
-    checked = command(folder, "validate", "m.toml")
-    assert checked.returncode == 2
-    assert checked.stderr.startswith("m.toml: uncertainty: ")
-    assert message in checked.stderr
+    assert message in refused(folder, "failure-map", "m.toml")
+    checked = refused(folder, "validate", "m.toml")
+    assert checked.startswith("m.toml: uncertainty: ")
+    assert message in checked
     # without [uncertainty] nobody asks for draws
     (folder / "m.toml").write_text(MAP)
     assert command(folder, "failure-map", "m.toml", "--plot", "none").returncode == 0
@@ -273,14 +258,10 @@ def test_damaged_draws_of_a_master_curve(made: Path, tmp_path: Path, old: str, n
     assert old in laws
     (tmp_path / "mc/draw-laws.csv").write_text(laws.replace(old, new, 1) if old != "C1 [1]" else changed(laws, old, new))
     shutil.copy(made / "sp.toml", tmp_path / "sp.toml")
-    run = command(tmp_path, "spectrum", "sp.toml", "--plot", "none")
-    assert run.returncode == 2
-    assert message in run.stderr
-    assert len(run.stderr.splitlines()) == 1
-    checked = command(tmp_path, "validate", "sp.toml")
-    assert checked.returncode == 2
-    assert checked.stderr.startswith("sp.toml: mastercurve: ")
-    assert message in checked.stderr
+    assert message in refused(tmp_path, "spectrum", "sp.toml", "--plot", "none")
+    checked = refused(tmp_path, "validate", "sp.toml")
+    assert checked.startswith("sp.toml: mastercurve: ")
+    assert message in checked
 
 
 def test_draws_of_another_material_are_doubted(folder: Path) -> None:
@@ -324,6 +305,5 @@ def test_a_table_of_draws_may_leave_relaxation_times_to_the_material(folder: Pat
 
 def test_a_material_without_draws_is_not_uncertain(folder: Path) -> None:
     (folder / "m.toml").write_text(MAP.replace("material.toml", "example:vhb4905.toml") + UNCERTAIN)
-    run = command(folder, "failure-map", "m.toml")
-    assert run.returncode == 2
-    assert "example:vhb4905.toml names no draws, and nothing is said to scatter" in run.stderr
+    said = refused(folder, "failure-map", "m.toml")
+    assert "example:vhb4905.toml names no draws, and nothing is said to scatter" in said

@@ -1,4 +1,4 @@
-"""A failure map in several processes: whoever is killed, no process stays behind and no traceback is printed."""
+"""Failure maps and sweeps in several processes: whoever is killed, no process stays behind and no traceback is printed."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
+from processes import until
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found in /proc")
 
@@ -31,6 +31,25 @@ points = 3000
 [breakdown]
 field = "45 MV/m"
 """
+SWEEP = """
+kind = "actuate"
+material = "example:vhb4905.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+[[step]]
+voltage = "3 kV"
+duration = "10 s"
+[[step]]
+hold = "1 h"
+[breakdown]
+field = "48 MV/m"
+[uncertainty]
+draws = 200
+thickness = "2 %"
+[sweep]
+"step.0.voltage" = ["1 kV", "2 kV", "3 kV", "3.2 kV"]
+"""
 
 
 def alive(session: int) -> list[int]:
@@ -42,13 +61,6 @@ def alive(session: int) -> list[int]:
                 state, _, _, own, *_ = (entry / "stat").read_text().rpartition(")")[2].split()
                 found += [int(entry.name)] if int(own) == session and state not in "ZX" else []
     return found
-
-
-def until(happened: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 60
-    while not happened():
-        assert time.monotonic() < deadline, "it did not happen within a minute"
-        time.sleep(0.01)
 
 
 @contextmanager
@@ -93,3 +105,19 @@ def test_a_group_that_is_terminated_is_one_line(tmp_path: Path) -> None:
         assert (run.communicate(timeout=60)[1], run.returncode) == ("interrupted\n", 130)
         assert not alive(run.pid)
     assert (tmp_path / "m/.unfinished").exists()
+
+
+def test_a_sweep_has_workers_too(tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text(SWEEP)
+    command = [*LAUNCH[:3], "actuate", "s.toml", "-q", "--plot", "none", "--jobs", "2"]
+    for lost, said, code in (
+        (signal.SIGKILL, "s.toml: a worker process was killed, for want of memory perhaps\n", 3),
+        (signal.SIGTERM, "interrupted\n", 130),
+    ):
+        with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
+            until(lambda run=run: len(alive(run.pid)) == 3 or run.poll() is not None)
+            workers = [process for process in alive(run.pid) if process != run.pid]
+            os.kill(workers[0] if lost is signal.SIGKILL else run.pid, lost)
+            assert (run.communicate(timeout=60)[1], run.returncode) == (said, code)
+            assert not alive(run.pid)
+    assert not (tmp_path / "s").exists()

@@ -17,6 +17,12 @@ CORE = (
     *(f"simulate/{name}" for name in ("relax", "setup", "trace", "voltage")),
     *(f"characterise/{name}" for name in ("schwarzl_staverman", "shiftfit", "curve")),
 )
+FITTING = (
+    *(f"characterise/{name}" for name in ("mastercurve", "masterfit", "spectrum", "nnls", "binning", "overlap", "oscillation")),
+    "characterise/interconversion",
+)
+GROUPS = {"core": CORE, "fitting": FITTING}
+SHORT = 5  # characters of a text that does not tell one place from another, such as -1 or -0.25
 # constants that steer an iteration, a search or a step size: a slightly different one gives the same results within the tolerance
 TUNING = {
     *("ITERATIONS", "SETTLED", "BALANCED", "POOL", "SAFETY", "SHRINK", "GROW", "FIRST_MOVE", "PROBED", "LEAST_STEP", "MOST_STEPS"),
@@ -191,7 +197,10 @@ def mutants(module: str) -> list[Mutant]:
     """All changes of a module."""
     result: list[Mutant] = []
 
-    def visit(parent: ast.AST, path: tuple[tuple[str, int | None], ...], inside: bool, returned: str, tuning: bool) -> None:
+    def visit(
+        parents: tuple[ast.AST, ...], path: tuple[tuple[str, int | None], ...], inside: bool, returned: str, tuning: bool
+    ) -> None:
+        parent = parents[-1]
         if isinstance(parent, ast.FunctionDef):
             inside = True
             returned = ast.unparse(parent.returns) if parent.returns else ""
@@ -203,25 +212,34 @@ def mutants(module: str) -> list[Mutant]:
                 if not isinstance(child, ast.AST) or _silent(field, child):
                     continue
                 here = (*path, (field, index))
+                around = _around(parents)
                 for kind, other in variants(child, returned):
-                    before = ast.unparse(_shown(parent, child))
+                    before = ast.unparse(around or _condition(child))
                     _put(parent, field, index, ast.copy_location(other, child))
-                    after = ast.unparse(_shown(parent, other))
+                    after = ast.unparse(around or _condition(other))
                     _put(parent, field, index, child)
                     number = child.value if isinstance(child, ast.Constant) else None
                     steers = tuning or (isinstance(number, float) and 0 < number <= 1e-4)  # such a number is a tolerance
                     line, at_import = getattr(child, "lineno", 0), not inside
                     result.append(Mutant(module, line, kind, before, after, steers, at_import, here, other))
-                visit(child, here, inside, returned, tuning)
+                visit((*parents, child), here, inside, returned, tuning)
 
-    visit(_parsed(module), (), False, "", False)
+    visit((_parsed(module),), (), False, "", False)
     return [each for each in result if each.before != each.after]
 
 
-def _shown(parent: ast.AST, child: ast.AST) -> ast.AST:
-    """What is shown of a change: the expression around it, or the condition alone of a compound statement."""
-    if isinstance(parent, ast.expr | ast.keyword | ast.Assign | ast.AugAssign | ast.Return):
-        return parent
-    if isinstance(child, ast.If | ast.While):
-        return child.test
-    return child
+def _around(parents: tuple[ast.AST, ...]) -> ast.AST | None:
+    """The innermost expression around a change whose text is long enough to tell which place is meant."""
+    around = None
+    for node in reversed(parents):
+        if not isinstance(node, ast.expr | ast.keyword | ast.Assign | ast.AugAssign | ast.Return):
+            break
+        around = node
+        if len(ast.unparse(node)) > SHORT:
+            break
+    return around
+
+
+def _condition(node: ast.AST) -> ast.AST:
+    """The condition alone of a compound statement."""
+    return node.test if isinstance(node, ast.If | ast.While) else node

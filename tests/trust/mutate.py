@@ -1,9 +1,10 @@
 """Change the source in one place and see whether the tests notice: `python tests/trust/mutate.py --sample 400` (`--help` for more).
 
-The places are drawn by chance from the numerical core, or from the modules that are named. First all tests run once, to learn which
-of them reach which line and how long they take. Then, for each change, a forked process that has numpy and its like imported
-already runs the tests that reach the line, the short ones and those that noticed most so far first, until one fails. Shown are the
-score of each module and the changes that no test noticed; `--numbers` tries some of them again, such as after a test was added.
+The places are drawn by chance from the numerical core, or from what is named: modules, or `fitting` for those that make master
+curves and spectra. First all tests run once, to learn which of them reach which line and how long they take. Then, for each change,
+a forked process that has numpy and its like imported already runs the tests that reach the line, the short ones and those that
+noticed most so far first, until one fails. Shown are the score of each module and the changes that no test noticed; `--numbers`
+tries some of them again, such as after a test was added.
 
 A change that cannot be noticed is none of the tests' business: numbers that only tell an iteration when to stop or a step how long
 to be (`TUNING` in changes.py), and what `equivalent.txt` lists with a reason, by hand. These are drawn as well, but not tried, and
@@ -26,6 +27,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
+from itertools import chain
 from pathlib import Path
 from types import CodeType, ModuleType
 
@@ -45,7 +47,7 @@ import scipy.optimize
 import scipy.signal
 import scipy.stats
 import typer
-from changes import CORE, PACKAGE, STATED, Mutant, mutants
+from changes import GROUPS, PACKAGE, STATED, Mutant, mutants
 
 PRELOADED = (coverage, hypothesis, matplotlib, numpy, pandas, pint, pydantic, rich, scipy, typer)  # for every forked process
 TOP = PACKAGE.parent
@@ -138,7 +140,7 @@ def reached(store: Path) -> tuple[dict[str, dict[str, list[str]]], dict[str, flo
 
             cover.start()
             sys.path.insert(0, str(TOP))
-            for module in CORE:  # what runs at import is no one test's
+            for module in chain(*GROUPS.values()):  # what runs at import is no one test's
                 importlib.import_module("dielast." + module.replace("/", "."))
             code = run_tests(TESTS, durations, Contexts())
             cover.stop()
@@ -203,7 +205,7 @@ def listed() -> dict[str, str]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("modules", nargs="*", default=CORE, help="such as point or simulate/film; by default the core")
+    parser.add_argument("modules", nargs="*", default=["core"], help="core (by default) or fitting, or such as simulate/film")
     parser.add_argument("--sample", type=int, default=400, help="number of changes; 0 for all")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--budget", type=float, default=30.0, help="s of tests for each change")
@@ -219,7 +221,8 @@ def main() -> int:
         arguments.among, arguments.sample = "tests/golden", 0
         every = [Mutant.stated(*each) for each in STATED]
     else:
-        every = [mutant for module in arguments.modules for mutant in mutants(module)]
+        modules = [module for name in arguments.modules for module in GROUPS.get(name, (name,))]
+        every = [mutant for module in modules for mutant in mutants(module)]
     if arguments.kind:
         every = [mutant for mutant in every if mutant.kind == arguments.kind]
     if arguments.only:

@@ -6,17 +6,15 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from films import SOFT
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from dielast import events
 from dielast.events import Films, Kind, Watch
-from dielast.gent import Cases, Gent
-from dielast.material import Material
-from dielast.prony import Spectrum
+from dielast.gent import Cases
 from dielast.roots import fall, samples
-from dielast.shift import NoShift
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.voltage import VoltageStep
 
@@ -62,17 +60,8 @@ def watched(
 
     Prescribed.margin = staticmethod(margin)
     monkeypatch.setattr(module, "Watch", Prescribed)
-    solid = Material(
-        "soft",
-        26e3,
-        Spectrum(np.geomspace(1e4, 1e-2, 7), np.geomspace(1e4, 3e5, 7)),
-        NoShift(20.0),
-        Gent(110.0),
-        Gent(55.0),
-        permittivity=4e-11,
-    )
     return actuate(
-        solid, [VoltageStep(2e3), VoltageStep.hold(1e4)], thickness=5e-4, prestretch=1.5, relax=10.0, stop_at=stop_at, rtol=rtol
+        SOFT, [VoltageStep(2e3), VoltageStep.hold(1e4)], thickness=5e-4, prestretch=1.5, relax=10.0, stop_at=stop_at, rtol=rtol
     )
 
 

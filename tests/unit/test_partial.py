@@ -18,7 +18,7 @@ from dielast.material import Breakdown, Material
 from dielast.prony import Spectrum
 from dielast.shift import NoShift
 from dielast.simulate.failure_map import MapPlan, plan_failure_map
-from dielast.workflow import partial
+from dielast.workflow import partial, processes
 from dielast.workflow.report import Execution
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
@@ -45,7 +45,7 @@ def planned(cells: int) -> MapPlan:
 def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = planned(CELLS)
     monkeypatch.setattr(partial, "CHUNK", 1)
-    monkeypatch.setattr(partial, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
     Pool.given = []
 
     def interrupt(done: int, cells: int) -> None:
