@@ -8,10 +8,15 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterable
+from itertools import islice
 from typing import Any
 
 LONGEST = 1000  # characters of a message: more than any that is meant to be read
 _ENDLESS = re.compile(r"\S{300,}")
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_SHOWN = 60  # characters of a value, and more than enough entries of a list
+_DEEPEST = 9  # lists and tables within each other
 
 
 class DielastError(Exception):
@@ -44,9 +49,39 @@ def warn(message: str) -> None:
 
 
 def shown(value: Any) -> str:
-    """A value as an error message shows it: text in quotes, in one line, cut if long."""
-    text = _printable(f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value))
-    return text if len(text) <= 60 else text[:57] + "..."
+    """A value as an error message shows it: as TOML has it, in one line, cut if long."""
+    text = _printable(as_toml(value, _SHOWN))
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+
+
+def shown_path(keys: Iterable[str]) -> str:
+    """A path of keys as TOML has it: dotted, in quotes what is no bare key."""
+    return ".".join(key if _BARE_KEY.fullmatch(key) else quoted(key) for key in keys)
+
+
+def quoted(text: str) -> str:
+    """A key in quotes: double ones, or single ones if there are double ones in it."""
+    if '"' not in text:
+        return f'"{text}"'
+    return f"'{text}'" if "'" not in text else '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def as_toml(value: Any, entries: int | None = None, depth: int = _DEEPEST) -> str:
+    """A value as TOML has it: of lists and tables so many `entries`, and of those within each other down to a `depth`."""
+    match value:
+        case str():
+            return quoted(value)
+        case bool():
+            return str(value).lower()
+        case list() | tuple() | dict() if depth == 0:
+            return "..."
+        case list() | tuple():
+            return f"[{', '.join(as_toml(entry, entries, depth - 1) for entry in value[:entries])}]"
+        case dict():
+            first = islice(value.items(), entries)
+            pairs = (f"{shown_path([str(key)])} = {as_toml(entry, entries, depth - 1)}" for key, entry in first)
+            return f"{{ {', '.join(pairs)} }}" if value else "{}"
+    return str(value)
 
 
 def _one_line(message: str) -> str:

@@ -41,7 +41,7 @@ class Inputs:
         content = read_file(path, str(name))
         # an absolute path is this machine's own and has no place in a result
         shown = Path(name).name if Path(name).is_absolute() else str(name)
-        self._digests[as_text(shown), hashlib.sha256(content).hexdigest()] = None
+        self._digests[as_text(shown), sha256(content)] = None
         if path not in self._paths:
             self._paths.append(path)
         return content
@@ -55,6 +55,11 @@ class Inputs:
     def paths(self) -> tuple[Path, ...]:
         """Every file read, in the order of reading."""
         return tuple(self._paths)
+
+
+def sha256(content: bytes) -> str:
+    """The SHA-256 of a file's content, as hexadecimal digits."""
+    return hashlib.sha256(content).hexdigest()
 
 
 def resolve(folder: Path, name: str | Path) -> Path:

@@ -47,7 +47,8 @@ class TextFormat:
 class MeasuredTable:
     """The cells of a table as text: a list of rows for each of `names`; `lines` holds each row's line in the file (from 1).
 
-    `header_line` is the line of the units, where it is worth naming: in a file of several tables; else 0.
+    `header_line` is the line of the units, where it is worth naming: in a file of several tables; else 0. `spelled` holds the
+    header cells as the file has them; without it they are taken for `name [unit]`.
     """
 
     source: str
@@ -58,26 +59,32 @@ class MeasuredTable:
     decimal: str
     stated_units: Mapping[str, str] = field(default_factory=dict)
     header_line: int = 0
+    spelled: tuple[str, ...] = ()
 
     def find(self, wanted: str | int, role: str) -> int:
-        """Index of the column called `wanted` (its whole header or its name without unit; a number counts columns from 1)."""
+        """Index of the column called `wanted`: its header as the file spells it, `name [unit]`, or its name without the unit.
+
+        A number counts columns from 1. Raises `InputError` if there is no such column, or more than one.
+        """
         if isinstance(wanted, int):
             if 1 <= wanted <= len(self.names):
                 return wanted - 1
             raise InputError(f"{self.source}: column {wanted} is wanted for {role}, but there are {len(self.names)} columns")
-        headers = [name if unit is None else f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True)]
+        headers = [_header_of(name, unit) for name, unit in zip(self.names, self.units, strict=True)]
+        spelled = self.spelled or headers
         unitless = [name if unit is None else "" for name, unit in zip(self.names, self.units, strict=True)]
-        bare = split_header(wanted)[0]
+        bare, unit = split_header(wanted)
+        ways = ((spelled, wanted), (headers, _header_of(bare, unit)), (self.names, wanted), (unitless, bare))
         # as it stands, then whatever the case: T and t are two columns
         for same in (str.strip, _plain):
-            for spelling, text in ((headers, wanted), (self.names, wanted), (unitless, bare)):
+            for spelling, text in ways:
                 matches = [index for index, own in enumerate(spelling) if own and same(own) == same(text)]
                 if len(matches) > 1:
                     raise InputError(f'{self.source}: column "{wanted}" for {role} stands there {len(matches)} times')
                 if matches:
                     return matches[0]
-        near = difflib.get_close_matches(wanted, headers, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in headers)
+        near = difflib.get_close_matches(wanted, spelled, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in spelled)
         raise InputError(f'{self.source}: no column "{wanted}" for {role}; {hint}')
 
     def has(self, name: str) -> bool:
@@ -113,7 +120,8 @@ class MeasuredTable:
         in_mapping = split_header(wanted)[1] if isinstance(wanted, str) and in_header is None else None
         stated = self.stated_units.get(role, in_mapping)
         here = f"{self.source}: " + (f"line {self.header_line}: " if self.header_line else "") + f'column "{name}"'
-        if in_header is not None and stated is not None and is_ambiguous(in_header, dimension):
+        # brackets may as well hold a part of the name
+        if in_header is not None and stated is not None and (is_ambiguous(in_header, dimension) or not is_unit(in_header)):
             in_header = None
         if in_header is not None and stated is not None and not _alike(stated, in_header, dimension):
             raise InputError(f"{here}: the header says [{in_header}], the recipe's units say [{stated}]; leave one out")
@@ -151,13 +159,13 @@ def read_measured(
         raise InputError(f'{source}: no row of numbers found (separator {shown}, decimal mark "{decimal}")')
     lines = [number for number, _ in filled[first:]]
     data = rows[first:]
-    names, in_header = _header(source, rows[:first], max(width, min(map(len, data))))
+    names, in_header, spelled = _header(source, rows[:first], max(width, min(map(len, data))))
     for line, row in zip(lines, data, strict=True):
         if _width(row) > len(names):
             raise InputError(f"{source}: line {line}: {_width(row)} cells, but the table has {len(names)} columns")
         row[len(names) :] = [""] * (len(names) - len(row))
     cells = tuple(list(column) for column in zip(*data, strict=True))
-    return MeasuredTable(source, names, in_header, cells, np.array(lines), decimal, dict(units or {}))
+    return MeasuredTable(source, names, in_header, cells, np.array(lines), decimal, dict(units or {}), spelled=spelled)
 
 
 def decode(content: bytes, source: str, encoding: str | None = None) -> str:
@@ -254,11 +262,15 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
     return None
 
 
-def _header(source: str, above: Sequence[Sequence[str]], columns: int) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Names and units of the columns from the rows above the data: a row of names, perhaps a row of units below it."""
+def _header(
+    source: str, above: Sequence[Sequence[str]], columns: int
+) -> tuple[tuple[str, ...], tuple[str | None, ...], tuple[str, ...]]:
+    """Names and units of the columns, and the header cells that say them, from the rows above the data: a row of names, perhaps a
+    row of units below it.
+    """
     tables = [row for row in above if _width(row) > 1 or columns == 1]
     if not tables:
-        return tuple(str(number) for number in range(1, columns + 1)), (None,) * columns
+        return tuple(str(number) for number in range(1, columns + 1)), (None,) * columns, ()
     names, below = tables[-1], []
     if len(tables) > 1 and all(is_unit(cell.strip("[]()")) for cell in names):
         names, below = tables[-2], [cell.strip("[]()") for cell in names]
@@ -266,12 +278,17 @@ def _header(source: str, above: Sequence[Sequence[str]], columns: int) -> tuple[
         # a name with the separator in it, or a column without a name: which column is which cannot be told
         found = f"the header has {_width(names)} cells, the rows have {columns}"
         raise InputError(f"{source}: {found}; quote cells that hold the separator, or skip_rows")
-    split = [split_header(name.lstrip("# ")) for name in _padded(names, columns)]
+    spelled = tuple(name.lstrip("# ") for name in _padded(names, columns))
+    split = [split_header(name) for name in spelled]
     # an empty cell in the row of units says nothing; a dash says that there is no unit
     units = tuple(
         unit if unit is not None else cell or None for (_, unit), cell in zip(split, _padded(below, columns), strict=True)
     )
-    return tuple(name for name, _ in split), units
+    return tuple(name for name, _ in split), units, spelled
+
+
+def _header_of(name: str, unit: str | None) -> str:
+    return name if unit is None else f"{name} [{unit}]"
 
 
 def _padded(row: Sequence[str], columns: int) -> list[str]:

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from dielast.errors import warn
 from dielast.gent import Gent
 from dielast.material import VACUUM_PERMITTIVITY, Material
-from dielast.shift import WLF, Arrhenius, ShiftLaw
-from dielast.units import ZERO_CELSIUS
+from dielast.shift import WLF, Arrhenius, ShiftLaw, ShiftTable
+from dielast.units import TIMES, ZERO_CELSIUS
 
 SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
 GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds
@@ -27,6 +27,7 @@ KELVIN = 200.0  # degC, from which on readings look like kelvin
 MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
 # K, C1 C2 = 1 / (ln 10 alpha_f), whatever the reference temperature: the free volume's expansion alpha_f is 1e-4 to 4e-3 /K
 FREE_VOLUME = 100.0, 4000.0
+ROUNDING = 1e-6  # of log10 a, which dielast writes with 9 digits
 BARRIERS = 5e3, 2e6  # J/mol, activation energies: from the motion of a methyl group to a glass transition
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
 LARGEST_PERMITTIVITY = 1e3  # relative
@@ -76,6 +77,12 @@ def doubt_law(law: ShiftLaw) -> None:
     elif isinstance(law, Arrhenius) and not BARRIERS[0] <= abs(law.activation_energy) <= BARRIERS[1]:
         known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
         warn(f"an activation energy of {law.activation_energy / 1e3:g} kJ/mol, but {known}: is it in another unit?")
+    elif isinstance(law, ShiftTable):
+        there, origin = law.reference_temperature, float(np.interp(law.reference_temperature, law.temperature, law.log10_shift))
+        if abs(origin) > ROUNDING:
+            found = f"the shift table gives log10 a = {origin:.3g} at the reference temperature {there:g} degC, where it must be 0"
+            mend = f"state the temperature that the table refers to, or an entry of 0 at {there:g} degC"
+            warn(f"{found}: {origin:.3g} is subtracted from every entry, so that it is; {mend}")
 
 
 def doubt_breakdown(field: ArrayLike) -> None:
@@ -217,8 +224,8 @@ def doubt_paces(paces: Iterable[Pace]) -> None:
     hasty = [pace for pace in paces if pace.lasting < pace.fastest]
     if hasty:
         worst = min(hasty, key=lambda pace: pace.lasting / pace.fastest)
-        at = f"{worst.temperature:g} degC"
+        took = f"{worst.fastest:.3g} s" if worst.fastest <= TIMES[1] else f"more than {TIMES[1]:g} s"
         warn(
-            f"{worst.what} {worst.lasting:.3g} s, but the fastest branch takes {worst.fastest:.3g} s at {at}: the spectrum does "
-            "not hold what is faster, without which the film is too soft in so short a time"
+            f"{worst.what} {worst.lasting:.3g} s, but the fastest branch takes {took} at {worst.temperature:g} degC: the spectrum "
+            "does not hold what is faster, without which the film is too soft in so short a time"
         )

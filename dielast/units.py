@@ -41,6 +41,7 @@ degree_Fahrenheit = 5 / 9 * kelvin; offset: 255.3722222222222 = degF = °F = deg
 minute = 60 * second = min
 hour = 60 * minute = h = hr
 day = 24 * hour = d
+week = 7 * day
 newton = kilogram * meter / second ** 2 = N
 pascal = newton / meter ** 2 = Pa
 bar = 1e5 * pascal = bar
@@ -112,14 +113,14 @@ COMMON: dict[str, dict[str, float]] = {
 }
 # Scales with a zero of their own: (scale, offset) into degC by the registry's name, and the names of those that recipes use most.
 SCALES = {"degree_Celsius": (1.0, 0.0), "degree_Fahrenheit": (5 / 9, -160 / 9)}
-TEMPERATURES = {"degC": "degree_Celsius", "°C": "degree_Celsius", "degF": "degree_Fahrenheit", "°F": "degree_Fahrenheit"}
+TEMPERATURES = dict.fromkeys(("degC", "°C", "℃"), "degree_Celsius") | dict.fromkeys(("degF", "°F", "℉"), "degree_Fahrenheit")
 RECOGNISED = (TIME, LENGTH, TEMPERATURE, STRESS, STRESS_RATE, STRAIN_RATE, FORCE, FORCE_RATE, VOLTAGE, VOLTAGE_RATE, FIELD, STRAIN)
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 # names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
 _NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
-_TYPESET = str.maketrans({"º": "°", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"})
+_TYPESET = str.maketrans({"º": "°", "℃": "°C", "℉": "°F", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"})
 _UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·.]\s*{_NAME}|\s+{_NAME})*")
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.characterise.curve import least_modulus, long_time_end, short_time_end, votes
+from dielast.characterise.curve import least_modulus, long_time_end, votes
 from dielast.characterise.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.characterise.judge import (
     LEVEL_SLOPE,
@@ -26,7 +26,7 @@ from dielast.characterise.judge import (
 from dielast.characterise.nnls import Curve, Known, Solution, Total, fit_strengths
 from dielast.characterise.response import CREEP
 from dielast.characterise.spectrum import SpectrumFit, placed_times
-from dielast.errors import InputError, warn
+from dielast.errors import warn
 from dielast.prony import Spectrum
 
 Array = NDArray[np.float64]
@@ -54,9 +54,9 @@ def fit_creep(
     `branches` retardation processes, a glassy compliance and a fluidity, none negative, are fitted to the relative error, as smooth
     as the data ask for, and converted exactly (`relaxation_from_retardation`); processes of no strength drop out, and a material
     that flows has one branch more. `retardation_time` holds the shortest and the longest in s, chosen as in `fit_spectrum` where
-    left out. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and fitted by default;
-    `glassy_modulus`, the sum of all moduli less the equilibrium one, is only taken together with it. `keep` truncates to the
-    slowest branches. `flows` says whether there is a fluidity where `equilibrium_modulus` does not; left out, there is if the
+    left out. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and
+    `glassy_modulus` that at the shortest times, the sum of all moduli; both are fitted by default. `keep` truncates to the slowest
+    branches. `flows` says whether there is a fluidity where `equilibrium_modulus` does not; left out, there is if the
     curve demands it.
 
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not tell
@@ -67,8 +67,7 @@ def fit_creep(
     check_ends(retardation_time)
     curve = Curve(time, 3 * measured[None], votes(np.log10(time)), CREEP)
     softest = long_time_end(np.log10(time), 1 / curve.size)
-    ends = least_modulus(np.log10(time), 1 / curve.size), short_time_end(np.log10(time), 1 / curve.size).modulus
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * ends[0], 3 * ends[1])
+    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), 1 / curve.size))
     own_time, known, total, is_open = _what_to_fit(curve, branches, retardation_time, equilibrium_modulus, glassy_modulus, flows)
     solution = _fit(curve, own_time, known, total)
     retardation = RetardationSpectrum(own_time, solution.strength, *solution.constants.tolist())
@@ -121,11 +120,7 @@ def _what_to_fit(
 
     Moduli are Young's, Pa.
     """
-    if glassy is not None and equilibrium is None:
-        raise InputError(
-            "glassy_modulus needs equilibrium_modulus beside it in creep: it is what the modulus falls by (0 for a melt)"
-        )
-    glassy_compliance = None if glassy is None or equilibrium is None else 3 / (glassy + equilibrium)
+    glassy_compliance = None if glassy is None else 3 / glassy
     fluid, solid = (glassy_compliance, None), (glassy_compliance, 0.0)
     if equilibrium is not None and equilibrium > 0:  # a solid's compliances add up to the one after infinite time
         return placed_times(curve, branches, wanted, solid), solid, Total(3 / equilibrium, (1.0, 0.0)), False

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.characterise.curve import least_modulus, long_time_end, short_time_end, votes
+from dielast.characterise.curve import least_modulus, long_time_end, votes
 from dielast.characterise.judge import (
     Ends,
     check_counts,
@@ -54,11 +54,10 @@ def fit_oscillation(
     time, measured = 1 / frequency[::-1], np.stack([storage, loss])[:, ::-1]
     curve = Curve(time, measured / 3, votes(np.log10(time)), OSCILLATION)
     plateau = long_time_end(np.log10(time), curve.values[0])
-    ends = least_modulus(np.log10(time), curve.values[0]), short_time_end(np.log10(time), curve.values[0]).modulus
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * ends[0], 3 * ends[1])
+    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), curve.values[0]))
     known = None if equilibrium_modulus is None else equilibrium_modulus / 3
     tau = placed_times(curve, branches, relaxation_time, (known,), _PAST, share_kept(branches, keep))
-    solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (0.0,)))
+    solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (1.0,)))
     equilibrium = float(solution.constants[0])
     judge_equilibrium(known, equilibrium, plateau)
 

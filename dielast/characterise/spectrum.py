@@ -92,9 +92,10 @@ def fit_spectrum(
 
     `relaxation_time` holds the shortest and the longest in s; left out, schwarzl-staverman takes the range in which t = 2 tau stays
     on the curve, and nnls places the end inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a melt) is
-    by default read from the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa) is three times mu_neq, the sum of
-    all moduli (Eq. 20); by default schwarzl-staverman takes the curve's largest modulus, smoothed, less the equilibrium modulus, or
-    H at the shortest relaxation time if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4).
+    by default read from the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa), that at the shortest times,
+    is three times the sum of all moduli, the equilibrium one too, so that mu_neq of Eq. 20 is the rest; by default
+    schwarzl-staverman takes the curve's largest modulus, smoothed, or H at the shortest relaxation time beside the equilibrium
+    modulus if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4).
 
     Raises `InputError` for points or arguments that allow no fit, and where a modulus is negative by more than 2 % of G(t);
     warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau, of a plateau far above the given
@@ -105,15 +106,13 @@ def fit_spectrum(
     check_ends(relaxation_time)
     curve = Curve(time, measured[None] / 3, votes(np.log10(time)))
     plateau = long_time_end(np.log10(time), curve.size)
-    ends = least_modulus(np.log10(time), curve.size), short_time_end(np.log10(time), curve.size).modulus
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * ends[0], 3 * ends[1])
+    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), curve.size))
     known = None if equilibrium_modulus is None else equilibrium_modulus / 3
-    total = None if glassy_modulus is None else glassy_modulus / 3
 
     polynomial_error = smoothing = None
     if method == "nnls":
         tau = placed_times(curve, branches, relaxation_time, (known,), kept=share_kept(branches, keep))
-        solution = fit_strengths(curve, tau, (known,), None if total is None else Total(total, (0.0,)))
+        solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (1.0,)))
         moduli, equilibrium, smoothing = solution.strength, float(solution.constants[0]), solution.smoothing
     else:
         own, kept = (time[0] / 2, time[-1] / 2), share_kept(branches, keep)
@@ -123,7 +122,8 @@ def fit_spectrum(
         polynomial = ss.fit_polynomial(np.log10(time), np.log10(curve.size), polynomial_degree, curve.weight)
         polynomial_error = _judge_polynomial(polynomial, curve)
         cumulative = _cumulative(polynomial, equilibrium, tau, time)
-        moduli = ss.discrete_moduli(cumulative, _glassy_total(curve, equilibrium, cumulative) if total is None else total)
+        total = _nonequilibrium(curve, equilibrium, cumulative) if glassy_modulus is None else glassy_modulus / 3 - equilibrium
+        moduli = ss.discrete_moduli(cumulative, total)
     judge_equilibrium(known, equilibrium, plateau)
 
     truncated = keep is not None and keep < branches
@@ -164,7 +164,7 @@ def _check_arguments(method: str, branches: int, degree: int, keep: int | None) 
     check_counts(method, branches, 1 if method == "nnls" else 3, keep)
 
 
-def _glassy_total(curve: Curve, equilibrium: float, cumulative: Array) -> float:
+def _nonequilibrium(curve: Curve, equilibrium: float, cumulative: Array) -> float:
     """mu_neq from the curve. Where it falls from its first point on, faster processes than that are in it: then H is more."""
     largest = short_time_end(np.log10(curve.time), curve.size).modulus
     return max(largest - equilibrium, float(cumulative[-1]))

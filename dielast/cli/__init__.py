@@ -17,8 +17,12 @@ def main() -> None:
     mend_streams()
     os.environ["MPLBACKEND"] = "agg"  # files are all that is drawn, and a notebook's own would not load here
     from dielast.cli.app import app
+    from dielast.cli.help import UsageError, tell_usage
 
     try:
-        app(prog_name="dielast")
+        code = app(prog_name="dielast", standalone_mode=False)
+    except UsageError as error:
+        code = tell_usage(error)
     except OSError as error:  # of the help and the version, no command's
-        sys.exit(tell_refusal(error))
+        code = tell_refusal(error)
+    sys.exit(code)

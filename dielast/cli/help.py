@@ -1,11 +1,17 @@
-"""The help of the commands that run recipes: a recipe to start from, where to find the keys, what the exit codes mean."""
+"""The help of the commands that run recipes: a recipe to start from, where to find the keys, what the exit codes mean; and what
+is said to whoever uses them wrongly.
+"""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
+from typer import BadParameter
 from typer.core import TyperCommand
+
+UsageError: Any = BadParameter.__base__  # which typer has from click, or as its own
 
 EXIT_CODES = """\
 Exit codes: 0 done (a predicted failure of the film is a result), 2 bad usage,
@@ -37,6 +43,17 @@ class RecipeCommand(Command):
         formatter.write(
             f"\nA short recipe, which runs as it is:\n\n{indented(short_recipe(kind))}\n{_pointers(kind)}\n{EXIT_CODES}\n"
         )
+
+
+def tell_usage(error: Any) -> int:
+    """Tell in one line what is wrong with a command, or all there is to know to whoever typed no more than its name."""
+    command = error.ctx.command_path if error.ctx is not None else "dielast"
+    if type(error).__name__ == "NoArgsIsHelpError":
+        error.show()
+    else:
+        found = " ".join(error.format_message().replace("Value error, ", "").split()).rstrip(".")
+        print(f"{command}: {found[:1].lower()}{found[1:]} (see {command} --help)", file=sys.stderr)
+    return int(error.exit_code)
 
 
 def short_recipe(kind: str) -> str:

@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING, Any
 from dielast.cli.interrupt import working
 from dielast.cli.summary import tell
 from dielast.errors import DielastWarning, InputError, NumericsError
-from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, write_files
+from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case, read_cases
-from dielast.workflow.report import Execution, contents, left_over, summarise
+from dielast.recipe.validate import settings
+from dielast.workflow.report import Execution, Source, contents, left_over, summarise
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -48,7 +49,8 @@ class Options:
 def run(kind: str, path: Path, options: Options) -> int:
     """Run the recipe in `path`, write its results, and return the exit code; raises `InputError` and `NumericsError`."""
     _check_scheduler(kind, options)
-    cases = read_cases(path, kind, options.overrides)
+    content = read_file(path, str(path))
+    cases = read_cases(path, kind, options.overrides, content)
     out = options.out or Path(path.stem)
     check_folder(out, "for the results is needed (see --out)")
     check_targets([out / STORE], [])
@@ -58,7 +60,8 @@ def run(kind: str, path: Path, options: Options) -> int:
     if options.golden is not None:
         _check_golden(options.golden, out)
     execution = Execution(options.jobs, out, _progress(options), options.scheduler)
-    files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution)
+    source = Source(as_text(path.name), content, settings(options.overrides))
+    files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution, source)
     written = [out / name for name in files] + ([options.depfile] if options.depfile is not None else [])
     check_targets(written, [path, *inputs.paths])
     with working():
@@ -85,9 +88,14 @@ def run(kind: str, path: Path, options: Options) -> int:
 
 
 def compute(
-    kind: str, cases: Sequence[Case[Any]], path: Path, plots: Sequence[str], execution: Execution
+    kind: str,
+    cases: Sequence[Case[Any]],
+    path: Path,
+    plots: Sequence[str],
+    execution: Execution,
+    source: Source | None = None,
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
-    """Every file of the result (name -> bytes), its summary, what was read, and the warnings on the way."""
+    """Every file of the result (name -> bytes), its summary with the `source`, what was read, and the warnings on the way."""
     inputs = Inputs(path.parent)
     workflow = import_module(f"dielast.workflow.{kind.replace('-', '_')}")
     with warnings.catch_warnings(record=True) as record:
@@ -100,7 +108,7 @@ def compute(
             own = (path, *inputs.names, execution.scheduler)
             raise type(error)(*(_located(line, own) for line in error.messages)) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
-    summary = summarise(kind, report, inputs, as_text(path.name), caught)
+    summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where its cache lies is nothing to a user of this
     return contents(kind, report, summary, plots), summary, inputs, caught
 

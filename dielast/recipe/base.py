@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
 from dielast.recipe.fields import BreakdownFields, Permittivity, Section
 from dielast.units import Dimension, conversion
 
@@ -34,7 +34,7 @@ class TextTable(Section):
     @classmethod
     def _can_separate(cls, separator: str | None) -> str | None:
         if separator is not None and (len(separator) != 1 or separator.isalnum() or separator in "\"'\r\n+-."):
-            raise InputError(f'{separator!r}: one character is needed, such as ";" or "\\t"')
+            raise InputError(f'{shown(separator)}: one character is needed, such as ";" or "\\t"')
         return separator
 
     @field_validator("encoding")

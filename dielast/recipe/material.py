@@ -33,8 +33,8 @@ class Nonequilibrium(Section):
     """The relaxation processes at the reference temperature."""
 
     J_lim: JLim | None = Field(None, description="Limit of stretch of the Gent springs; left out: neo-Hookean.")
-    relaxation_time_s: list[float] = Field(min_length=1, description="Of each branch, in s, at the reference temperature.")
-    shear_modulus_Pa: list[float] = Field(min_length=1, description="Of each branch, in Pa.")
+    relaxation_time_s: list[float] = Field(description="Of each branch, in s, at the reference temperature; none: purely elastic.")
+    shear_modulus_Pa: list[float] = Field(description="Of each branch, in Pa.")
 
     @model_validator(mode="after")
     def _a_spectrum(self) -> Self:
@@ -108,6 +108,10 @@ class MaterialFile(Section):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
             raise InputError("measured_temperature: the lowest comes first")
+        measured, there = self.shift.temperature_degC, self.reference_temperature
+        if measured is not None and not measured[0] <= there <= measured[-1]:
+            outside = f"{there:g} degC is outside the shift table's {measured[0]:g} to {measured[-1]:g} degC"
+            raise InputError(f"reference_temperature: {outside}: an entry of 0 is needed there")
         return self
 
     def material(self) -> Material:

@@ -27,15 +27,39 @@ class Key:
 
 def recipe_schema() -> dict[str, Any]:
     """One JSON Schema for recipes of every kind, told apart by `kind`."""
-    references, definitions = models_json_schema([(recipe_model(kind), "validation") for kind in KINDS])
-    schema = {
+    references, schema = models_json_schema([(recipe_model(kind), "validation") for kind in KINDS])
+    _say_units(schema)
+    definitions = schema["$defs"]
+    recipes = [definitions[reference["$ref"].split("/")[-1]] for reference in references.values()]
+    for recipe in recipes:
+        needed = _needed(recipe, definitions)
+        if "load" in recipe["properties"]:
+            # the steps stand in the recipe or in a file of their own
+            needed["required"].remove("step")
+            needed["oneOf"] = [{"required": ["step"]}, {"required": ["load"]}]
+        # what is swept need not be stated beside
+        swept = {"if": {"required": ["sweep"]}, "else": needed}
+        recipe["allOf"] = [swept if "sweep" in recipe["properties"] else needed]
+    for definition in definitions.values():
+        definition.pop("required", None)
+    for recipe in recipes:
+        recipe["required"] = ["kind"]
+    return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "dielast recipe",
         "oneOf": list(references.values()),
-        **definitions,
+        **schema,
     }
-    _say_units(schema)
-    return schema
+
+
+def _needed(schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys that a table must hold, and those that the tables within it must, apart from all else that is said of them."""
+    needed: dict[str, Any] = {"required": list(schema["required"])} if "required" in schema else {}
+    for name, field in schema["properties"].items():
+        inner, many = _table(field, definitions)
+        if inner is not None and (own := _needed(inner, definitions)):
+            needed.setdefault("properties", {})[name] = {"items": own} if many else own
+    return needed
 
 
 def keys(model: type[BaseModel]) -> list[Key]:

@@ -2,31 +2,57 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar
 
-from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, ValidationError, ValidationInfo, WithJsonSchema, model_validator
+from pydantic_core import InitErrorDetails
 
 from dielast.errors import InputError, shown
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import Force, InputFile, Length, PositiveTime, Section, StrainRate, Stress, Temperature, Time
 from dielast.recipe.uncertainty import Uncertainty
-from dielast.units import FORCE_RATE, STRESS_RATE, Dimension, parse
+from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, parse
 
+Step = TypeVar("Step", bound="HistoryStep")
 Stretch = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+def _column(header: str, info: ValidationInfo) -> str:
+    """A column of the result, of which the model of the recipe says what it has."""
+    known = (info.context or {}).get("columns")
+    if known and header not in known:
+        raise InputError(f'"{header}" is no column of the result; there are {", ".join(known)}')
+    return header
+
+
+def _cell(value: Any) -> str | int | float:
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise InputError(f"{shown(value)}: text or a number is needed")
+    return value
+
+
+Cell = Annotated[str | int | float, PlainValidator(_cell), WithJsonSchema({"type": ["string", "number"]})]
+ResultColumn = Annotated[str, AfterValidator(_column)]
+COLUMNS = (
+    "time [s]",
+    "stretch_1 [1]",
+    "stretch_2 [1]",
+    *(f"{what}_stress_{axis} [Pa]" for what in ("nominal", "true") for axis in (1, 2)),
+)
 
 
 class Comparison(TextTable):
     """Measured points to lay over the plot; their misfit goes into the summary."""
 
     file: InputFile = Field(description="The measured points.")
-    x: str = Field(description="A column of the result, such as time [s].")
-    y: str = Field(description="A column of the result, such as nominal_stress_1 [Pa].")
+    x: ResultColumn = Field(description="A column of the result, such as time [s].")
+    y: ResultColumn = Field(description="A column of the result, such as nominal_stress_1 [Pa].")
     x_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
     y_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
     units: Annotated[dict[str, str], units_of(x=None, y=None)] = Field(
         {}, description="Units of x and y, where the header does not say them."
     )
-    where: dict[str, str | int | float] = Field({}, description="Use only the rows where these columns have these values.")
+    where: dict[str, Cell] = Field({}, description="Use only the rows where these columns have these values.")
     case: int = Field(0, ge=0, description="The case that was measured.")
     label: str | None = Field(None, description="For the legend; by default the file's name.")
 
@@ -55,14 +81,18 @@ class Solver(Section):
 class PlotAxes(Section):
     """What the plot shows; columns of the result."""
 
-    x: str | None = Field(None, description="A column of the result; by default time [s], or what is compared.")
-    y: str | None = Field(None, description="A column of the result; by default what the kind predicts, or what is compared.")
+    x: ResultColumn | None = Field(None, description="A column of the result; by default time [s], or what is compared.")
+    y: ResultColumn | None = Field(
+        None, description="A column of the result; by default what the kind predicts, or what is compared."
+    )
     x_scale: Literal["linear", "log"] | None = Field(None, description="By default log for times of relax and creep.")
     y_scale: Literal["linear", "log"] = Field("linear", description="Of the vertical axis.")
 
 
 class SimulationRecipe(RecipeBase):
-    """What every simulation has."""
+    """What every simulation has; `COLUMNS` are those of its result that can be drawn."""
+
+    COLUMNS: ClassVar[tuple[str, ...]] = COLUMNS
 
     material: InputFile = Field(description="A material file, written by spectrum or by hand.")
     temperature: Temperature | None = Field(None, description="Default: the material's reference temperature.")
@@ -75,12 +105,38 @@ class SimulationRecipe(RecipeBase):
     uncertainty: Uncertainty | None = Field(None, description="Intervals about all results, from draws of the material.")
 
 
+class Aim(NamedTuple):
+    """The `value` of a quantity that a step goes to, and the rate at which, if that is stated; a stretch has no `unit`."""
+
+    quantity: str
+    value: float
+    rate: float | None
+    unit: str = ""
+
+    def missed(self, present: float | None) -> str | None:
+        """What is wrong with a rate that never leads here from `present`, which is None where the recipe does not tell."""
+        name = self.quantity if self.unit else "target"
+        if self.rate == 0:
+            return f"rate 0 never reaches the {name}"
+        move = 0.0 if present is None else self.value - present
+        # what is reached already, but for rounding, can be reached at any rate
+        if self.rate is None or move * self.rate >= 0 or abs(move) <= 1e-12 * abs(self.value):
+            return None
+        rate, way = f"{self.rate:g} {self.unit}/s" if self.unit else f"{self.rate:g}", "positive" if move > 0 else "negative"
+        to_go = f"{move:+g} {self.unit} are" if self.unit else f"{move:+g} of {self.quantity} is"
+        return f"rate {rate} leads away from the {name}: {to_go} to go, so the rate must be {way}"
+
+
 class HistoryStep(Section):
     """A step holds for a time, follows a table, or goes to a target at a rate, within a duration, or at once."""
 
     hold: PositiveTime | None = Field(None, description="Keep what is there for so long.")
     table: InputFile | None = Field(None, description="Follow measured points: columns time and the prescribed quantity.")
     duration: Time | None = Field(None, description="Time to reach the target, instead of rate; with neither: at once.")
+
+    def aim(self) -> Aim | None:
+        """Where the step goes, if the recipe says so."""
+        return None
 
     def details(self) -> tuple[str, ...]:
         """Keys that go with an action, and are none themselves."""
@@ -101,11 +157,38 @@ class HistoryStep(Section):
         return self
 
 
+def starting(start: float) -> AfterValidator:
+    """Steps from `start` on, every rate of which leads to its target, as far as the recipe tells where a step begins."""
+
+    def check(steps: list[Step]) -> list[Step]:
+        wrong: list[InitErrorDetails] = []
+        present: dict[str, float] | None = None  # by quantity; at first all are at the start
+        for index, step in enumerate(steps):
+            if step.hold is not None:
+                continue
+            aim = step.aim()
+            if aim is not None:
+                told = aim.missed(start if present is None else present.get(aim.quantity))
+                if told is not None:
+                    wrong.append({"type": "value_error", "loc": (index,), "input": step, "ctx": {"error": InputError(told)}})
+            # where a table or a waveform ends is not asked
+            present = {} if aim is None else {aim.quantity: aim.value}
+        if wrong:
+            raise ValidationError.from_exception_data("steps", wrong)
+        return steps
+
+    return AfterValidator(check)
+
+
 class StretchStep(HistoryStep):
     """A step of prescribed stretch."""
 
     stretch: Stretch | None = Field(None, description="Stretch to reach (1 is undeformed).")
     rate: StrainRate | None = Field(None, description="Of the stretch; negative to unload.")
+
+    def aim(self) -> Aim | None:
+        """The stretch."""
+        return None if self.stretch is None else Aim("stretch", self.stretch, self.rate)
 
 
 def _load_rate(value: Any) -> tuple[float, str]:
@@ -131,6 +214,13 @@ class LoadStep(HistoryStep):
     force: Force | None = Field(None, description="Force to reach; needs the specimen.")
     stress: Stress | None = Field(None, description="Nominal stress to reach.")
     rate: LoadRate | None = Field(None, description="Of the force or the stress; negative to unload.")
+
+    def aim(self) -> Aim | None:
+        """The force or the stress."""
+        rate = None if self.rate is None else self.rate[0]
+        if self.force is not None:
+            return Aim("force", self.force, rate, FORCE.unit)
+        return None if self.stress is None else Aim("stress", self.stress, rate, STRESS.unit)
 
     @model_validator(mode="after")
     def _rate_of_the_target(self) -> Self:
@@ -160,9 +250,11 @@ Mode = Literal["uniaxial", "equibiaxial", "pure-shear"]
 class RelaxRecipe(SimulationRecipe):
     """Prescribed stretch -> stress."""
 
+    COLUMNS: ClassVar = (*COLUMNS, "relaxation_modulus [Pa]")
+
     kind: Literal["relax"] = Field(description="The subcommand that runs this recipe.")
     mode: Mode = Field("uniaxial", description="How the specimen is stretched.")
-    step: list[StretchStep] = Field(min_length=1, description="What happens, step by step.")
+    step: Annotated[list[StretchStep], starting(1.0)] = Field(min_length=1, description="What happens, step by step.")
 
 
 class CreepRecipe(SimulationRecipe):
@@ -171,7 +263,7 @@ class CreepRecipe(SimulationRecipe):
     kind: Literal["creep"] = Field(description="The subcommand that runs this recipe.")
     mode: Mode = Field("uniaxial", description="How the specimen is loaded.")
     specimen: Specimen | None = Field(None, description="The section that a force acts on; not needed with stress.")
-    step: list[LoadStep] = Field(min_length=1, description="What happens, step by step.")
+    step: Annotated[list[LoadStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
 
     @model_validator(mode="after")
     def _a_section_for_forces(self) -> Self:

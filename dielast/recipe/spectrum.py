@@ -100,7 +100,9 @@ class Fit(Section):
     polynomial_degree: int = Field(7, ge=1, le=30, description="Of log modulus over log time, for schwarzl-staverman.")
     relaxation_time: RelaxationTimes = Field(RelaxationTimes(), description="The range of relaxation times.")
     equilibrium_modulus: Modulus | None = Field(None, description="Young's; by default from the curve's long-time end.")
-    glassy_modulus: PositiveModulus | None = Field(None, description="Young's; by default from the curve's short-time end.")
+    glassy_modulus: PositiveModulus | None = Field(
+        None, description="Young's, that of all springs together; by default from the curve's short-time end."
+    )
     continuous: bool = Field(False, description="Whether to write the continuous spectrum H(ln tau), too.")
 
 

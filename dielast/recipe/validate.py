@@ -8,19 +8,25 @@ import re
 import tomllib
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from sys import float_info
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, as_toml, shown, shown_path
 from dielast.files import read_file
 from dielast.recipe.fields import Section
 from dielast.recipe.models import KINDS
+from dielast.recipe.paths import DEEPEST, read_setting, set_key
 
 Model = TypeVar("Model", bound=BaseModel)
+Place = tuple[int | str, ...]
+"""The keys and indices that lead to a value."""
+Mistake = tuple[Place, str]
+"""Where in a recipe something is wrong, and the line that says so."""
 _PLAIN = {
     "missing": "is needed",
     "float_type": "a bare number is needed",
@@ -42,26 +48,33 @@ _PLAIN = {
     "too_long": "at most {entries} allowed",
     "literal_error": "one of {expected} is needed",
 }
-DEEPEST = 64  # parts of a dotted key
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 _DIGITS = re.compile(r"[0-9A-Fa-f_]{250,}")
 LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 
 
-def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """The unchecked values of the recipe in the file `path`, `overrides` applied.
+def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None) -> dict[str, Any]:
+    """The unchecked values of the recipe in the file `path`, whose `content` may have been read, `overrides` applied.
 
     Raises `InputError` if it is no TOML, its kind is unknown or not the `kind` given, or an override leads nowhere.
     """
-    values = parse_toml(read_file(path, str(path)), str(path))
+    values = parse_toml(read_file(path, str(path)) if content is None else content, str(path))
+    wrong: list[str] = []
     for override in overrides:
-        _apply(values, override)
+        try:
+            set_key(values, *read_override(override), f"--set {override}")
+        except InputError as error:
+            wrong += error.messages
+    if wrong:
+        raise InputError(*wrong)
     stated = values.get("kind")
     if stated not in KINDS:
         known = ", ".join(KINDS)
         near = difflib.get_close_matches(str(stated), KINDS, n=1)
         hint = f'did you mean "{near[0]}"?' if near else f"one of {known} is needed"
-        raise InputError(f'{path}: kind: "{stated}": {hint}' if stated is not None else f"{path}: kind: is needed: one of {known}")
+        raise InputError(
+            f"{path}: kind: {shown(stated)}: {hint}" if "kind" in values else f"{path}: kind: is needed: one of {known}"
+        )
     if kind is not None and stated != kind:
         raise InputError(f'{path}: kind: this is a "{stated}" recipe: run it with "dielast {stated}"')
     return values
@@ -104,29 +117,58 @@ def _too_large(value: Any) -> bool:
 
 def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model:
     """`values` as a `model`; paths are relative to `folder`. Raises `InputError` with a line for every mistake."""
+    found = examine(model, values, source, folder)
+    if isinstance(found, list):
+        raise InputError(*in_order(found, values))
+    return found
+
+
+def examine(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model | list[Mistake]:
+    """`values` as a `model`, as `check` has it, or every mistake in them."""
     try:
-        return model.model_validate(values, context={"folder": folder})
+        return model.model_validate(values, context={"folder": folder, "columns": getattr(model, "COLUMNS", ())})
     except ValidationError as error:
-        lines = dict.fromkeys(f"{source}: {line}" for line in _lines(model, error))
-        raise InputError(*lines) from None
+        return [(problem["loc"], f"{source}: {_line(model, problem)}") for problem in error.errors(include_url=False)]
 
 
-def _lines(model: type[BaseModel], error: ValidationError) -> list[str]:
-    lines = []
-    for problem in error.errors(include_url=False):
-        keys = problem["loc"]
-        where = _path(keys)
-        prefix = f"{where}: " if where else ""
-        context = problem.get("ctx", {})
-        if problem["type"] == "extra_forbidden":
-            lines.append(prefix + _unknown(_owner(model, keys), str(keys[-1])))
-        elif problem["type"] == "value_error":
-            lines.append(prefix + str(context["error"]))
-        else:
-            needed = _PLAIN.get(problem["type"], problem["msg"]).format(**context, **_counted(context))
-            found = "" if problem["type"] == "missing" else f"{shown(problem['input'])}: "
-            lines.append(prefix + found + needed)
-    return lines
+def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str]:
+    """The lines of `mistakes`, each once, in the order of the recipe's `values`; what is wrong with a whole table is last in it."""
+
+    def position(mistake: Mistake) -> list[float]:
+        found: list[float] = []
+        inner: Any = values
+        for key in mistake[0]:
+            there: list[Any] = list(inner if isinstance(inner, dict) else range(len(inner)) if isinstance(inner, list) else ())
+            found.append(there.index(key) if key in there else len(there))
+            inner = inner[key] if key in there else None
+        return [*found, float("inf")]
+
+    return list(dict.fromkeys(line for _, line in sorted(mistakes, key=position)))
+
+
+def _line(model: type[BaseModel], problem: ErrorDetails) -> str:
+    keys, kind, value = problem["loc"], problem["type"], problem["input"]
+    where = _path(keys)
+    prefix = f"{where}: " if where else ""
+    context = problem.get("ctx", {})
+    if kind == "extra_forbidden":
+        return prefix + _unknown(_owner(model, keys), str(keys[-1]))
+    if kind == "value_error":
+        return prefix + str(context["error"])
+    if kind == "list_type" and isinstance(value, dict) and _models(_annotation(model, keys)):
+        return prefix + _no_list(str(keys[-1]), value)
+    needed = _PLAIN.get(kind, problem["msg"]).format(**context, **_counted(context))
+    return prefix + ("" if kind == "missing" else f"{shown(value)}: ") + needed
+
+
+def _no_list(key: str, value: Mapping[str, Any]) -> str:
+    """What is wrong with a table where a list of tables is needed."""
+    index = next((inner for inner in value if inner.isdecimal()), None)
+    if index is None:
+        return f"{shown(value)}: a list is needed: write [[{key}]], in double brackets"
+    return (
+        f"there is no entry {index} yet: write [[{key}]] into the recipe, or state the whole list, as in --set '{key}=[{{ ... }}]'"
+    )
 
 
 def _counted(context: Mapping[str, Any]) -> dict[str, str]:
@@ -139,7 +181,13 @@ def _counted(context: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _owner(model: type[BaseModel], keys: Sequence[int | str]) -> type[BaseModel]:
+def _annotation(model: type[BaseModel], keys: Place) -> Any:
+    """What the field that `keys` lead to may hold."""
+    field = _owner(model, keys).model_fields.get(str(keys[-1])) if keys else None
+    return None if field is None else field.annotation
+
+
+def _owner(model: type[BaseModel], keys: Place) -> type[BaseModel]:
     for key in keys[:-1]:
         if isinstance(key, str) and key in model.model_fields:
             inner = _models(model.model_fields[key].annotation)
@@ -161,47 +209,38 @@ def _unknown(model: type[BaseModel], key: str) -> str:
     return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(model.model_fields))
 
 
-def _path(keys: Sequence[int | str]) -> str:
-    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).lstrip(".")
+def _path(keys: Place) -> str:
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in keys).lstrip(".")
 
 
-def _apply(values: dict[str, Any], override: str) -> None:
-    """Set one key of the recipe from `PATH=VALUE`; VALUE is TOML, or else text."""
+def read_override(override: str) -> tuple[tuple[str, ...], Any]:
+    """The path of keys and the value of `PATH=VALUE`; VALUE is TOML, or else text."""
     try:
         # bytes that the locale could not read are UTF-8 all the same
         override = os.fsencode(override).decode()
     except UnicodeDecodeError:
         raise InputError(f"--set {override!a}: not UTF-8 text") from None
-    path, sign, text = override.partition("=")
-    if not sign or not all(path.strip().split(".")):
+    setting = read_setting(override)
+    if setting is None:
         raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
+    keys, text = setting
     try:
         if _DEEP_KEY.search(text):
             raise RecursionError
-        value = tomllib.loads(f"value = {text.strip()}")["value"]
+        return keys, tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
-        value = text.strip()
-    set_key(values, path.strip(), value, f"--set {override}")
+        return keys, text
 
 
-def set_key(values: dict[str, Any], path: str, value: Any, where: str) -> None:
-    """Set the key at a `path` such as `step.0.rate`; raises `InputError` beginning with `where` if the path leads nowhere."""
-    keys = path.split(".")
-    if len(keys) > DEEPEST:
-        raise InputError(f"{where}: the path leads nowhere: it has {len(keys)} parts")
-    target: Any = values
-    for depth, key in enumerate(keys):
-        last = depth == len(keys) - 1
-        if isinstance(target, list):
-            if not key.isdecimal() or len(key) > 9 or int(key) >= len(target):
-                there = f"has entries 0 to {len(target) - 1}" if target else "is empty"
-                raise InputError(f"{where}: {'.'.join(keys[:depth])} {there}")
-            if last:
-                target[int(key)] = value
-            target = target[int(key)]
-        elif isinstance(target, dict):
-            if last:
-                target[key] = value
-            target = target.setdefault(key, {})
-        else:
-            raise InputError(f"{where}: {'.'.join(keys[:depth])} is not a table")
+def settings(overrides: Sequence[str]) -> list[str]:
+    """The `overrides` in one spelling, without the folders of absolute paths, which are this machine's own."""
+    stated = [read_override(override) for override in overrides]
+    return [f"{shown_path(keys)} = {as_toml(_anywhere(value))}" for keys, value in stated]
+
+
+def _anywhere(value: Any) -> Any:
+    if isinstance(value, str):
+        return Path(value).name if Path(value).is_absolute() else value
+    if isinstance(value, list):
+        return [_anywhere(entry) for entry in value]
+    return {key: _anywhere(entry) for key, entry in value.items()} if isinstance(value, dict) else value

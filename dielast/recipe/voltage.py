@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import pairwise
 from sys import float_info
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator, model_validator
 
@@ -23,14 +23,15 @@ from dielast.recipe.fields import (
     VoltageRate,
     Voltages,
 )
-from dielast.recipe.simulation import HistoryStep, SimulationRecipe, Solver
+from dielast.recipe.simulation import COLUMNS, Aim, HistoryStep, SimulationRecipe, Solver, starting
 from dielast.recipe.uncertainty import FilmUncertainty
-from dielast.units import STRAIN, TIME, parse
+from dielast.units import STRAIN, TIME, VOLTAGE, parse
 
 Value = TypeVar("Value")
 BOUNDARIES = ("dead-load", "clamped")
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
+FIELD_COLUMNS = ("voltage [V]", "relative_stretch_1 [1]", "relative_stretch_2 [1]", "true_field [V/m]", "stability [1]")
 
 
 def _boundary(value: Any) -> tuple[str, str]:
@@ -83,7 +84,9 @@ Boundary = Annotated[
 ]
 Prestretch = Annotated[tuple[float, float], PlainValidator(_prestretch), WithJsonSchema(_ONE_PRESTRETCH)]
 Prestretches = Annotated[
-    tuple[tuple[float, float], ...], PlainValidator(_prestretches), WithJsonSchema({"type": "array", "items": _ONE_PRESTRETCH})
+    tuple[tuple[float, float], ...],
+    PlainValidator(_prestretches),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "array", "items": _ONE_PRESTRETCH, "minItems": 1}]}),
 ]
 MapTemperatures = Annotated[Temperatures, AfterValidator(lambda values: _distinct(values, "{:.9g} degC".format))]
 
@@ -137,6 +140,10 @@ class VoltageStep(HistoryStep):
     period: PositiveTime | None = Field(None, description="Of a waveform.")
     cycles: int | None = Field(None, ge=1, le=100_000, description="Of a waveform; by default 1.")
 
+    def aim(self) -> Aim | None:
+        """The voltage."""
+        return None if self.voltage is None else Aim("voltage", self.voltage, self.rate, VOLTAGE.unit)
+
     def details(self) -> tuple[str, ...]:
         """Keys that go with a waveform."""
         return ("low", "high", "period", "cycles")
@@ -178,9 +185,11 @@ class Film(FilmBase):
 class ActuateRecipe(SimulationRecipe):
     """Voltage history -> stretch of a prestretched film, and its failure."""
 
+    COLUMNS: ClassVar = (*(header for header in COLUMNS if "true" not in header), *FIELD_COLUMNS, MAJOR_AXIS, MINOR_AXIS)
+
     kind: Literal["actuate"] = Field(description="The subcommand that runs this recipe.")
     film: Film = Field(description="The film and what is done to it before the voltage.")
-    step: list[VoltageStep] = Field(min_length=1, description="What happens, step by step.")
+    step: Annotated[list[VoltageStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
     pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
     stop: Stop = Field(Stop(), description="Where the simulation ends.")

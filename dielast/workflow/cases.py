@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, as_toml
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.plausible import doubt_material
@@ -146,9 +146,11 @@ def last(values: Array) -> float:
 
 
 def compare_headline(found: Sequence[Match]) -> dict[str, Any]:
-    """The misfit of each comparison."""
+    """The misfit of each comparison, and of how many points it is; others are left out of it."""
+    left_out = [entry.x.size - entry.used for entry in found]
     return {
-        "points": each([entry.x.size for entry in found]),
+        "points": each([entry.used for entry in found]),
+        **({"points_left_out": each(left_out)} if any(left_out) else {}),
         "rms_error": each([entry.rms_error for entry in found]),
         "rms_relative_error": each([entry.rms_relative_error for entry in found]),
     }
@@ -169,21 +171,39 @@ def axes_of(
 
 
 def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
-    """The table of cases: their number and each swept value, in SI where it is a quantity."""
+    """The table of cases: their number and each swept value, in SI where all of a key are quantities of one kind."""
     columns = [Column("case", None, np.arange(len(cases)))]
     for key in cases[0].settings:
         values = [case.settings[key] for case in cases]
-        try:
-            numbers = [recognise(value) if isinstance(value, str) else (float(value), "1") for value in values]
-        except (InputError, TypeError, ValueError):
-            columns.append(Column(key, None, [str(value) for value in values]))
-            continue
-        columns.append(Column(key, numbers[0][1], np.array([number for number, _ in numbers])))
+        quantities = _quantities(values)
+        if quantities is None:
+            columns.append(Column(key, None, [_spelled(value) for value in values]))
+        else:
+            columns.append(Column(key, quantities[1], np.array(quantities[0])))
     return columns
 
 
+def _quantities(values: Sequence[Any]) -> tuple[list[float], str] | None:
+    """Numbers and the unit of them all, or None unless all values are numbers or quantities of one dimension."""
+    found = []
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            return None
+        try:
+            found.append(recognise(value) if isinstance(value, str) else (float(value), "1"))
+        except InputError:
+            return None
+    units = {unit for _, unit in found}
+    return ([number for number, _ in found], units.pop()) if len(units) == 1 else None
+
+
+def _spelled(value: Any) -> str:
+    """A recipe's value as TOML has it, text without its quotes."""
+    return value if isinstance(value, str) else as_toml(value)
+
+
 def swept(cases: Sequence[Case[SimulationRecipe]]) -> list[Swept]:
-    """The swept quantities for the scales of a figure, in the recipe's own unit; none if one of them is no number."""
+    """The swept quantities for the scales of a figure, in the recipe's own unit; none if one of them is not on one scale."""
     from dielast.plots.simulation import Swept
 
     found = []
@@ -194,12 +214,12 @@ def swept(cases: Sequence[Case[SimulationRecipe]]) -> list[Swept]:
             continue
         stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", value) if isinstance(value, str) else None for value in values]
         units = {one[2] for one in stated if one is not None}
-        try:
-            si = [recognise(value) for value in values]
-            own = [float(one[1]) for one in stated if one is not None]
-        except (InputError, TypeError, ValueError):
+        quantities = _quantities(values)
+        if quantities is None:
             return []
-        numbers, unit = (own, units.pop()) if len(units) == 1 and len(own) == len(si) else ([number for number, _ in si], si[0][1])
+        numbers, unit = quantities
+        if len(units) == 1 and None not in stated:
+            numbers, unit = [float(one[1]) for one in stated if one is not None], units.pop()
         found.append(Swept(f"{name} [{_typeset(unit)}]", tuple(numbers)))
     return found
 
@@ -231,7 +251,7 @@ def labels(cases: Sequence[Case[SimulationRecipe]], materials: Sequence[Material
             if key == "material" and telling:
                 said.append(name)
             else:
-                said.append(_typeset(f"{short[key]} = {value}"))
+                said.append(_typeset(f"{short[key]} = {_spelled(value)}"))
         return ", ".join(said)
 
     return [label(case, name) for case, name in zip(cases, names, strict=True)]

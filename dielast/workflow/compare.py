@@ -36,6 +36,11 @@ class Match:
     model: Array
 
     @property
+    def used(self) -> int:
+        """How many of the points the model reaches: those that the misfit is about."""
+        return int(np.count_nonzero(np.isfinite(self.model)))
+
+    @property
     def rms_error(self) -> float:
         """Root mean square of model - y, in the unit of y."""
         return float(np.sqrt(np.nanmean((self.model - self.y) ** 2)))
@@ -60,7 +65,7 @@ def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, 
             raise InputError(f'{key}.{axis}: "{header}" is no column of the result; there are {", ".join(columns)}')
     x, y = read_points(comparison, inputs)
     found = fine(measured_times(x) if comparison.x == "time [s]" else None)
-    model = _interpolate(comparison.file, x, found[comparison.x], found[comparison.y])
+    model = _interpolate(comparison, x, found[comparison.x], found[comparison.y])
     missed = int(np.count_nonzero(np.isnan(model)))
     if missed == x.size:
         raise InputError(
@@ -104,14 +109,17 @@ def _rows(table: MeasuredTable, comparison: Comparison) -> NDArray[np.bool_]:
     return keep
 
 
-def _interpolate(source: str, x: Array, model_x: Array, model_y: Array) -> Array:
+def _interpolate(comparison: Comparison, x: Array, model_x: Array, model_y: Array) -> Array:
     """`model_y` at `x`, NaN outside; a model that turns back once, as in loading and unloading, is matched branch by branch."""
     if not model_x.size:
         return np.full(x.size, np.nan)
     turns, own_turns = _turns(model_x), _turns(x)
     if turns > 1 or own_turns > turns:
-        which = "the simulation" if turns > 1 else f"{source}: the measured x"
-        raise InputError(f"{which} runs to and fro {max(turns, own_turns)} times: choose one curve (where), or compare over time")
+        which = "the simulation" if turns > 1 else f"{comparison.file}: the measured x"
+        advice = "choose one curve (where)" if not comparison.where else "choose one curve (by more columns in where)"
+        if comparison.x != "time [s]":
+            advice += ", or compare over time"
+        raise InputError(f"{which} runs to and fro {max(turns, own_turns)} times: {advice}")
     if not turns:
         return _one_way(x, model_x, model_y)
     rising = model_x[int(np.argmax(np.abs(model_x - model_x[0])))] > model_x[0]

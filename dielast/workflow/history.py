@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.files import Inputs
-from dielast.load import Step, table
+from dielast.load import Step
 from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, Output, RelaxRecipe, StretchStep
 from dielast.simulate.output import HOLD_DECADES, RAMP_DECADES
 from dielast.units import FORCE, NUMBER, STRESS, TIME, TIMES
@@ -30,6 +30,10 @@ KEYS = {
     "temperature": "temperature",
     "material": "material",
 }
+# columns of a table of load, the first that is there being followed: a user's names, then those of dielast's own results
+STRETCHES = {"stretch": NUMBER, "stretch_1": NUMBER}
+LOADS = {"force": FORCE, "stress": STRESS, "nominal_stress_1": STRESS}
+OWN = ("stretch_1", "nominal_stress_1")
 Recipe = RelaxRecipe | CreepRecipe
 
 
@@ -134,23 +138,16 @@ def _loaded(index: int, step: LoadStep, recipe: Recipe) -> Entry:
 
 
 def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: Inputs) -> list[Entry]:
-    """Ramps through the points of a table; its times count from the start of the step."""
+    """Ramps through the points of a table, jumps where a result of dielast's jumps; its times count from the start of the step."""
     from dielast.measured import read_measured
 
     points = read_measured(inputs.read(name), name)
-    time = ascending_times(points, name)
-    if isinstance(step, StretchStep):
-        control, values = "stretch", points.column("stretch", "stretch", NUMBER)
-        ramps = table(time, stretch=values)
-    else:
-        force = points.has("force")
-        values = points.column("force", "force", FORCE) / _area(recipe) if force else points.column("stress", "stress", STRESS)
-        control, ramps = "stress", table(time, stress=values)
-    return [
-        Entry(index, control, float(value), None, float(np.asarray(ramp.duration)))
-        for value, ramp in zip(values, ramps, strict=True)
-        if ramp.duration is not None
-    ]
+    control, known = ("stretch", STRETCHES) if isinstance(step, StretchStep) else ("stress", LOADS)
+    column = next((column for column in known if points.has(column)), control)
+    time = ascending_times(points, name, jumps=column in OWN)
+    values = points.column(column, column, known[column]) / (_area(recipe) if column == "force" else 1.0)
+    durations = np.diff(time, prepend=0.0)
+    return [Entry(index, control, value, None, lasts) for value, lasts in zip(values.tolist(), durations.tolist(), strict=True)]
 
 
 def _area(recipe: Recipe) -> float:
@@ -181,11 +178,21 @@ def in_keys(said: str) -> str:
     return f"breakdown: {said}" if said.startswith("a breakdown field") else said
 
 
-def ascending_times(points: MeasuredTable, name: str) -> Array:
-    """The times of a table of load in s; `InputError` naming the line unless they ascend from 0 or later."""
+def ascending_times(points: MeasuredTable, name: str, jumps: bool = False) -> Array:
+    """The times of a table of load in s; with `jumps` they may repeat.
+
+    Raises `InputError` naming the line unless they ascend from 0 or later, or if it is a result of several cases.
+    """
+    if points.has("case"):
+        number = points.cells[points.find("case", "case")]
+        for line, own in zip(points.lines, number, strict=True):
+            if own != number[0]:
+                ends = f"case {number[0]} ends and case {own} begins, so that times do not ascend"
+                raise InputError(f"{name}: line {line}: {ends}: a load is one case, so leave only its rows in the table")
     time = points.column("time", "time", TIME)
     before = np.append(-1.0, time[:-1])
-    wrong = np.flatnonzero((time <= before) | (time < 0) | (time > TIMES[1]))
+    late = time < before if jumps else time <= before
+    wrong = np.flatnonzero(late | (time < 0) | (time > TIMES[1]))
     if wrong.size:
         row = int(wrong[0])
         if time[row] > TIMES[1]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dielast._version import __version__
-from dielast.files import Inputs
+from dielast.files import Inputs, sha256
 from dielast.table import Table, to_csv
 
 if TYPE_CHECKING:
@@ -59,16 +59,28 @@ class Report:
     failures: Sequence[str] = ()
 
 
-def summarise(kind: str, report: Report, inputs: Inputs, recipe: str, warnings: Sequence[str]) -> Summary:
-    """The summary: the tool's version, the inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
-    summary: dict[str, Any] = {"kind": kind, "version": __version__, "recipe": recipe}
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The recipe of a run: its file's name, what that holds if it is known, and which keys were set beside it."""
+
+    name: str
+    content: bytes | None = None
+    settings: Sequence[str] = ()
+
+
+def summarise(kind: str, report: Report, inputs: Inputs, source: Source, warnings: Sequence[str]) -> Summary:
+    """The summary: version, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
+    summary: dict[str, Any] = {"kind": kind, "version": __version__, "recipe": source.name}
+    if source.settings:
+        summary["set"] = list(source.settings)
     if warnings:
         summary["warnings"] = list(warnings)
     if report.failures:
         summary["unfinished"] = list(report.failures)
     for section, values in report.headline.items():
         summary[section] = {key: rounded(value) for key, value in values.items() if _known(value)}
-    summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in inputs.digests]
+    recipe = () if source.content is None else ((source.name, sha256(source.content)),)
+    summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in (*recipe, *inputs.digests)]
     return summary
 
 

@@ -218,22 +218,35 @@ def test_bad_input_is_one_line_and_writes_nothing(
     [
         (["mastercurve", "gone.toml"], 2, "gone.toml: no such file\n"),
         (["mastercurve", "."], 2, ".: is a folder, a file is needed\n"),
-        (["mastercurve"], 2, "Missing argument"),
-        (["mastercurv"], 2, "No such command"),
+        (["mastercurve"], 2, "missing argument"),
+        (["mastercurv"], 2, "no such command"),
         (
             ["new", "nothing"],
             2,
             '"nothing" is no kind of recipe; there are mastercurve, spectrum, relax, creep, actuate, failure-map',
         ),
-        (["--plot"], 2, "No such option"),
-        (["spectrum", "x.toml", "--plot", "bmp"], 2, "Invalid value for '--plot'"),
+        (["--plot"], 2, "dielast: no such option: --plot"),
+        (["relax", "--bogus"], 2, "dielast relax: no such option: --bogus"),
+        (["spectrum", "x.toml", "--plot", "bmp"], 2, "dielast spectrum: invalid value for '--plot': 'bmp' is not one of 'png', "),
+        (["creep", "x.toml", "--jobs", "0"], 2, "dielast creep: invalid value for '--jobs': "),
+        (["actuate"], 2, "dielast actuate: missing argument 'RECIPE.toml' (see dielast actuate --help)"),
+        (["relax", "x.toml", "-o"], 2, "'-o' requires an argument"),
+        (["relax", "x.toml", "--out="], 2, "is empty, a name is needed (see dielast relax --help)"),
+        (["relax", "x.toml", "y.toml"], 2, "dielast relax: got unexpected extra argument"),
+        (["relaxx"], 2, "dielast: no such command 'relaxx'"),
     ],
 )
 def test_wrong_usage_exits_with_2(arguments: list[str], code: int, message: str, dielast: Run) -> None:
     done = dielast(*arguments)
     assert done.returncode == code
     assert message in done.stderr
-    assert "Traceback" not in done.stderr
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
+
+
+def test_a_command_without_arguments_gets_the_help(dielast: Run) -> None:
+    done = dielast()
+    assert done.returncode == 2
+    assert "Usage: dielast" in done.stdout + done.stderr
 
 
 def test_an_output_folder_that_is_a_file_is_told_before_work_is_done(dielast: Run, starter: Starter, tmp_path: Path) -> None:

@@ -1,11 +1,17 @@
 from __future__ import annotations
 
+import csv
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from dielast.errors import InputError
+from dielast.files import read_file, resolve
 from dielast.recipe.cases import read_cases
+from dielast.recipe.material import parse_material
+from dielast.table import to_csv
+from dielast.workflow.cases import case_columns, labels, swept
 
 RELAX = """
 kind = "relax"
@@ -23,6 +29,14 @@ specimen = { width = "6 mm", thickness = "0.5 mm" }
 [[step]]
 force = "0.17 N"
 rate = "0.01 N/s"
+"""
+ACTUATE = """
+kind = "actuate"
+material = "example:vhb4905.toml"
+film = { thickness = "0.5 mm", prestretch = 1.9, boundary = "dead-load" }
+pull_in = { timescale = "1 %" }
+[[step]]
+voltage = "2 kV"
 """
 
 
@@ -121,3 +135,28 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
 def test_each_mistake_says_what_is_needed(tmp_path: Path, text: str, expected: str) -> None:
     found = mistakes(tmp_path, text)
     assert any(expected in line for line in found), found
+
+
+def table_of(folder: Path, sweep: str, recipe: str = RELAX) -> str:
+    return to_csv(case_columns(read_cases(write(folder, f"{recipe}[sweep]\n{sweep}\n")))).decode()
+
+
+def test_quantities_of_two_dimensions_are_told_as_the_recipe_spells_them(tmp_path: Path) -> None:
+    sweep = '"pull_in.timescale" = ["1 %", "0.01 s"]'
+    assert table_of(tmp_path, sweep, ACTUATE) == "case,pull_in.timescale\n0,1 %\n1,0.01 s\n"
+    assert swept(read_cases(tmp_path / "r.toml")) == []
+    assert table_of(tmp_path, '"pull_in.timescale" = ["1 min", "10 s"]', ACTUATE) == "case,pull_in.timescale [s]\n0,60\n1,10\n"
+    assert [(one.label, one.values) for one in swept(read_cases(tmp_path / "r.toml"))] == [("timescale [s]", (60.0, 10.0))]
+
+
+def test_lists_and_tables_are_told_as_toml(tmp_path: Path) -> None:
+    values = '[["clamped", "dead-load"], "clamped"]'
+    found = table_of(tmp_path, f'"film.boundary" = {values}', ACTUATE)
+    assert [*csv.reader(found.splitlines())] == [["case", "film.boundary"], ["0", '["clamped", "dead-load"]'], ["1", "clamped"]]
+    steps = ["{ stretch = 2 }", '{ stretch = 1.5, rate = "1 %/s" }']
+    found = table_of(tmp_path, f'"step.0" = [{", ".join(steps)}]')
+    assert [row[1] for row in csv.reader(found.splitlines())][1:] == steps
+    cases = read_cases(tmp_path / "r.toml")
+    material = parse_material(read_file(resolve(tmp_path, "example:vhb4905.toml"), "vhb"), "vhb")
+    assert labels(cases, [material, material]) == [f"0 = {step}" for step in steps]
+    assert [tomllib.loads(f"x = {step}")["x"] for step in steps] == [case.settings["step.0"] for case in cases]

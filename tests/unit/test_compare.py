@@ -8,7 +8,7 @@ import pytest
 from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
 from dielast.recipe.simulation import Comparison
-from dielast.workflow.cases import check_case
+from dielast.workflow.cases import check_case, compare_headline
 from dielast.workflow.compare import Fine, match
 
 TIME = np.geomspace(0.1, 1000, 200)
@@ -105,3 +105,38 @@ def test_measured_zeros_have_no_relative_misfit(tmp_path: Path) -> None:
     found = match(compare(tmp_path, f"{X},{Y}\n1,0\n2,0\n"), columns, Inputs(tmp_path), given(columns))
     assert found.rms_error == pytest.approx(1)
     assert np.isnan(found.rms_relative_error)
+
+
+def test_advice_that_is_followed_already_is_not_given(tmp_path: Path) -> None:
+    rows = f"id,{X},strain,{Y}\n" + "".join(f"1,{t},{s},1\n" for t, s in ((1, 1), (9, 3), (2, 1), (8, 3), (1, 1), (9, 3)))
+    columns = {X: TIME, "strain": np.linspace(1, 3, TIME.size), Y: TIME}
+    advice = {}
+    for x in (X, "strain"):
+        for where in ({}, {"id": 1}):
+            with pytest.raises(InputError) as caught:
+                match(compare(tmp_path, rows, x, where=where), columns, Inputs(tmp_path), given(columns))
+            advice[x, bool(where)] = str(caught.value).rpartition(": ")[2]
+    assert advice == {
+        (X, False): "choose one curve (where)",
+        (X, True): "choose one curve (by more columns in where)",
+        ("strain", False): "choose one curve (where), or compare over time",
+        ("strain", True): "choose one curve (by more columns in where), or compare over time",
+    }
+
+
+def test_points_that_the_misfit_leaves_out_are_counted_apart(tmp_path: Path) -> None:
+    columns = {X: TIME, Y: np.ones(TIME.size)}
+    whole = match(compare(tmp_path, f"{X},{Y}\n1,2\n10,2\n"), columns, Inputs(tmp_path), given(columns))
+    assert compare_headline([whole]) == {"points": 2, "rms_error": 1.0, "rms_relative_error": 0.5}
+    with pytest.warns(DielastWarning, match="does not reach 1 of 3 points"):
+        part = match(compare(tmp_path, f"{X},{Y}\n1,2\n10,2\n1e6,9\n"), columns, Inputs(tmp_path), given(columns))
+    assert compare_headline([part]) == {"points": 2, "points_left_out": 1, "rms_error": 1.0, "rms_relative_error": 0.5}
+    assert compare_headline([whole, part])["points"] == [2, 2]
+    assert compare_headline([whole, part])["points_left_out"] == [0, 1]
+
+
+def test_columns_are_found_by_their_whole_header(tmp_path: Path) -> None:
+    options = {"x_column": "t (min)", "y_column": "s (kPa)"}
+    columns = {X: TIME, Y: TIME}
+    found = match(compare(tmp_path, "t (min),s (kPa)\n1,2\n3,4\n", **options), columns, Inputs(tmp_path), given(columns))
+    assert (found.x.tolist(), found.y.tolist()) == ([60.0, 180.0], [2e3, 4e3])

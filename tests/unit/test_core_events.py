@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from films import SOFT
 from numpy.typing import NDArray
 
 from dielast.events import Kind, Watch
@@ -77,13 +78,9 @@ class Prescribed(Watch):
 @pytest.mark.parametrize("voltage", [2e3, 2.2e3])
 def test_one_case_dips_while_others_do_not(monkeypatch: pytest.MonkeyPatch, voltage: float) -> None:
     monkeypatch.setattr(module, "Watch", Prescribed)
-    tau = np.geomspace(1e4, 1e-2, 7)
-    solid = Material(
-        "soft", 26e3, Spectrum(tau, np.geomspace(1e4, 3e5, 7)), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11
-    )
     programme = [VoltageStep(voltage), VoltageStep.hold(1e3)]
     history = actuate(
-        solid, programme, thickness=np.full(6, 5e-4), prestretch=1.5, relax=10.0, stop_at="pull-in", rtol=1e-4, points_per_decade=5
+        SOFT, programme, thickness=np.full(6, 5e-4), prestretch=1.5, relax=10.0, stop_at="pull-in", rtol=1e-4, points_per_decade=5
     )
     assert [len(events) for events in history.events] == [1, 0, 1, 0, 0, 1]
     assert history.events[0][0].time == pytest.approx(AT * (1 - WIDTH), rel=1e-9)

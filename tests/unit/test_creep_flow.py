@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from dielast.characterise.creep import fit_creep
 from dielast.characterise.interconversion import RetardationSpectrum, retardation_from_relaxation
 from dielast.characterise.spectrum import SpectrumFit
 from dielast.characterise.spectrum_draws import CurveDraws
-from dielast.errors import DielastWarning
+from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
 from dielast.gent import Gent
 from dielast.material import Material
@@ -95,6 +97,15 @@ def test_processes_slower_than_the_curve_are_no_flow(strength: float) -> None:
     assert "does not tell flow from processes slower than the curve" in said
 
 
+def test_slower_processes_do_not_move_an_end_that_is_stated() -> None:
+    time = np.logspace(-6, 4, 121)
+    with pytest.warns(DielastWarning, match="does not tell flow from processes slower than the curve"):
+        fit = fit_creep(time, melt(0.0, 3.0, own=3e4).creep_compliance(time) / 3, retardation_time=(3e-6, None))
+    assert fit.retardation is not None
+    assert fit.retardation.retardation_time[-1] == pytest.approx(3e-6, rel=1e-9)
+    assert fit.retardation.retardation_time[0] == pytest.approx(10 * time[-1], rel=1e-9)
+
+
 def test_what_is_stated_is_not_asked_of_the_data() -> None:
     time = np.logspace(-6, 4, 121)
     scatter = np.exp(0.005 * np.random.default_rng(3).standard_normal(time.size))
@@ -108,6 +119,101 @@ def test_what_is_stated_is_not_asked_of_the_data() -> None:
         with pytest.warns(DielastWarning, match="far above equilibrium_modulus = 0 Pa"):
             flowing = fit_creep(time, melt(share).creep_compliance(time) / 3, equilibrium_modulus=0.0)
         assert flowing.equilibrium_shear_modulus == 0
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.9])
+def test_a_melt_that_still_bends_is_said_to_be_a_guess_and_one_that_is_all_flow_is_not(share: float) -> None:
+    time = np.logspace(-6, 4, 121)
+    fit, said = fitted(melt(share), time)
+    assert fit.equilibrium_shear_modulus == 0
+    assert "has not levelled off" in said
+    assert not fitted(melt(0.97), time)[1]
+
+
+def test_a_little_flow_of_exact_values_is_found() -> None:
+    """On a row of times that the truth has, nothing is missed but what rounding leaves: flow of 1e-5 is beyond doubt."""
+    own, time = np.logspace(4, -4, 9), np.logspace(-6, 6, 145)
+    truth = RetardationSpectrum(own, 1e-6 * np.array([5, 3, 4, 1, 2, 0.5, 1, 0.2, 0.3]), 2e-7, 1e-16)
+    assert truth.fluidity * time[-1] < 1e-5 * truth.creep_compliance(time[-1])
+    with pytest.warns(DielastWarning, match="the material flows, by which its compliance hardly rises yet"):
+        fit = fit_creep(time, truth.creep_compliance(time) / 3, branches=9, retardation_time=(1e-4, 1e4))
+    assert fit.retardation is not None
+    assert fit.retardation.fluidity == pytest.approx(truth.fluidity, rel=1e-3)
+
+
+@pytest.mark.parametrize("stated", [0.97, 1.0, 1.015])
+def test_the_compliance_of_a_solid_ends_where_the_stated_modulus_has_it(stated: float) -> None:
+    """Of all springs together, a fifth of which is glassy here."""
+    truth, time = replace(melt(0.0), glassy_compliance=2.5e-7), np.logspace(-6, 4, 121)
+    modulus = stated / (truth.glassy_compliance + truth.compliance.sum())
+    scatter = np.exp(0.01 * np.random.default_rng(4).standard_normal(time.size))
+    fit = fit_creep(time, truth.creep_compliance(time) / 3 * scatter, equilibrium_modulus=3 * modulus)
+    assert fit.retardation is not None
+    assert fit.retardation.glassy_compliance == pytest.approx(truth.glassy_compliance, rel=0.02)
+    assert fit.retardation.glassy_compliance + fit.retardation.compliance.sum() == pytest.approx(1 / modulus, rel=1e-7)
+    assert fit.retardation.fluidity == 0
+
+
+def test_a_stated_modulus_above_the_end_of_the_curve_is_said_and_far_above_refused() -> None:
+    compliance = SOLID.creep_compliance(TIME) / 3
+    with pytest.warns(DielastWarning, match=r"equilibrium_modulus = .* Pa is 5\.0% above the end of the curve"):
+        fit_creep(TIME, compliance, equilibrium_modulus=1.05 / compliance[-1])
+    with pytest.raises(InputError, match=r"is above the end of the curve, 1\.5e\+05 Pa: lower it"):
+        fit_creep(TIME, compliance, equilibrium_modulus=1.12 / compliance[-1])
+
+
+def test_the_glassy_compliance_of_a_solid_may_be_out_of_reach_too() -> None:
+    """It is then a hundredth of the first point, so that all moduli together are a hundred times that stiffness."""
+    time = np.logspace(0, 5, 101)
+    creep = -1e-6 * np.expm1(-time / 1e3)
+    with pytest.warns(DielastWarning, match="does not tell the glassy compliance"):
+        fit = fit_creep(time, creep)
+    assert 3 * fit.equilibrium_shear_modulus == pytest.approx(1e6, rel=0.01)
+    everything = 3 * (fit.spectrum.shear_modulus.sum() + fit.equilibrium_shear_modulus)
+    assert everything == pytest.approx(100 / creep[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("branches", [1, 30])
+@pytest.mark.parametrize("points", [50, 61])
+def test_an_elastic_solid_is_one_whether_or_not_rounding_leaves_a_process(branches: int, points: int) -> None:
+    time = np.logspace(-3, 3, points)
+    for young in (6e4, 65536.0, 1e5, 1e6):
+        fit = fit_creep(time, np.full(points, 1 / young), branches=branches)
+        assert 3 * fit.equilibrium_shear_modulus == pytest.approx(young, rel=1e-9)
+        relaxation = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
+        np.testing.assert_allclose(3 * relaxation, young, rtol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:the spectrum misses the curve")
+@pytest.mark.parametrize("keep", [3, 5, 9])
+def test_a_truncated_spectrum_is_shown_as_it_is_and_judged_where_it_holds(keep: int) -> None:
+    compliance = SOLID.creep_compliance(TIME) / 3
+    whole, fit = fit_creep(TIME, compliance, branches=12), fit_creep(TIME, compliance, branches=12, keep=keep)
+    np.testing.assert_array_equal(fit.spectrum.shear_modulus, whole.spectrum.shear_modulus[:keep])
+    kept = retardation_from_relaxation(fit.spectrum, fit.equilibrium_shear_modulus)
+    np.testing.assert_allclose(fit.model, kept.creep_compliance(TIME) / 3, rtol=1e-9)
+    error, late = np.abs(fit.model / compliance - 1), fit.spectrum.relaxation_time[-1] <= TIME
+    assert fit.max_relative_error == pytest.approx(error[late].max(), rel=1e-9)
+    assert fit.rms_relative_error == pytest.approx(np.sqrt(np.mean(error[late] ** 2)), rel=1e-9)
+    assert error.max() > 2 * fit.max_relative_error
+    everything = fit_creep(TIME, compliance, branches=12, keep=len(whole.spectrum))
+    for one in (whole, everything):
+        assert one.max_relative_error == pytest.approx(np.abs(whole.model / compliance - 1).max(), rel=1e-9)
+        assert one.rms_relative_error == pytest.approx(np.sqrt(np.mean((whole.model / compliance - 1) ** 2)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        ({"branches": 0}, "branches = 0: nnls needs at least 1"),
+        ({"keep": 0}, "cannot keep 0 of 30 branches"),
+        ({"branches": 8, "keep": 9}, "cannot keep 9 of 8 branches"),
+        ({"retardation_time": (2.0, 1.0)}, "must be shorter"),
+    ],
+)
+def test_counts_and_times_that_cannot_be_are_refused(options: dict[str, Any], found: str) -> None:
+    with pytest.raises(InputError, match=found):
+        fit_creep(TIME, SOLID.creep_compliance(TIME) / 3, **options)
 
 
 @pytest.mark.parametrize(("truth", "flows"), [(SOLID, False), (melt(0.97), True)])

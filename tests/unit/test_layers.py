@@ -56,3 +56,10 @@ def test_the_library_knows_no_files_and_no_text() -> None:
         for path in (PACKAGE / name).rglob("*.py"):
             text = path.read_text()
             assert not any(word in text for word in ("tomllib", "open(", "print(", "pandas", "matplotlib")), path
+
+
+def test_solvers_do_not_warn() -> None:
+    """They may run in another process or on another machine, where nobody would hear it."""
+    solvers = ["integrate", "events", "jump", "stability", "symmetric", "point", "rosenbrock", "roots"]
+    paths = [PACKAGE / f"{name}.py" for name in solvers] + sorted((PACKAGE / "simulate").rglob("*.py"))
+    assert not [path for path in paths if "warn(" in path.read_text()]

@@ -89,6 +89,33 @@ def test_a_material_that_carries_nothing_is_refused() -> None:
         parse_material(VHB.replace('"26 kPa"', '"0 Pa"').replace("[1017.5, 1377.0]", "[0.0, 0.0]").encode(), "vhb.toml")
 
 
+@pytest.mark.parametrize("where", ["-1 degC", "61 degC"])
+def test_a_shift_table_must_hold_the_reference_temperature(where: str) -> None:
+    table = '[shift]\nlaw = "table"\ntemperature_degC = [0.0, 60.0]\nlog10_shift_factor = [1.0, -2.0]\n'
+    text = VHB.split("[shift]")[0] + table
+    parse_material(text.encode(), "vhb.toml")
+    found = where.removesuffix(" degC")
+    with pytest.raises(
+        InputError, match=rf"^vhb.toml: reference_temperature: {found} degC is outside the shift table's 0 to 60 degC: an "
+    ):
+        parse_material(text.replace("20 degC", where).encode(), "vhb.toml")
+
+
+def test_a_material_without_branches_is_elastic() -> None:
+    before, after = VHB.split("[nonequilibrium]")
+    shift = "[shift]" + after.partition("[shift]")[2]
+    with pytest.raises(InputError, match="nonequilibrium: is needed"):  # it may have been forgotten
+        parse_material((before + shift).encode(), "vhb.toml")
+    text = f"{before}[nonequilibrium]\nrelaxation_time_s = []\nshear_modulus_Pa = []\n{shift}"
+    material = parse_material(text.encode(), "vhb.toml")
+    assert len(material.spectrum) == 0
+    assert material.relaxation_time([0.0, 20.0]).shape == (2, 0)
+    assert material.spectrum.relaxation_modulus([0.0, 1.0], 26e3).tolist() == [26e3, 26e3]
+    assert write_material(parse_material(write_material(material), "vhb.toml")) == write_material(material)
+    with pytest.raises(InputError, match="every shear modulus is zero"):
+        parse_material(text.replace("26 kPa", "0 Pa").encode(), "vhb.toml")
+
+
 def test_a_missing_material_is_an_input_error(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_material(tmp_path / "none.toml")

@@ -252,3 +252,42 @@ def test_endless_digits_are_told_from_a_number_at_once(decimal: str) -> None:
         assert is_number(number, decimal)
     for other in ("", decimal, "e5", "1e", f"1{decimal}{decimal}", "--1"):
         assert not is_number(other, decimal)
+
+
+@pytest.mark.parametrize(
+    ("header", "wanted"),
+    [
+        ("E (MPa)", ["E (MPa)", "E [MPa]", "E", "e (MPa)"]),
+        ("E [MPa]", ["E (MPa)", "E [MPa]", "E"]),
+        ("E / MPa", ["E / MPa", "E [MPa]", "E (MPa)", "E"]),
+        ("# E (MPa)", ["E (MPa)", "E"]),
+    ],
+)
+def test_a_column_may_be_called_as_its_header_is_spelled(header: str, wanted: list[str]) -> None:
+    table = read(f"{header},time (min)\n2.5,1\n2,10\n")
+    for name in wanted:
+        assert table.column(name, "modulus", STRESS).tolist() == [2.5e6, 2e6], name
+    assert table.column("time (min)", "time", TIME).tolist() == [60.0, 600.0]
+    assert table.equals("time (min)", 10).tolist() == [False, True]
+
+
+@pytest.mark.parametrize("header", ["E, MPa", "E/MPa", "E (eng.)", "E [real part]"])
+def test_a_header_that_does_not_state_its_unit_is_found_and_its_unit_taken_from_the_recipe(header: str) -> None:
+    text = f"time [s];{header}\n1;2.5\n2;2\n".encode()
+    assert read_measured(text, "dma.csv", units={"modulus": "MPa"}).column(header, "modulus", STRESS).tolist() == [2.5e6, 2e6]
+    with pytest.raises(InputError, match=r"has no unit|unknown unit"):
+        read_measured(text, "dma.csv").column(header, "modulus", STRESS)
+
+
+def test_the_spelling_tells_two_columns_of_one_name_apart() -> None:
+    table = read("time (s),E (kPa),E [MPa]\n1,2,3\n")
+    assert table.column("E (kPa)", "modulus", STRESS).tolist() == [2e3]
+    assert table.column("E [MPa]", "modulus", STRESS).tolist() == [3e6]
+    with pytest.raises(InputError, match=r'column "E" for modulus stands there 2 times'):
+        table.find("E", "modulus")
+
+
+@pytest.mark.parametrize(("wanted", "hint"), [("E (kPa)", r'did you mean "E \(MPa\)"'), ("x", r'there are "time, s", "E \(MPa\)"')])
+def test_columns_are_suggested_as_the_file_spells_them(wanted: str, hint: str) -> None:
+    with pytest.raises(InputError, match=hint):
+        read("time, s;E (MPa)\n1;2\n").find(wanted, "modulus")

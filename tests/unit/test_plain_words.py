@@ -47,7 +47,7 @@ def test_every_kind_of_mistake_has_words_of_its_own(kind: str, tmp_path: Path) -
     ("text", "message"),
     [
         ('kind = "spectrum"\nmastercurve = "."\n[reduce]\nwindow = ["1 s", "2 s", "3 s"]\n', "at most 2 entries are allowed"),
-        ('kind = "spectrum"\nmastercurve = "."\n[reduce]\nwindow = ["1 s"]\n', "['1 s']: at least 2 entries are needed"),
+        ('kind = "spectrum"\nmastercurve = "."\n[reduce]\nwindow = ["1 s"]\n', '["1 s"]: at least 2 entries are needed'),
         ('kind = "spectrum"\nmastercurve = "."\n[export]\nformats = []\n', "export.formats: []: at least 1 entry is needed"),
         (
             'kind = "spectrum"\nmastercurve = "."\n[uncertainty]\ndraws = 40\n',

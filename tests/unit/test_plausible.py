@@ -29,7 +29,7 @@ from dielast.plausible import (
     fastest_branch,
 )
 from dielast.prony import Spectrum
-from dielast.shift import WLF, Arrhenius
+from dielast.shift import WLF, Arrhenius, ShiftTable
 
 VHB = Material(
     "VHB",
@@ -141,6 +141,26 @@ def test_only_the_most_hasty_pace_is_told() -> None:
     assert [str(each.message).partition(":")[0] for each in caught] == [
         "step[2] takes 1 s, but the fastest branch takes 393 s at 20 degC"
     ]
+
+
+def test_a_branch_that_takes_for_ever_is_told_so() -> None:
+    for fastest in (np.inf, 3e212):
+        with pytest.warns(DielastWarning, match=r"takes 1 s, but the fastest branch takes more than 1e\+15 s at -160 degC: the"):
+            doubt_paces([Pace("step[0] takes", 1.0, fastest, -160.0)])
+
+
+def test_a_shift_table_is_doubted_unless_it_refers_to_its_reference() -> None:
+    temperatures, off = (0.0, 25.0, 40.0), (1.6, 0.5, -1.3)
+    said = (
+        r"^the shift table gives log10 a = 0.72 at the reference temperature 20 degC, where it must be 0: 0.72 is subtracted from "
+        r"every entry, so that it is; state the temperature that the table refers to, or an entry of 0 at 20 degC$"
+    )
+    with pytest.warns(DielastWarning, match=said):
+        doubt_material(replace(VHB, shift=ShiftTable(20.0, temperatures, off)))
+    rounded = tuple(float(f"{value - 0.72:.9g}") for value in off)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        doubt_material(replace(VHB, shift=ShiftTable(20.0, temperatures, rounded)))
 
 
 def test_a_branch_without_modulus_is_none() -> None:

@@ -99,7 +99,7 @@ law = "wfl"
     [
         ("", "kind: is needed: one of"),
         ('kind = "mastercurv"', 'kind: "mastercurv": did you mean "mastercurve"?'),
-        ("kind = 3", 'kind: "3": one of'),
+        ("kind = 3", "kind: 3: one of"),
         ('kind = "spectrum"', "either mastercurve (a folder) or [data] (a file) is needed"),
         ("kind = ", "line 1: not TOML: "),
         ('kind = "spectrum"\nkind = "spectrum"', "line 2: not TOML: "),
@@ -120,7 +120,7 @@ law = "wfl"
         (MASTERCURVE.replace('"20 degC"', '"-300 degC"'), "a temperature above -273.15 degC is needed"),
         (MASTERCURVE.replace("[shift]", 'units = { time = "parsec" }\n[shift]'), 'data.units: time = "parsec": unknown unit'),
         (MASTERCURVE.replace("[shift]", 'units = { time = "kg" }\n[shift]'), 'data.units: time = "kg": a time is needed'),
-        (MASTERCURVE.replace("[shift]", 'separator = "\\n"\n[shift]'), "data.separator: '\\n': one character is needed"),
+        (MASTERCURVE.replace("[shift]", 'separator = "\\n"\n[shift]'), 'data.separator: "\\n": one character is needed'),
         (MASTERCURVE.replace("[shift]", 'separator = ","\ndecimal = ","\n[shift]'), "cannot be both separator and decimal"),
         (MASTERCURVE.replace("[shift]", 'encoding = "a\\u0000b"\n[shift]'), "unknown encoding"),
         (MASTERCURVE.replace("dma.csv", "x" * 300), "no such file"),

@@ -89,6 +89,14 @@ def test_a_glassy_compliance_out_of_reach_is_warned_of() -> None:
     assert 3 * stated.spectrum.shear_modulus.sum() == pytest.approx(1e7, rel=1e-9)
 
 
+@pytest.mark.parametrize("stated", [{}, {"equilibrium_modulus": 3 * LEVEL}])
+def test_the_glassy_modulus_of_creep_is_that_of_all_springs(stated: dict[str, float]) -> None:
+    """Stated with the equilibrium modulus or without."""
+    whole = 1.05 * (TRUTH.shear_modulus.sum() + LEVEL)
+    fit = fit_creep(TIME, COMPLIANCE, branches=20, glassy_modulus=3 * whole, **stated)
+    assert fit.spectrum.shear_modulus.sum() + fit.equilibrium_shear_modulus == pytest.approx(whole, rel=1e-9)
+
+
 def test_a_solid_that_does_not_creep_has_no_processes() -> None:
     fit = fit_creep(np.logspace(-3, 3, 50), np.full(50, 1 / 6e4), branches=5)
     np.testing.assert_allclose(
@@ -130,7 +138,7 @@ def test_impossible_oscillations_are_refused_in_one_line(columns: Any, options: 
     ("columns", "options", "found"),
     [
         (([1.0, 2.0], [3.0, -2.0]), {}, r"creep compliance\[1\] = -2 1/Pa"),
-        ((TIME, COMPLIANCE), {"glassy_modulus": 1e8}, "glassy_modulus needs equilibrium_modulus"),
+        ((TIME, COMPLIANCE), {"glassy_modulus": 1e3}, "glassy_modulus = 1000 Pa is below the end of the curve"),
         ((TIME, COMPLIANCE), {"equilibrium_modulus": 1e6}, "is above the end of the curve"),
         ((TIME, COMPLIANCE), {"retardation_time": (1e9, None)}, "no relaxation time lies between"),
     ],

@@ -285,7 +285,11 @@ def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) ->
             {"fit": {"glassy_modulus": "1 kPa", "equilibrium_modulus": "150 kPa"}},
             "fit.equilibrium_modulus = 150000 Pa must be smaller than fit.glassy_modulus = 1000 Pa",
         ),
-        ("creep", {"fit": {"glassy_modulus": "1 GPa"}}, "fit.glassy_modulus needs fit.equilibrium_modulus beside it"),
+        (
+            "creep",
+            {"fit": {"glassy_modulus": "1 kPa"}},
+            "fit.glassy_modulus = 1000 Pa is below the end of the curve",
+        ),
         ("oscillation", {"truncate": {"keep": 1000}}, "truncate.keep: cannot keep 1000 of 30 branches"),
         ("relaxation", {"fit": {"branches": 2}}, "fit.branches = 2: schwarzl-staverman needs at least 3"),
     ],
@@ -304,12 +308,13 @@ def test_warnings_name_the_key_of_the_recipe(tmp_path: Path) -> None:
         spectrum(tmp_path, mastercurve="mc", fit={"equilibrium_modulus": "157 kPa", "method": "nnls"})
 
 
-def test_a_weak_relaxation_may_add_up_to_less_than_the_equilibrium_modulus(tmp_path: Path) -> None:
+@pytest.mark.parametrize("stated", [{}, {"equilibrium_modulus": "300 kPa"}])
+def test_the_glassy_modulus_is_that_of_all_springs_together(tmp_path: Path, stated: dict[str, str]) -> None:
     header = "time [s],modulus [Pa]"
     weak = Spectrum(np.array([1.0]), np.array([1e4]))
     (tmp_path / "curve.csv").write_text(table(header, [TIME, 3 * weak.relaxation_modulus(TIME, 1e5)]))
     data = {"file": "curve.csv", "reference_temperature": "20 degC"}
-    report = spectrum(tmp_path, data=data, fit={"glassy_modulus": "30 kPa", "method": "nnls"})
+    report = spectrum(tmp_path, data=data, fit={"glassy_modulus": "330 kPa", "method": "nnls"} | stated)
     assert report.headline["moduli"]["nonequilibrium_shear_Pa"] == pytest.approx(1e4, rel=1e-3)
 
 

@@ -1,0 +1,59 @@
+"""Paths of keys, such as `step.0.rate`, as `--set` and sweeps have them: read as TOML reads dotted keys, and followed."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from typing import Any
+
+from dielast.errors import InputError, shown_path
+
+DEEPEST = 64  # parts of a dotted key
+# a part in quotes may hold anything; one without, more than TOML's bare keys: what is wrong with a key is told where it leads
+_PART = r"""\s*+("(?:[^"\\]|\\.)*+"|'[^']*+'|[^."'=][^.=]*+)\s*+"""
+_PATH = rf"{_PART}(?:\.{_PART})*+"
+_SETTING = re.compile(rf"(?P<path>{_PATH})=(?P<value>.*)", re.DOTALL)
+
+
+def read_path(text: str) -> tuple[str, ...] | None:
+    """The keys of a path; None if it is none."""
+    if not re.fullmatch(_PATH, text):
+        return None
+    try:
+        return tuple(map(_unquoted, re.findall(_PART, text)))
+    except tomllib.TOMLDecodeError:  # an escape that there is not
+        return None
+
+
+def read_setting(text: str) -> tuple[tuple[str, ...], str] | None:
+    """The keys and the value of `PATH=VALUE`; None if it is none."""
+    match = _SETTING.fullmatch(text)
+    keys = match and read_path(match["path"])
+    return (keys, match["value"].strip()) if match and keys else None
+
+
+def _unquoted(part: str) -> str:
+    return next(iter(tomllib.loads(f"{part} = 0"))) if part[0] in "\"'" else part.strip()
+
+
+def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str) -> None:
+    """Set the key that the path `keys` leads to; raises `InputError` beginning with `where` if it leads nowhere."""
+    if len(keys) > DEEPEST:
+        raise InputError(f"{where}: the path leads nowhere: it has {len(keys)} parts")
+    target: Any = values
+    for depth, key in enumerate(keys):
+        last = depth == len(keys) - 1
+        if isinstance(target, list):
+            if not key.isdecimal() or len(key) > 9 or int(key) >= len(target):
+                there = f"has entries 0 to {len(target) - 1}" if target else "is empty"
+                raise InputError(f"{where}: {shown_path(keys[:depth])} {there}")
+            if last:
+                target[int(key)] = value
+            target = target[int(key)]
+        elif isinstance(target, dict):
+            if last:
+                target[key] = value
+            target = target.setdefault(key, {})
+        else:
+            raise InputError(f"{where}: {shown_path(keys[:depth])} is not a table")

@@ -1,0 +1,103 @@
+"""A table that dielast wrote, `relax.csv` or `creep.csv` of one case, as the load of another run."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast.cli.run import compute
+from dielast.errors import DielastWarning, InputError
+from dielast.files import Inputs
+from dielast.recipe.cases import read_cases
+from dielast.table import number_columns
+from dielast.workflow.history import solver_steps
+from dielast.workflow.report import Execution
+
+MATERIAL = """
+name = "two branches"
+reference_temperature = "20 degC"
+equilibrium = { shear_modulus = "26 kPa", J_lim = 110.0 }
+nonequilibrium = { J_lim = 55.0, relaxation_time_s = [40.0, 2.0], shear_modulus_Pa = [1e4, 4e4] }
+shift = { law = "none" }
+"""
+STRETCHED = '[[step]]\nstretch = 1.5\nrate = "5 %/s"\n[[step]]\nhold = "1 min"\n[[step]]\nstretch = 1.2\n[[step]]\nhold = "10 s"\n'
+LOADED = '[[step]]\nstress = "20 kPa"\n[[step]]\nhold = "1 min"\n[[step]]\nstress = "5 kPa"\n[[step]]\nhold = "10 s"\n'
+COARSE = "[output]\npoints_per_decade = 20\n"
+FOLLOWED = f'[[step]]\ntable = "first.csv"\n{COARSE}'
+
+
+def write(folder: Path, kind: str, text: str) -> Path:
+    (folder / "material.toml").write_text(MATERIAL)
+    path = folder / f"{kind}.toml"
+    path.write_text(f'kind = "{kind}"\nmaterial = "material.toml"\n{text}')
+    return path
+
+
+def run(folder: Path, kind: str, text: str) -> bytes:
+    """The table of a run."""
+    path = write(folder, kind, text)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        return compute(kind, read_cases(path), path, (), Execution())[0][f"{kind}.csv"]
+
+
+def once(content: bytes, header: str) -> dict[float, float]:
+    """The values over time, without the two at a jump."""
+    time, values = number_columns(content, "result", ["time [s]", header])
+    found, count = np.unique(time, return_counts=True)
+    known = dict(zip(time.tolist(), values.tolist(), strict=True))
+    return {each: known[each] for each in found[count == 1].tolist()}
+
+
+@pytest.mark.parametrize(
+    ("kind", "steps", "measured", "digits"),
+    [("relax", STRETCHED, "nominal_stress_1 [Pa]", 2e-3), ("creep", LOADED, "stretch_1 [1]", 0.0)],
+)
+def test_a_result_drives_the_same_run_again(tmp_path: Path, kind: str, steps: str, measured: str, digits: float) -> None:
+    (tmp_path / "first.csv").write_bytes(run(tmp_path, kind, steps + COARSE))
+    first = once((tmp_path / "first.csv").read_bytes(), measured)
+    again = once(run(tmp_path, kind, FOLLOWED), measured)
+    assert len(first) > 200
+    # `digits` is what the last one of the load's stands for
+    np.testing.assert_allclose([again[time] for time in first], list(first.values()), rtol=1e-6, atol=digits)
+
+
+def test_the_stretch_of_creep_asks_for_its_stress(tmp_path: Path) -> None:
+    (tmp_path / "first.csv").write_bytes(run(tmp_path, "creep", f"{LOADED}{COARSE}"))
+    stress = once(run(tmp_path, "relax", FOLLOWED), "nominal_stress_1 [Pa]")
+    held = [value for time, value in stress.items() if 1 < time < 60]
+    assert len(held) > 20
+    np.testing.assert_allclose(held, 20e3, rtol=2e-3)  # straight lines between the points
+
+
+@pytest.mark.parametrize("kind", ["relax", "creep"])
+def test_the_simple_name_goes_first(tmp_path: Path, kind: str) -> None:
+    own, simple = ("stretch_1 [1]", "stretch [1]") if kind == "relax" else ("nominal_stress_1 [Pa]", "stress [Pa]")
+    path = write(tmp_path, kind, FOLLOWED)
+    targets = {}
+    for header in (f"{own},{simple}", own, simple):
+        rows = "1,1.5,1.25\n2,2,3\n" if "," in header else "1,1.5\n2,2\n"
+        (tmp_path / "first.csv").write_text(f"time [s],{header}\n{rows}")
+        targets[header] = [entry.target for entry in solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))]
+    assert list(targets.values()) == [[1.25, 3.0], [1.5, 2.0], [1.5, 2.0]]
+
+
+def test_measured_times_do_not_repeat(tmp_path: Path) -> None:
+    path = write(tmp_path, "relax", FOLLOWED)
+    (tmp_path / "first.csv").write_text("time [s],stretch [1]\n1,1.5\n1,2\n")
+    with pytest.raises(InputError, match=r"^first.csv: line 3: time 1 s does not come after 1 s"):
+        solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))
+    (tmp_path / "first.csv").write_text("time [s],stretch_1 [1]\n1,1.5\n1,2\n0.5,1\n")
+    with pytest.raises(InputError, match=r"^first.csv: line 4: time 0.5 s does not come after 1 s"):
+        solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))
+
+
+def test_several_cases_are_no_load(tmp_path: Path) -> None:
+    sweep = '[sweep]\ntemperature = ["20 degC", "30 degC"]\n[output]\ntimes = ["1 s", "2 s"]\n'
+    (tmp_path / "first.csv").write_bytes(run(tmp_path, "relax", STRETCHED + sweep))
+    said = r"^first.csv: line 4: case 0 ends and case 1 begins, so that times do not ascend: a load is one case, so leave only its"
+    with pytest.raises(InputError, match=said):
+        solver_steps(read_cases(write(tmp_path, "relax", FOLLOWED))[0].recipe, Inputs(tmp_path))
