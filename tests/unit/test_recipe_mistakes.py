@@ -224,7 +224,7 @@ def test_a_swept_path_may_have_quotes_of_its_own(tmp_path: Path) -> None:
         ((1, 2), "[1, 2]"),
         ({"a": 1, "b c": {}}, '{ a = 1, "b c" = {} }'),
         ([1000] * 5000, "[" + "1000, " * 9 + "10..."),
-        ({"a\nb": "c\nd"}, r'{"a\nb" = "c\nd"}'),
+        ({"a\nb": "c\nd"}, r'{ "a\nb" = "c\nd" }'),
     ],
 )
 def test_values_are_shown_as_toml_has_them(value: Any, text: str) -> None:
