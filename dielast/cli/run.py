@@ -20,7 +20,8 @@ from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case, read_cases
 from dielast.recipe.validate import settings
-from dielast.workflow.report import Execution, Source, contents, left_over, summarise
+from dielast.sharing.execution import Execution
+from dielast.workflow.report import Source, contents, left_over, summarise
 
 if TYPE_CHECKING:
     from rich.progress import Progress

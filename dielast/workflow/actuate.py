@@ -16,6 +16,8 @@ from dielast.material import Material
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown
 from dielast.recipe.voltage import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe
+from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import ActuationHistory, Event, actuate
 from dielast.simulate.voltage import VoltageStep
 from dielast.stability import TimeScale
@@ -41,8 +43,7 @@ from dielast.workflow.cases import (
 )
 from dielast.workflow.doubts import doubt_films
 from dielast.workflow.history import Entry, in_recipe_terms, output_times, values_of
-from dielast.workflow.report import Execution, Report
-from dielast.workflow.share import solve_batches
+from dielast.workflow.report import Report
 from dielast.workflow.uncertainty import interval_label, samples_of, uncertainty_headline
 from dielast.workflow.waveform import voltage_entries
 

@@ -17,13 +17,13 @@ from dielast.material import Material
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown
 from dielast.recipe.voltage import ActuateRecipe
+from dielast.sharing.batches import Batch, solve_batches
+from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import Event
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 from dielast.table import Column
 from dielast.workflow.cases import CaseResult
-from dielast.workflow.report import Execution
-from dielast.workflow.share import Batch, solve_batches
 
 Array = NDArray[np.float64]
 Band = tuple[Array, Array, Array]

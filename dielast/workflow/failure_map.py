@@ -15,6 +15,7 @@ from dielast.material import Material
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown, parse_material
 from dielast.recipe.voltage import FailureMapRecipe, VoltageAxis
+from dielast.sharing.execution import Execution
 from dielast.simulate.failure_map import FailureMap, MapPlan, assemble_all, plan_failure_map
 from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
 from dielast.stability import TimeScale
@@ -24,7 +25,7 @@ from dielast.workflow.cases import first_of_each
 from dielast.workflow.doubts import doubt_failures, doubt_map
 from dielast.workflow.history import in_keys
 from dielast.workflow.partial import fingerprint, solve
-from dielast.workflow.report import Execution, Report
+from dielast.workflow.report import Report
 from dielast.workflow.uncertainty import interval_label, sample_of, uncertainty_headline
 
 MODES = ("breakdown", "pull-in", "none", "unfinished")

@@ -15,11 +15,12 @@ from dielast.files import Inputs
 from dielast.plausible import doubt_curve, doubt_temperature
 from dielast.recipe.cases import Case
 from dielast.recipe.mastercurve import MasterCurveRecipe
+from dielast.sharing.execution import Execution
 from dielast.shift import WLF, Arrhenius
 from dielast.table import Column
 from dielast.workflow.draws import curve_tables, draws_headline
 from dielast.workflow.measurements import Reading, read_all, read_curves
-from dielast.workflow.report import Execution, Report
+from dielast.workflow.report import Report
 
 __all__ = ["headline", "read_curves", "run", "tables"]
 

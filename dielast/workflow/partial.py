@@ -17,9 +17,8 @@ from dielast.errors import InputError, NumericsError
 from dielast.files import KEPT, STORE, Inputs, write_files
 from dielast.integrate import Status
 from dielast.recipe.base import RecipeBase
+from dielast.sharing.execution import Execution, share_out
 from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
-from dielast.workflow.report import Execution
-from dielast.workflow.share import share_out
 
 CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
 PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than a disk saves

@@ -34,18 +34,6 @@ FILES: Mapping[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Execution:
-    """How a run is carried out, which no result depends on: processes, a folder for unfinished work, who hears of progress, the
-    Dask scheduler of the cluster to use instead of processes.
-    """
-
-    jobs: int = 1
-    folder: Path | None = None
-    progress: Callable[[int, int], None] | None = None
-    scheduler: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Report:
     """A run's results: `tables` by file name, other `files` by name, headline numbers by section, and how to draw the figure.
 

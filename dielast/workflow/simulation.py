@@ -14,6 +14,8 @@ from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.recipe.cases import Case
+from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import Execution
 from dielast.simulate.membrane import MembraneHistory, simulate
 from dielast.workflow.bounds import band, bounded_cases
 from dielast.workflow.cases import (
@@ -36,8 +38,7 @@ from dielast.workflow.cases import (
 )
 from dielast.workflow.doubts import doubt_membranes
 from dielast.workflow.history import Recipe, in_recipe_terms, joined, output_times, solver_steps
-from dielast.workflow.report import Execution, Report
-from dielast.workflow.share import solve_batches
+from dielast.workflow.report import Report
 from dielast.workflow.uncertainty import interval_label, samples_of, uncertainty_headline
 
 if TYPE_CHECKING:

@@ -27,11 +27,12 @@ from dielast.plausible import doubt_material
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown, permittivity, write_material
 from dielast.recipe.spectrum import Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
+from dielast.sharing.execution import Execution
 from dielast.shift import ShiftLaw
 from dielast.table import Column
 from dielast.workflow.curve import Curve, read_curve, read_master_curve
 from dielast.workflow.draws import DRAWS, DrawnMaterials, drawn_materials, read_curve_draws
-from dielast.workflow.report import Execution, Report
+from dielast.workflow.report import Report
 
 __all__ = ["Curve", "headline", "make_material", "read_curve", "read_master_curve", "run", "tables"]
 

@@ -19,9 +19,10 @@ from processes import until
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.recipe.cases import read_cases
+from dielast.sharing import cluster
+from dielast.sharing.execution import Execution
 from dielast.table import to_csv
-from dielast.workflow import actuate, cluster
-from dielast.workflow.report import Execution
+from dielast.workflow import actuate
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 Process = subprocess.Popen[str]

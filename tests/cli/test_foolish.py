@@ -14,7 +14,7 @@ import pytest
 from dielast import Material, read_material, write_material
 from dielast.cli.run import compute
 from dielast.recipe.cases import read_cases
-from dielast.workflow.report import Execution
+from dielast.sharing.execution import Execution
 
 EXAMPLE = Path(str(files("dielast") / "examples/vhb4905.toml"))
 Run = Callable[..., tuple[list[str], Mapping[str, Any]]]

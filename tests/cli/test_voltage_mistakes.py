@@ -11,8 +11,8 @@ import pytest
 from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.recipe.cases import read_cases
+from dielast.sharing.execution import Execution
 from dielast.workflow import actuate, failure_map, relax
-from dielast.workflow.report import Execution
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 WORKFLOWS = {"actuate": actuate, "failure-map": failure_map, "relax": relax}

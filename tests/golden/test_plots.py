@@ -17,7 +17,7 @@ from PIL import Image
 from dielast.cli.run import compute
 from dielast.files import write_files
 from dielast.recipe.cases import read_cases
-from dielast.workflow.report import Execution
+from dielast.sharing.execution import Execution
 
 HERE = Path(__file__).resolve().parent
 WIDTH = 400  # pixels

@@ -9,8 +9,8 @@ import pytest
 
 from dielast.cli.run import compute
 from dielast.recipe.cases import read_cases
+from dielast.sharing.execution import Execution
 from dielast.table import number_columns, parse_csv
-from dielast.workflow.report import Execution
 
 MODULUS, PERMITTIVITY, THICKNESS, LIMIT = 26e3, 4e-11, 5e-4, 30.0
 BRANCHLESS = "[nonequilibrium]\nrelaxation_time_s = []\nshear_modulus_Pa = []\n"

@@ -52,7 +52,7 @@ def write_results(out: Path) -> None:
     from dielast.cli.run import compute
     from dielast.files import write_files
     from dielast.recipe.cases import read_cases
-    from dielast.workflow.report import Execution
+    from dielast.sharing.execution import Execution
 
     for recipe in sorted(GOLDEN.glob("*/recipe.toml")):
         kind = tomllib.loads(recipe.read_text())["kind"]

@@ -17,7 +17,7 @@ from dielast.recipe.export import Export
 from dielast.recipe.material import parse_material
 from dielast.recipe.spectrum import SpectrumRecipe
 from dielast.recipe.validate import check
-from dielast.workflow.report import Execution
+from dielast.sharing.execution import Execution
 from dielast.workflow.spectrum import run
 
 RECIPE = {

@@ -18,7 +18,7 @@ LAYERS = [
     {"events"},
     {"characterise", "simulate", "export"},
     {"files", "table"},
-    {"measured"},
+    {"measured", "sharing"},
     {"instruments"},
     {"recipe", "plots"},
     {"workflow"},

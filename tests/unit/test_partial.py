@@ -16,10 +16,11 @@ from dielast.gent import Gent
 from dielast.integrate import Status
 from dielast.material import Breakdown, Material
 from dielast.prony import Spectrum
+from dielast.sharing import processes
+from dielast.sharing.execution import Execution
 from dielast.shift import NoShift
 from dielast.simulate.failure_map import MapPlan, plan_failure_map
-from dielast.workflow import partial, processes
-from dielast.workflow.report import Execution
+from dielast.workflow import partial
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
 SOLID = Material("soft", 26e3, BRANCH, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.7,), (40e6,)))

@@ -181,7 +181,11 @@ def test_the_columns_of_the_recipes_are_those_of_the_results(kind: str, tmp_path
             'compare[0].where."a b": [1]: text',
         ),
         (HEAD + STEP, ['output."a b"=3'], 'output."a b": unknown key'),
-        (HEAD + STEP, ['temperature=[true, { a = 1, "b c" = "x" }]'], 'temperature: [true, { a = 1, "b c" = "x" }]: a temperature is'),
+        (
+            HEAD + STEP,
+            ['temperature=[true, { a = 1, "b c" = "x" }]'],
+            'temperature: [true, { a = 1, "b c" = "x" }]: a temperature is',
+        ),
         (HEAD + STEP, ["kind=['a']"], 'kind: ["a"]: one of'),
     ],
 )

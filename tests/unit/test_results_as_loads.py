@@ -12,9 +12,9 @@ from dielast.cli.run import compute
 from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
 from dielast.recipe.cases import read_cases
+from dielast.sharing.execution import Execution
 from dielast.table import number_columns
 from dielast.workflow.history import solver_steps
-from dielast.workflow.report import Execution
 
 MATERIAL = """
 name = "two branches"

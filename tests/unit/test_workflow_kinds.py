@@ -13,8 +13,8 @@ import pytest
 from dielast.cli.run import compute
 from dielast.errors import DielastWarning, InputError
 from dielast.recipe.cases import read_cases
+from dielast.sharing.execution import Execution
 from dielast.table import parse_csv
-from dielast.workflow.report import Execution
 
 ABSCISSA = np.logspace(-1, 2, 16)
 TEMPERATURES = (0.0, 10.0, 20.0, 30.0)

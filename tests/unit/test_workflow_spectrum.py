@@ -17,8 +17,9 @@ from dielast.prony import Spectrum
 from dielast.recipe.cases import Case
 from dielast.recipe.spectrum import CurveData, SpectrumRecipe
 from dielast.recipe.validate import check
+from dielast.sharing.execution import Execution
 from dielast.table import number_columns, to_csv
-from dielast.workflow.report import Execution, Report
+from dielast.workflow.report import Report
 from dielast.workflow.spectrum import read_curve, run
 
 Array = NDArray[np.float64]

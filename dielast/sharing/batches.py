@@ -1,42 +1,19 @@
-"""Solve here, in several processes or on a cluster, as a run is asked to; no result depends on it."""
+"""Batches of cases, solved wherever there is time for them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 from dielast.errors import InputError, NumericsError
-from dielast.workflow.report import Execution
+from dielast.sharing.execution import Execution, share_out
 
 LOCAL = Execution()
 
-Plan = TypeVar("Plan")
-Solved = TypeVar("Solved")
 Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)
-
-
-def share_out(
-    solve: Callable[[Plan, int, int], Solved], plan: Plan, chunks: Sequence[tuple[int, int]], execution: Execution
-) -> Generator[Solved, None, None]:
-    """`solve(plan, first, end)` of each chunk, in the order in which they are finished.
-
-    `solve` is a function of a module, and all that it takes and gives can be pickled. Raises `NumericsError` if a process is
-    killed, and `InputError` if the cluster is of no use.
-    """
-    if execution.scheduler is not None and chunks:
-        from dielast.workflow.cluster import solve_on
-
-        yield from solve_on(execution.scheduler, solve, plan, chunks)
-    elif execution.jobs > 1 and len(chunks) > 1:
-        from dielast.workflow.processes import solve_in_processes
-
-        yield from solve_in_processes(execution.jobs, solve, plan, chunks)
-    else:
-        for first, end in chunks:
-            yield solve(plan, first, end)
 
 
 class Batch(Protocol[Result_co]):

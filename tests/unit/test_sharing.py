@@ -14,10 +14,10 @@ from dielast.errors import DielastError, InputError, NumericsError
 from dielast.gent import Gent
 from dielast.material import Material
 from dielast.prony import Spectrum
+from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import Execution
 from dielast.shift import NoShift
 from dielast.workflow.cases import PART, divided, one_or_all
-from dielast.workflow.report import Execution
-from dielast.workflow.share import solve_batches
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Sharing of work among processes and machines; no result depends on it."""

@@ -1,0 +1,44 @@
+"""Solve here, in several processes or on a cluster, as a run is asked to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+Plan = TypeVar("Plan")
+Solved = TypeVar("Solved")
+
+
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """How a run is carried out, which no result depends on: processes, a folder for unfinished work, who hears of progress, the
+    Dask scheduler of the cluster to use instead of processes.
+    """
+
+    jobs: int = 1
+    folder: Path | None = None
+    progress: Callable[[int, int], None] | None = None
+    scheduler: str | None = None
+
+
+def share_out(
+    solve: Callable[[Plan, int, int], Solved], plan: Plan, chunks: Sequence[tuple[int, int]], execution: Execution
+) -> Generator[Solved, None, None]:
+    """`solve(plan, first, end)` of each chunk, in the order in which they are finished.
+
+    `solve` is a function of a module, and all that it takes and gives can be pickled. Raises `NumericsError` if a process is
+    killed, and `InputError` if the cluster is of no use.
+    """
+    if execution.scheduler is not None and chunks:
+        from dielast.sharing.cluster import solve_on
+
+        yield from solve_on(execution.scheduler, solve, plan, chunks)
+    elif execution.jobs > 1 and len(chunks) > 1:
+        from dielast.sharing.processes import solve_in_processes
+
+        yield from solve_in_processes(execution.jobs, solve, plan, chunks)
+    else:
+        for first, end in chunks:
+            yield solve(plan, first, end)
