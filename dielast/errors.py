@@ -60,10 +60,14 @@ def shown_path(keys: Iterable[str]) -> str:
 
 
 def quoted(text: str) -> str:
-    """A key in quotes: double ones, or single ones if there are double ones in it."""
-    if '"' not in text:
+    """Text in quotes as TOML has it: double ones, or single ones if something in it would have to be escaped."""
+    if text.isprintable() and not {'"', "\\"} & {*text}:
         return f'"{text}"'
-    return f"'{text}'" if "'" not in text else '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if text.isprintable() and "'" not in text:
+        return f"'{text}'"
+    import json  # which takes its time to load
+
+    return json.dumps(text, ensure_ascii=False)
 
 
 def as_toml(value: Any, entries: int | None = None, depth: int = _DEEPEST) -> str:

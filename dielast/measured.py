@@ -15,7 +15,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,8 @@ class MeasuredTable:
     """The cells of a table as text: a list of rows for each of `names`; `lines` holds each row's line in the file (from 1).
 
     `header_line` is the line of the units, where it is worth naming: in a file of several tables; else 0. `spelled` holds the
-    header cells as the file has them; without it they are taken for `name [unit]`.
+    header cells as the file has them; without it they are taken for `name [unit]`. `stated_units` are a recipe's, by role; None
+    where a recipe has no key for them.
     """
 
     source: str
@@ -57,7 +58,7 @@ class MeasuredTable:
     cells: tuple[list[str], ...]
     lines: NDArray[np.int64]
     decimal: str
-    stated_units: Mapping[str, str] = field(default_factory=dict)
+    stated_units: Mapping[str, str] | None = None
     header_line: int = 0
     spelled: tuple[str, ...] = ()
 
@@ -83,8 +84,10 @@ class MeasuredTable:
                     raise InputError(f'{self.source}: column "{wanted}" for {role} stands there {len(matches)} times')
                 if matches:
                     return matches[0]
-        near = difflib.get_close_matches(wanted, spelled, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in spelled)
+        # as the file spells them, but with their units from a row below
+        there = [own if split_header(own)[1] else header for own, header in zip(spelled, headers, strict=True)]
+        near = difflib.get_close_matches(wanted, there, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
         raise InputError(f'{self.source}: no column "{wanted}" for {role}; {hint}')
 
     def has(self, name: str) -> bool:
@@ -115,10 +118,16 @@ class MeasuredTable:
             raise InputError(f'{self.source}: line {line}: column "{self.names[index]}": the number is too large')
         return values
 
+    def check(self, wanted: str | int, role: str, dimension: Dimension | None) -> None:
+        """Raise `InputError` as `column` does for a missing column or a wrong unit; without a `dimension` for the former alone."""
+        index = self.find(wanted, role)
+        if dimension is not None:
+            self._conversion(index, wanted, role, dimension)
+
     def _conversion(self, index: int, wanted: str | int, role: str, dimension: Dimension) -> tuple[float, float]:
         name, in_header = self.names[index], self.units[index]
         in_mapping = split_header(wanted)[1] if isinstance(wanted, str) and in_header is None else None
-        stated = self.stated_units.get(role, in_mapping)
+        stated = (self.stated_units or {}).get(role, in_mapping)
         here = f"{self.source}: " + (f"line {self.header_line}: " if self.header_line else "") + f'column "{name}"'
         # brackets may as well hold a part of the name
         if in_header is not None and stated is not None and (is_ambiguous(in_header, dimension) or not is_unit(in_header)):
@@ -130,7 +139,8 @@ class MeasuredTable:
             if dimension is NUMBER:
                 return 1.0, 0.0
             needed = dimension.unit
-            raise InputError(f'{here} has no unit: call it "{name} [{needed}]" or say units = {{ {role} = "{needed}" }}')
+            or_else = "" if self.stated_units is None else f' or say units = {{ {role} = "{needed}" }}'
+            raise InputError(f'{here} has no unit: call it "{name} [{needed}]"{or_else}')
         try:
             return conversion(unit, dimension)
         except InputError as error:
@@ -140,7 +150,8 @@ class MeasuredTable:
 def read_measured(
     content: bytes, source: str, form: TextFormat | None = None, units: Mapping[str, str] | None = None
 ) -> MeasuredTable:
-    """The table in the bytes `content` of the file called `source`; `units` states units by role where the header does not.
+    """The table in the bytes `content` of the file called `source`; `units` states units by role where the header does not, and
+    is None where a recipe cannot state any.
 
     Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
     """
@@ -155,6 +166,7 @@ def read_measured(
     width = _modal_width(rows, decimal)
     first = _first_data_row(rows, width, decimal)
     if first is None:
+        _refuse_header_alone(source, [line for _, line in filled], separator)
         shown = SEPARATORS.get(separator, separator)
         raise InputError(f'{source}: no row of numbers found (separator {shown}, decimal mark "{decimal}")')
     lines = [number for number, _ in filled[first:]]
@@ -165,7 +177,7 @@ def read_measured(
             raise InputError(f"{source}: line {line}: {_width(row)} cells, but the table has {len(names)} columns")
         row[len(names) :] = [""] * (len(names) - len(row))
     cells = tuple(list(column) for column in zip(*data, strict=True))
-    return MeasuredTable(source, names, in_header, cells, np.array(lines), decimal, dict(units or {}), spelled=spelled)
+    return MeasuredTable(source, names, in_header, cells, np.array(lines), decimal, units, spelled=spelled)
 
 
 def decode(content: bytes, source: str, encoding: str | None = None) -> str:
@@ -221,8 +233,17 @@ def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, st
             if score > best_score * 1.001:
                 best, best_score = (separator, decimal), score
     if best_score == 0.0 and form.separator is None:
+        for separator in "\t;,":
+            _refuse_header_alone(source, lines, separator)
         raise InputError(f"{source}: no columns of numbers found; state separator and decimal if they are unusual")
     return best
+
+
+def _refuse_header_alone(source: str, lines: Sequence[str], separator: str) -> None:
+    """Raise `InputError` if `lines`, in which no numbers were found, are a row of names and perhaps one of units, and no more."""
+    names, *below = (split_cells(line, separator) for line in lines[:3])
+    if len(names) > 1 and (not below or (len(below) == 1 and all(is_unit(cell.strip("[]()")) for cell in below[0]))):
+        raise InputError(f"{source}: no columns of numbers found: there are no rows below the header")
 
 
 def split_cells(line: str, separator: str) -> list[str]:

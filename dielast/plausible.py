@@ -34,6 +34,7 @@ LARGEST_PERMITTIVITY = 1e3  # relative
 UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the stress goes with its square, 1e-5 of that at breakdown, and 1000 times
 THINNEST, THICKEST, THICKEST_SPECIMEN = 1e-6, 1e-2, 0.1  # m
 _SHEAR = re.compile(r"^\|?g(?![a-z])|^g(p|pp|prime|stor|loss)\b|^j(?![a-z])|\bshear\b|scher|schub")  # names, in lower case
+_STRAIN = re.compile(r"\bstrain|dehnung(?!sverh)|elongation|^[εϵ]")
 UNSEEN = 1e-5  # strain that no extensometer resolves
 SQUEEZED = 0.7  # stretch: who squeezes a film farther has typed a strain
 
@@ -164,6 +165,14 @@ def doubt_strain(strain: ArrayLike) -> None:
         warn(f"{said}: is it {per_cent}?")
     else:
         warn(f"{said}: stress over strain is the relaxation modulus at small strain only; or is it {per_cent}?")
+
+
+def doubt_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
+    """Warn of measured stretches (1, any shape) in a column whose `name` says strain, or of values that no stretch has."""
+    values = np.atleast_1d(np.asarray(stretch, dtype=float))
+    typical = float(np.median(values))
+    if _STRAIN.search(name.casefold()) or not 0.5 <= typical <= 20:
+        warn(f'{source}: column "{name}" is about {typical:.3g} and compared with a stretch, which is 1 + strain: is it a strain?')
 
 
 def doubt_stretch(lowest: float, highest: float) -> None:

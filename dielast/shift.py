@@ -82,7 +82,9 @@ class ShiftTable:
     log10_shift: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        if len(self.temperature) != len(self.log10_shift) or not self.temperature:
+        if not self.temperature:
+            raise InputError("a shift table needs at least one temperature and its shift factor")
+        if len(self.temperature) != len(self.log10_shift):
             raise InputError(
                 f"{len(self.temperature)} temperatures but {len(self.log10_shift)} shift factors: one for each is needed"
             )

@@ -117,6 +117,9 @@ TEMPERATURES = dict.fromkeys(("degC", "°C", "℃"), "degree_Celsius") | dict.fr
 RECOGNISED = (TIME, LENGTH, TEMPERATURE, STRESS, STRESS_RATE, STRAIN_RATE, FORCE, FORCE_RATE, VOLTAGE, VOLTAGE_RATE, FIELD, STRAIN)
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_COMMA = re.compile(r"(?<![\w.,])[+-]?\d++,(\d++)(?![\w.,]*,)")
+# what is no unit, and what it stands for in the languages of those who write it
+_ABROAD = {"sek": "s", "sekunden": "s", "minuten": "min", "std": "h", "stunden": "h", "tage": "d", "grad": "degC"}
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
 # names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
 _NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
@@ -132,6 +135,8 @@ def parse(text: Any, dimension: Dimension) -> float:
     if not isinstance(text, str):
         raise InputError(f"{shown(text)}: {dimension.name} is needed with its unit, such as {shown(dimension.example)}")
     match = _QUANTITY.fullmatch(text)
+    if comma := decimal_comma(text):
+        raise InputError(f"{shown(text)}: {dimension.name} is needed; {comma}")
     if match is None:
         raise InputError(f"{shown(text)}: {dimension.name} is needed, such as {shown(dimension.example)}")
     number, unit = match.groups()
@@ -145,6 +150,15 @@ def parse(text: Any, dimension: Dimension) -> float:
     if not math.isfinite(value):
         raise InputError(f"{shown(text)}: {dimension.name} that is finite is needed, such as {shown(dimension.example)}")
     return value
+
+
+def decimal_comma(text: str) -> str:
+    """What to write instead of the first number in `text` with a comma in it; empty if there is none."""
+    found = _COMMA.search(text)
+    if found is None:
+        return ""
+    thousands = f" or {found[0].replace(',', '')}" if len(found[1]) == 3 else ""
+    return f"a decimal comma? write {found[0].replace(',', '.')}{thousands}"
 
 
 @lru_cache(maxsize=256)
@@ -167,7 +181,8 @@ def convert_by_pint(unit: str, dimension: Dimension) -> tuple[float, float]:
         unit = "degC"
     parsed = _parse_unit(unit)
     if parsed is None:
-        raise InputError(f'unknown unit "{unit}"; {wanted}')
+        near = _near_unit(unit, dimension)
+        raise InputError(f'unknown unit "{unit}"; ' + (f'did you mean "{near}"?' if near else wanted))
     if dimension in (FREQUENCY, ANGULAR_FREQUENCY):
         _tell_frequencies_apart(unit, dimension)
     target = _parse_unit(dimension.unit)
@@ -179,6 +194,17 @@ def convert_by_pint(unit: str, dimension: Dimension) -> tuple[float, float]:
     if dimension is TEMPERATURE_DIFFERENCE and str(parsed) in SCALES:
         return SCALES[str(parsed)][0], 0.0
     return float(quantity(1.0, parsed).to(target).magnitude), 0.0
+
+
+def _near_unit(unit: str, dimension: Dimension) -> str | None:
+    """The common unit of `dimension` that differs from `unit` in upper and lower case alone, if no other can be meant."""
+    known = TEMPERATURES if dimension is TEMPERATURE else COMMON.get(dimension.unit, {})
+    if (abroad := _ABROAD.get(unit.casefold())) in known:
+        return abroad
+    near = [own for own in known if own.casefold() == unit.casefold()]
+    # MPa and mPa, mm and Mm
+    doubtful = any(_parse_unit(own[0].swapcase() + own[1:]) is not None for own in near if own[0] != unit[0])
+    return near[0] if len(near) == 1 and not doubtful else None
 
 
 def is_ambiguous(unit: str, dimension: Dimension) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.characterise.curve import least_modulus, long_time_end, votes
+from dielast.characterise.curve import extremes, long_time_end, votes
 from dielast.characterise.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.characterise.judge import (
     LEVEL_SLOPE,
@@ -67,7 +67,7 @@ def fit_creep(
     check_ends(retardation_time)
     curve = Curve(time, 3 * measured[None], votes(np.log10(time)), CREEP)
     softest = long_time_end(np.log10(time), 1 / curve.size)
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), 1 / curve.size))
+    check_moduli(equilibrium_modulus, glassy_modulus, *extremes(np.log10(time), 3 / curve.size))
     own_time, known, total, is_open = _what_to_fit(curve, branches, retardation_time, equilibrium_modulus, glassy_modulus, flows)
     solution = _fit(curve, own_time, known, total)
     retardation = RetardationSpectrum(own_time, solution.strength, *solution.constants.tolist())
@@ -127,23 +127,23 @@ def _what_to_fit(
     if equilibrium == 0 or flows:
         return placed_times(curve, branches, wanted, fluid), fluid, None, False
     own_time = placed_times(curve, branches, wanted, fluid)
-    if flows is False or not _demands_flow(curve, own_time):
+    if flows is False or not _demands_flow(curve, own_time, glassy_compliance):
         return own_time, solid, None, False
     if wanted[1] is None:
         slower = placed_times(curve, branches, (wanted[0], _SLOWER * float(curve.time[-1])), solid)
-        if not _demands_flow(curve, slower):
+        if not _demands_flow(curve, slower, glassy_compliance):
             return slower, solid, None, True
     return own_time, fluid, None, False
 
 
-def _demands_flow(curve: Curve, own_time: Array) -> bool:
+def _demands_flow(curve: Curve, own_time: Array, glassy_compliance: float | None) -> bool:
     """Whether a fluidity beside processes at these times (s) improves the fit by more than noise can."""
     from scipy.special import stdtr
 
-    fluid = fit_strengths(curve, own_time, (None, None))
+    fluid = fit_strengths(curve, own_time, (glassy_compliance, None))
     if fluid.constants[1] == 0:
         return False
-    solid = fit_strengths(curve, own_time, (None, 0.0), smoothing=fluid.smoothing)
+    solid = fit_strengths(curve, own_time, (glassy_compliance, 0.0), smoothing=fluid.smoothing)
     freedom = max(fluid.freedom, 1e-6)
     variance = max(fluid.misfit / freedom, _EXACT**2)
     improvement = max(solid.objective - fluid.objective, 0.0)

@@ -62,3 +62,8 @@ def _end(log10_time: Array, modulus: Array, at: float) -> End:
     fall = float(np.average((x - x_mean) * (y - y_mean), weights=weight))
     slope = min(fall / spread, 0.0) if spread > 0 else 0.0  # a relaxing solid only softens: a rise is noise
     return End(float(10 ** (y_mean + slope * (at - x_mean))), slope)
+
+
+def extremes(log10_time: Array, modulus: Array) -> tuple[float, float]:
+    """The smallest and the largest modulus of a curve, noise apart."""
+    return least_modulus(log10_time, modulus), short_time_end(log10_time, modulus).modulus

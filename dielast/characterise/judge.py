@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 Ends = tuple[float | None, float | None]
 
 TOLERATED = 0.02  # of G(t): what clipping negative moduli may change; and the equilibrium modulus above the curve without a word
-_ABOVE = 0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused
+_ABOVE = 0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused; likewise a glassy one that is lower
 _BELOW = 0.1  # of the end of a curve that has levelled off, continued by _MORE_DECADES: an equilibrium modulus below is doubted
 _MORE_DECADES = 2.0
 _THIRD = (2.5, 3.5)  # ratio of the two that looks like Young's against shear
@@ -59,17 +59,17 @@ def check_ends(relaxation_time: Ends) -> None:
         raise InputError(f"relaxation_time min = {shortest:g} s must be shorter than max = {longest:g} s")
 
 
-def check_moduli(equilibrium: float | None, glassy: float | None, smallest: float) -> None:
-    """The moduli prescribed, beside the `smallest` of the curve; all Young's, Pa."""
+def check_moduli(equilibrium: float | None, glassy: float | None, smallest: float, largest: float) -> None:
+    """The moduli prescribed, beside the `smallest` and the `largest` of the curve; all Young's, Pa."""
     if equilibrium is not None and not 0 <= equilibrium < np.inf:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa: it must be finite and not negative (0 is a melt)")
     if glassy is not None and not 0 < glassy < np.inf:
         raise InputError(f"glassy_modulus = {glassy:g} Pa: it must be finite and positive")
     if equilibrium is not None and glassy is not None and equilibrium >= glassy:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa must be smaller than glassy_modulus = {glassy:g} Pa")
-    if glassy is not None and glassy < smallest:
+    if glassy is not None and glassy < (1 - _ABOVE) * largest:
         raise InputError(
-            f"glassy_modulus = {glassy:g} Pa is below the end of the curve, {smallest:.4g} Pa: raise it, or leave it out"
+            f"glassy_modulus = {glassy:g} Pa is below the start of the curve, {largest:.4g} Pa: raise it, or leave it out"
         )
     excess = 0.0 if equilibrium is None else equilibrium / smallest - 1
     if excess > _ABOVE:

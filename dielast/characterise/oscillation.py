@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.characterise.curve import least_modulus, long_time_end, votes
+from dielast.characterise.curve import extremes, long_time_end, votes
 from dielast.characterise.judge import (
     Ends,
     check_counts,
@@ -54,7 +54,7 @@ def fit_oscillation(
     time, measured = 1 / frequency[::-1], np.stack([storage, loss])[:, ::-1]
     curve = Curve(time, measured / 3, votes(np.log10(time)), OSCILLATION)
     plateau = long_time_end(np.log10(time), curve.values[0])
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), curve.values[0]))
+    check_moduli(equilibrium_modulus, glassy_modulus, *extremes(np.log10(time), 3 * curve.values[0]))
     known = None if equilibrium_modulus is None else equilibrium_modulus / 3
     tau = placed_times(curve, branches, relaxation_time, (known,), _PAST, share_kept(branches, keep))
     solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (1.0,)))

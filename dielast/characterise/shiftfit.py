@@ -30,9 +30,10 @@ class ShiftFit:
     of the shift factors, per degree of freedom. About one where the law fits, far above one where it does not, zero for a table and
     where there are no more temperatures than parameters. Above one, the covariance has been scaled up by it.
 
-    `origin` is the law's log10 a at its reference temperature relative to the temperature it was fitted about, `origin_weight`
-    (m,) the derivative of it with respect to the shift factors, `origin_excess` the variance that the misfit and a C2 that is only
-    assumed add.
+    `origin` is log10 a at the reference temperature relative to the temperature that the law was fitted about: the law's, and how
+    far the shift factors lie off it there, between neighbours in proportion. It is thus that of a measured temperature at all
+    temperatures that are. `origin_weight` (m,) is the derivative of it with respect to the shift factors, `origin_excess` the
+    variance that the misfit and a C2 that is only assumed add.
     """
 
     law: ShiftLaw
@@ -74,14 +75,21 @@ def fit_shift_law(
     whiten = np.linalg.inv(np.linalg.cholesky(own + 1e-14 * np.mean(np.diag(own)) * np.eye(m - 1)))
     fitted = (_arrhenius if law == "arrhenius" else _wlf)(base, distance, wanted, whiten)
     moved = fitted.about(reference_temperature - base)
-    weight = np.zeros(m)
-    weight[others] = moved.to_origin @ fitted.response
+    near = np.array([np.interp(reference_temperature, temperature, row) for row in np.eye(m)])
+    beside = [(near[k], fitted.about(float(temperature[k]) - base), k) for k in np.flatnonzero(near)]
+    off = np.array([log10_shift_factor[k] - own.origin for _, own, k in beside])
+    shares = np.array([share for share, _, _ in beside])
+    # what is left of the law: from the neighbours to the reference temperature
+    step = moved.to_origin - sum(share * own.to_origin for share, own, _ in beside)
+    weight = near.copy()
+    weight[others] += step @ fitted.response
+    doubt = _spread(moved.others - moved.origin - sum(share * (own.others - own.origin) for share, own, _ in beside))
     scale = max(fitted.misfit, 1.0)
     spread = fitted.moments * scale
     values = moved.to_values @ spread @ moved.to_values.T
     if fitted.held:
-        far = reference_temperature not in temperature and moved.doubt > NEGLIGIBLE
-        known = f"is known to +- {moved.doubt:.2g} only" if np.isfinite(moved.doubt) else "is not known at all"
+        far = reference_temperature not in temperature and doubt > NEGLIGIBLE
+        known = f"is known to +- {doubt:.2g} only" if np.isfinite(doubt) else "is not known at all"
         warn(fitted.held + (f"; log10 a at {reference_temperature:g} degC {known}, for want of C2" if far else ""))
     return ShiftFit(
         moved.law,
@@ -89,9 +97,9 @@ def fit_shift_law(
         moved.values,
         np.full(values.shape, np.inf) if fitted.held else values,
         fitted.misfit,
-        moved.origin,
+        moved.origin + float(shares @ off),
         weight,
-        float(moved.to_origin @ fitted.moments @ moved.to_origin) * (scale - 1) + moved.doubt**2,
+        (float(step @ fitted.moments @ step) + float(shares @ (off - shares @ off) ** 2) / scale) * (scale - 1) + doubt**2,
     )
 
 
@@ -99,7 +107,7 @@ def fit_shift_law(
 class _Moved:
     """A law about its reference temperature, and derivatives of its parameters and its origin with respect to those fitted.
 
-    `doubt` is the standard error of the origin that comes of what is only assumed.
+    `others` are the origins of other laws that the data allow, if some of this one is only assumed.
     """
 
     law: ShiftLaw
@@ -107,7 +115,7 @@ class _Moved:
     to_values: Array
     origin: float
     to_origin: Array
-    doubt: float = 0.0
+    others: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,7 +150,7 @@ def _arrhenius(base: float, distance: Array, wanted: Array, whiten: Array) -> _F
 
     def about(move: float) -> _Moved:
         rise = float(unit.log10_shift_factor(base + move))
-        return _Moved(Arrhenius(base + move, energy), np.array([energy]), np.eye(1), energy * rise, np.array([rise]))
+        return _Moved(Arrhenius(base + move, energy), np.array([energy]), np.eye(1), energy * rise, np.array([rise]), np.zeros(0))
 
     return _Fitted(("activation_energy",), about, moments, response, misfit)
 
@@ -186,14 +194,18 @@ def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
         values = np.array([g / (k * pole), 1 / k + move])
         to_values = np.array([[1 / (k * pole), -g * (1 + 2 * k * move) / (k * pole) ** 2], [0.0, -1 / k**2]])
         to_origin = np.array([-move / pole, g * move**2 / pole**2])
-        origin, doubt = -g * move / pole, 0.0
-        if len(plausible):
-            poles = 1 + plausible[:, 1] * move
-            others = -plausible[:, 0] * move / np.where(poles > 0, poles, np.nan)
-            doubt = float(np.sqrt(np.mean((others - origin) ** 2))) if np.all(poles > 0) else np.inf
-        return _Moved(WLF(base + move, *values.tolist()), values, to_values, origin, to_origin, doubt)
+        poles = 1 + plausible[:, 1] * move
+        others = -plausible[:, 0] * move / np.where(poles > 0, poles, np.nan)
+        return _Moved(WLF(base + move, *values.tolist()), values, to_values, -g * move / pole, to_origin, others)
 
     return _Fitted(("C1", "C2"), about, moments, response, misfit, held)
+
+
+def _spread(differences: Array) -> float:
+    """Root mean square; infinite if some are not known."""
+    if not differences.size:
+        return 0.0
+    return float(np.sqrt(np.mean(differences**2))) if np.all(np.isfinite(differences)) else np.inf
 
 
 def _with_k(k: Array, distance: Array, wanted: Array, whiten: Array) -> Array:

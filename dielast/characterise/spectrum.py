@@ -10,7 +10,7 @@ from numpy.polynomial import Chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.characterise import schwarzl_staverman as ss
-from dielast.characterise.curve import least_modulus, long_time_end, short_time_end, votes
+from dielast.characterise.curve import extremes, long_time_end, short_time_end, votes
 from dielast.characterise.interconversion import RetardationSpectrum
 from dielast.characterise.judge import (
     TOLERATED,
@@ -106,7 +106,7 @@ def fit_spectrum(
     check_ends(relaxation_time)
     curve = Curve(time, measured[None] / 3, votes(np.log10(time)))
     plateau = long_time_end(np.log10(time), curve.size)
-    check_moduli(equilibrium_modulus, glassy_modulus, 3 * least_modulus(np.log10(time), curve.size))
+    check_moduli(equilibrium_modulus, glassy_modulus, *extremes(np.log10(time), 3 * curve.size))
     known = None if equilibrium_modulus is None else equilibrium_modulus / 3
 
     polynomial_error = smoothing = None

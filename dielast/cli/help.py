@@ -4,6 +4,7 @@ is said to whoever uses them wrongly.
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,12 @@ from typer.core import TyperCommand
 
 UsageError: Any = BadParameter.__base__  # which typer has from click, or as its own
 
+# how typer and click say it -> how recipes have it
+_PLAIN = {
+    r"Input should be greater than or equal to (\S+)$|[^ ]+ is not in the range x>=(\S+)$": r"at least \1\2 is needed",
+    r"Input should be a valid integer.*|\S+ is not a valid integer$": "a whole number is needed",
+    r"Input should be a valid number.*|\S+ is not a valid float$": "a number is needed",
+}
 EXIT_CODES = """\
 Exit codes: 0 done (a predicted failure of the film is a result), 2 bad usage,
 recipe or data, 3 the numerics gave up, 4 golden mismatch, 130 interrupted,
@@ -52,6 +59,8 @@ def tell_usage(error: Any) -> int:
         error.show()
     else:
         found = " ".join(error.format_message().replace("Value error, ", "").split()).rstrip(".")
+        for pattern, words in _PLAIN.items():
+            found = re.sub(pattern, words, found)
         print(f"{command}: {found[:1].lower()}{found[1:]} (see {command} --help)", file=sys.stderr)
     return int(error.exit_code)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs, read_file
 from dielast.recipe.models import KINDS
-from dielast.recipe.validate import parse_toml
+from dielast.recipe.toml import parse_toml
 
 
 def print_starter(kind: str) -> int:

@@ -21,7 +21,7 @@ from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, d
 from dielast.recipe.cases import Case, read_cases
 from dielast.recipe.validate import settings
 from dielast.sharing.execution import Execution
-from dielast.workflow.report import Source, contents, left_over, summarise
+from dielast.workflow.report import Source, contents, left_over, replaced, summarise
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -82,6 +82,10 @@ def run(kind: str, path: Path, options: Options) -> int:
     if old := left_over(kind, out, files):
         verbs = "is from an earlier run and was" if len(old) == 1 else "are from an earlier run and were"
         print(f"warning: {out}: {', '.join(old)} {verbs} not renewed", file=sys.stderr)
+    if others := replaced(kind, out):
+        print(
+            f"warning: {out}: holds results of {' and '.join(others)}, too: summary.toml is now that of this run", file=sys.stderr
+        )
     for line in summary.get("unfinished", ()):
         print(f"{path}: {line}", file=sys.stderr)
     mismatch = _compare(files, options) if options.golden is not None else 0

@@ -239,7 +239,7 @@ def plain(text: str) -> str:
 def _check_branches(material: Material, terms: int, code: Code) -> None:
     wrong = []
     if terms == 0:
-        wrong.append(f"export.formats: {code.name}: every branch has zero modulus: there is nothing viscoelastic to write")
+        wrong.append(f"export.formats: {code.name}: no branch has a modulus: there is nothing viscoelastic to write")
     if code.most_terms is not None and terms > code.most_terms:
         wrong.append(
             f"export.formats: {code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.plots.style import COLOURS, LINES, MARKERS, TEMPERATURES, log_axis, panels, style
+from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes, spread_indices
+from dielast.plots.style import TEMPERATURES, panels, sheet, style
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
 Array = NDArray[np.float64]
-MOST_LINES = 6
 MOST_BESIDE_A_MAP = 4  # prestretches; the map shows them all
-MOST_MARKERS = 13  # a line
-MOST_ARROWS = 3  # a band
 FEWEST_FOR_A_MAP = 5  # prestretches
 # what contour lines show: round times
 CONTOURS = {1.0: "1 s", 60.0: "1 min", 600.0: "10 min", 3600.0: "1 h", 21600.0: "6 h", 86400.0: "24 h"}
@@ -35,96 +31,59 @@ def plot_failure_map(
     bounds: tuple[Array, Array] | None = None,
     interval: str = "interval",
 ) -> Figure:
-    """Time to failure over voltage for some films; for many prestretches of the first temperature also the map.
+    """Time to failure over voltage; for many equibiaxial prestretches some of the films, and the map of the first temperature.
 
     `bounds`, lower and upper of the time to failure and of its shape, are drawn as bands, which the legend calls
-    `interval`; infinite is beyond the horizon, where a band is open.
+    `interval`; infinite is beyond the horizon, where a band is open, as it is where it reaches down to zero.
     """
     equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
     mapped = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP and equibiaxial
+    arranged = [Panel(_beside_a_map(result))] if mapped else arrange(result)
+    films = [films_of(panel, result, lines, bounds) for panel in arranged]
+    said = notes(films, None if bounds is None else interval, _left_out(result, sum(map(len, films)), mapped))
+    rows, count = max(-(-len(own) // 2) for own in films), len(arranged)
     with style():
-        chosen = _chosen(result, mapped)
-        rows = -(-len(chosen) // 2)
-        figure, axes = panels(2 if mapped else 1, title, widths=(1.0, 1.2) if mapped else None, height=2.75 + 0.15 * rows)
-        _lifetimes(axes[0], result, chosen, lines, bounds, interval)
+        if mapped:
+            figure, axes = panels(2, title, widths=(1.0, 1.2), height=2.75 + 0.15 * rows)
+        else:
+            across = min(count, 2)
+            down = -(-count // across)
+            figure = sheet(title, across, down * (2.75 + 0.15 * rows))
+            axes = list(figure.subplots(down, across, squeeze=False).ravel())
+            for unused in axes[count:]:
+                unused.remove()
+        draw_panels(axes[:count], result, films)
+        for own, panel, drawn in zip(axes, arranged, films, strict=False):
+            own.set_ylabel("time to failure [s]")
+            own.set_title(panel.title, loc="right")
+            legend(own, drawn, said if count == 1 else None)
+        if count > 1 and said is not None:
+            figure.supxlabel(said, fontsize=7)
         if mapped:
             _map(figure, axes[1], result)
-            for label, own in zip("ab", axes, strict=True):
+        if mapped or count > 1:
+            for label, own in zip("abcdef", axes, strict=False):
                 own.set_title(f"({label})", loc="left")
     return figure
 
 
-def _chosen(result: FailureMap, mapped: bool) -> list[tuple[int, int]]:
-    """Temperature and prestretch of the films to draw: all if they are few, else some prestretches, or one over temperature."""
+def _left_out(result: FailureMap, drawn: int, mapped: bool) -> str | None:
+    """How many films have no line, and why."""
+    films = result.failure_mode[..., 0].size
+    if drawn == films:
+        return None
+    if not mapped:
+        return f"{drawn} of {films} films: more would not be legible"
+    at = f" at {result.temperature[0]:g} °C" if result.temperature.size > 1 else ""
+    return f"{drawn} of {films} films; (b) shows all{at}"
+
+
+def _beside_a_map(result: FailureMap) -> list[tuple[int, int]]:
+    """Temperature and prestretch of the films whose lines stand beside the map: some prestretches, or one over temperature."""
     temperatures, prestretches = result.failure_mode.shape[:2]
-    if temperatures * prestretches <= MOST_LINES and not mapped:
-        return [(i, j) for i in range(temperatures) for j in range(prestretches)]
     if temperatures == 1:
-        return [(0, j) for j in _spread(prestretches, MOST_BESIDE_A_MAP if mapped else MOST_LINES)]
-    return [(i, prestretches // 2) for i in _spread(temperatures, MOST_LINES)]
-
-
-def _spread(count: int, most: int) -> list[int]:
-    """At most so many indices of `count`, evenly spread from the first to the last."""
-    return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
-
-
-def _lifetimes(
-    axes: Axes,
-    result: FailureMap,
-    chosen: Sequence[tuple[int, int]],
-    lines: Sequence[LifetimeLine],
-    bounds: tuple[Array, Array] | None,
-    interval: str,
-) -> None:
-    handles: list[Line2D] = []
-    fitted, top = False, 2 * result.horizon
-    opened = bounds is not None and any(np.any(np.isfinite(bounds[0][film]) & np.isinf(bounds[1][film])) for film in chosen)
-    for index, (i, j) in enumerate(chosen):
-        time, line = result.time_to_failure[i, j], lines[i * len(result.prestretch) + j]
-        fails = np.isfinite(time) & (time > 0)
-        colour = COLOURS[index % len(COLOURS)]
-        if bounds is not None:
-            low, high = bounds[0][i, j], np.minimum(bounds[1][i, j], top)
-            within = np.isfinite(low) & (low > 0)
-            look: Any = {"color": colour, "alpha": 0.18, "linewidth": 0.0}
-            axes.fill_between(result.voltage / 1e3, low, high, where=within, **look)
-            _arrows(axes, result.voltage[within & (high == top)] / 1e3, 1.4 * result.horizon, index, colour)
-        if not fails.any():
-            continue
-        pair = result.prestretch[j]
-        label = f"prestretch {pair[0]:g}" if pair[0] == pair[1] else f"prestretch {pair[0]:g} x {pair[1]:g}"
-        if result.temperature.size > 1:
-            label += f", {result.temperature[i]:g} °C"
-        marker: Any = {"marker": MARKERS[index % len(MARKERS)], "color": colour, "markerfacecolor": "white"}
-        dashes: Any = LINES[index % len(LINES)] if np.isfinite(line.slope) else "none"
-        every = _spread(int(np.count_nonzero(fails)), MOST_MARKERS)
-        axes.plot(result.voltage[fails] / 1e3, time[fails], linestyle="none", zorder=3, markevery=every, **marker)
-        handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=label, **marker))
-        if np.isfinite(line.slope):
-            fitted = True
-            span = result.voltage[fails][[0, -1]]
-            axes.plot(span / 1e3, 10 ** (line.intercept + line.slope * span), linestyle=dashes, linewidth=0.9, color=colour)
-    axes.set_xlabel("voltage [kV]")
-    axes.set_ylabel("time to failure [s]")
-    axes.set_yscale("log")
-    if opened:
-        axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
-        axes.set_ylim(top=top)
-    log_axis(axes, "y")
-    if handles:
-        # below the axes: within, the points of long and of short lives leave no corner free
-        notes = ["lines: exponential law"] * fitted + [f"bands: {interval}"] * (bounds is not None)
-        said = "; ".join(notes) + "\narrows: open above, some survive the horizon (dotted)" * opened or None
-        place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": min(2, len(handles))}
-        axes.legend(handles=handles, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
-
-
-def _arrows(axes: Axes, along: Array, up: float, film: int, colour: Any) -> None:
-    """Arrows where a band is open above, those of every film in a place of their own."""
-    place: Any = {"textcoords": "offset points", "ha": "center", "va": "center", "annotation_clip": False}
-    for index in _spread(along.size, MOST_ARROWS):
-        axes.annotate("\N{UPWARDS ARROW}", (float(along[index]), up), (5.0 * film, 0.0), color=colour, fontsize=8, **place)
+        return [(0, j) for j in spread_indices(prestretches, MOST_BESIDE_A_MAP)]
+    return [(i, prestretches // 2) for i in spread_indices(temperatures, MOST_LINES)]
 
 
 def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:

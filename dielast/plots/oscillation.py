@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from dielast.characterise.mastercurve import MasterCurve
 from dielast.characterise.measurement import FrequencySweep
@@ -34,10 +34,7 @@ def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], titl
         for axes in (raw, moduli):
             log_axis(axes, "x")
             log_axis(axes, "y")
-        log_axis(tangent, "y")
-        if np.divide(*tangent.get_ylim()[::-1]) < 100:
-            tangent.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            tangent.yaxis.set_major_formatter("{x:g}")
+        _tangent_axis(tangent)
         raw.set_xlabel("angular frequency [rad/s]")
         raw.set_ylabel("Young's moduli [Pa]")
         shifted = not np.all(result.vertical_shift == 1)
@@ -49,9 +46,25 @@ def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], titl
         if result.temperature.size > MOST_IN_LEGEND:
             figure.colorbar(colour, ax=[moduli, tangent], label="temperature [°C]", pad=0.01, aspect=40)
         shift_factors(shift, result)
+        figure.align_ylabels([raw, moduli, tangent])
         for letter, axes in zip("abcd", (raw, shift, moduli, tangent), strict=True):
             axes.set_title(f"({letter})", loc="left")
     return figure
+
+
+def _tangent_axis(axes: Axes) -> None:
+    """A log axis with labels at 1, 2 and 5 if there are few decades, and a linear one if it is too short for two of them."""
+    log_axis(axes, "y")
+    low, high = axes.get_ylim()
+    if high / low >= 100:
+        return
+    locator = LogLocator(subs=(1, 2, 5))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    if np.count_nonzero([low <= tick <= high for tick in locator.tick_values(low, high)]) < 2:
+        axes.set_yscale("linear")
+        return
+    axes.yaxis.set_major_locator(locator)
+    axes.yaxis.set_major_formatter("{x:g}")
 
 
 def _superposed(moduli: Axes, tangent: Axes, result: MasterCurve, colour: ScalarMappable) -> None:

@@ -228,7 +228,9 @@ def _handles(
             handles.append(Line2D([], [], **look, label=f"{name} = {value:g}"))
     for index, points in enumerate(measured):
         look = _points(index, looks.each[points.case]["color"])
-        handles.append(Line2D([], [], linestyle="none", label=_cut(points.label), **look))
+        # the case first: what is cut off a long label is its end
+        case = f"{labels[points.case]}: " if len(looks.each) > 1 and labels[points.case] else ""
+        handles.append(Line2D([], [], linestyle="none", label=_cut(case + points.label), **look))
     happened = {name for _, name, _, _ in marks}
     alone = len(looks.each) == 1
     for name in EVENTS:

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from dielast.characterise.continuous import ContinuousSpectrum
+from dielast.characterise.interconversion import retardation_from_relaxation
 from dielast.characterise.reduce import Reduction
 from dielast.characterise.spectrum import SpectrumFit
 from dielast.plots.style import COLOURS, degrees, headroom, log_axis, panels, spread, style
@@ -55,6 +56,8 @@ def plot_spectrum(
             lines.vlines(own, floor, moduli, color=COLOURS[3], linewidth=0.8)
             lines.plot(own, moduli, "D", color=COLOURS[3], markersize=4.0, label=f"reduced to {len(few)}")
         _draw_fit(curve, result, reference_temperature)
+        if reduction is not None:
+            _draw_reduced(curve, result, reduction)
         for axes in (lines, curve):
             log_axis(axes, "x")
             log_axis(axes, "y")
@@ -90,3 +93,26 @@ def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | No
     at = "" if reference_temperature is None else f" at {degrees(reference_temperature)}"
     axes.set_xlabel(f"reduced angular frequency{at} [rad/s]" if sweep else f"reduced time{at} [s]")
     axes.set_ylabel(ORDINATES[result.test])
+
+
+def _draw_reduced(axes: Axes, result: SpectrumFit, reduction: Reduction) -> None:
+    """What the reduced spectrum answers where it was compared with the full one."""
+    time, spectrum, equilibrium = result.reduced_time, reduction.spectrum, result.equilibrium_shear_modulus
+    # G(t) falls: the reduced times of the comparison, of all its temperatures, are those of its moduli
+    full = result.spectrum.relaxation_modulus(time, equilibrium)
+    slack = 1 + 1e-9
+    within = (full <= reduction.full.max() * slack) & (full >= reduction.full.min() / slack)
+    if not within.any():
+        return
+    seen = time[within]
+    match result.test:
+        case "relaxation":
+            model = 3 * spectrum.relaxation_modulus(seen, equilibrium)
+        case "oscillation":
+            model = 3 * np.stack([spectrum.storage_modulus(1 / seen, equilibrium), spectrum.loss_modulus(1 / seen)])
+        case "creep":
+            model = retardation_from_relaxation(spectrum, equilibrium).creep_compliance(seen) / 3
+    abscissa = 1 / seen if result.test == "oscillation" else seen
+    label = f"reduced to {len(spectrum)}, in its window"
+    for index, each in enumerate(np.atleast_2d(model)):
+        axes.plot(abscissa, each, "--", color=COLOURS[3], linewidth=1.6, label=None if index else label)

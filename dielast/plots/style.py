@@ -107,12 +107,25 @@ def degrees(temperature: float) -> str:
 
 
 def spread(position: NDArray[np.float64], count: int = 60) -> NDArray[np.intp]:
-    """Indices of at most `count` points, evenly spread over `position`: dense sampling must not bury what lies below."""
+    """Indices of at most `count` points, first and last among them, evenly spread over `position`: dense sampling must not bury
+    what lies below, and points that are evenly spaced stay so.
+    """
     if position.size <= count:
         return np.arange(position.size)
     order = np.argsort(position, kind="stable")
-    wanted = np.linspace(position[order[0]], position[order[-1]], count)
-    return np.unique(order[np.searchsorted(position[order], wanted).clip(0, position.size - 1)])
+    ascending = position[order]
+    gaps = np.diff(ascending)
+    if gaps.max() <= 3 * np.median(gaps):
+        # as good as even: every second, every third, ...
+        fewer = (position.size - 1) // -(-position.size // count) + 1
+        return np.sort(order[np.linspace(0, position.size - 1, fewer).round().astype(int)])
+    apart = float(ascending[-1] - ascending[0]) / (count - 1)
+    chosen = [0]
+    while (following := int(np.searchsorted(ascending, ascending[chosen[-1]] + apart * (1 - 1e-9)))) < position.size:
+        chosen.append(max(following, chosen[-1] + 1))
+    if chosen[-1] != position.size - 1:
+        chosen[max(1, len(chosen) - 1) :] = [position.size - 1]
+    return np.sort(order[chosen])
 
 
 def render(figure: Figure, form: str) -> bytes:

@@ -19,10 +19,12 @@ from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Section
 from dielast.recipe.models import recipe_model
 from dielast.recipe.paths import read_path, set_key
-from dielast.recipe.validate import Mistake, Place, check, examine, in_order, parse_toml, read_values
+from dielast.recipe.toml import parse_toml
+from dielast.recipe.validate import Mistake, Place, check, examine, in_order, read_values
 
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
 MOST_CASES = 100_000
+OF_ALL = ("kind", "title", "plot", "compare")  # keys that no case has for itself
 ENOUGH_WRONG = 100  # cases whose mistakes are told: those of all others are most likely the same
 
 
@@ -43,7 +45,7 @@ def read_cases(
 
     Raises `InputError` with a line for every mistake, in the order of the recipe.
     """
-    values = read_values(path, kind, overrides, content)
+    values, wrongly_set = read_values(path, kind, overrides, content)
     model = recipe_model(values["kind"])
     source, folder = str(path), path.parent
     sweep = values.get("sweep") if "sweep" in model.model_fields else None
@@ -56,7 +58,8 @@ def read_cases(
         found, lost = _set(own, setting, model, source, folder)
         recipe = examine(model, own, source, folder)
         if isinstance(recipe, list):
-            found += [(place, line) for place, line in recipe if not any(_on_the_way(place, path) for path in (*lost, *unset))]
+            told = [(place, line) for place, line in recipe if not any(_on_the_way(place, path) for path in (*lost, *unset))]
+            found += [(place, line + _from_sweep(place, setting, values)) for place, line in told]
         elif not found:
             cases.append(Case(recipe, setting))
             continue
@@ -64,8 +67,8 @@ def read_cases(
         wrong += 1
         if wrong == ENOUGH_WRONG:
             break
-    if mistakes:
-        raise InputError(*in_order(mistakes, values))
+    if mistakes or wrongly_set:
+        raise InputError(*wrongly_set, *in_order(mistakes, values))
     return tuple(cases)
 
 
@@ -86,11 +89,28 @@ def _set(
     for key, value in setting.items():
         path = read_path(key) or (key,)
         try:
-            set_key(values, path, value, f"{source}: sweep.{quoted(key)}")
+            if path == ("step",) and "load" in values:
+                raise InputError(f'{source}: sweep.{quoted(key)}: the steps are in a load file: sweep load, or "step.0.rate"')
+            # what is set within it by another key is this case's alone
+            set_key(values, path, copy.deepcopy(value), f"{source}: sweep.{quoted(key)}")
         except InputError as error:
             mistakes.append((("sweep", key), str(error)))
             lost.append(path)
     return mistakes, lost
+
+
+def _from_sweep(place: Place, setting: Mapping[str, Any], values: Mapping[str, Any]) -> str:
+    """Which key of a sweep brought what stands at `place`, if one did, to be said behind what is wrong with it."""
+    inner: Any = values
+    for key in place:
+        known = key in inner if isinstance(inner, dict) else isinstance(inner, list) and isinstance(key, int) and key < len(inner)
+        inner = inner[key] if known else None
+    for key in setting:
+        path = read_path(key) or (key,)
+        # what is within a swept value comes with it, and so do the tables that lead to it, unless the recipe has them itself
+        if _on_the_way(place, path) and (len(place) >= len(path) or inner is None):
+            return f" (from sweep.{quoted(key)})"
+    return ""
 
 
 def _on_the_way(place: Place, path: Place) -> bool:
@@ -109,10 +129,12 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
     if stated and not paired:
         needed = '"zip" is needed, or leave it out for every combination'
         mistakes.append((("sweep",), f'{source}: sweep.mode: "{sweep["mode"]}": {needed}'))
-    lists = {}
+    lists: dict[str, list[Any]] = {}
     for key in [key for key in sweep if not (key == "mode" and stated)]:
-        if (wrong := _not_swept(key, sweep[key])) is None:
-            lists[key] = sweep[key]
+        path = shown_path(read_path(key) or (key,))  # step[0].rate is step.0.rate
+        wrong = _not_swept(key, sweep[key]) or (f"{path} is swept twice" if path in lists else None)
+        if wrong is None:
+            lists[path] = sweep[key]
         else:
             mistakes.append((("sweep", key), f"{source}: sweep.{quoted(key)}: {wrong}"))
     if not lists:
@@ -137,6 +159,8 @@ def _not_swept(key: str, values: Any) -> str | None:
         return 'the path of a key is needed, such as "step.0.rate"'
     if path[0] == "sweep":
         return "a sweep cannot be swept"
+    if path[0] in OF_ALL:
+        return f"{path[0]} is about all cases together"
     if isinstance(values, dict) and values:
         while isinstance(values, dict) and values:
             inner, values = next(iter(values.items()))
@@ -161,11 +185,15 @@ def _take_load(values: dict[str, Any], model: type[RecipeBase], source: str, fol
         content = read_file(path, shown(name))
     except InputError as error:
         raise InputError(f"{source}: load: {error}") from None
-    history = parse_toml(content, name)
-    if set(history) != {"step"} or not isinstance(history["step"], list):
-        raise InputError(f"{name}: a load file holds [[step]] and nothing else")
-    # checked by itself first, so that a mistake is told of the file it is in
-    check(load_file(model), history, name, path.parent)
+    history = parse_toml(content, name, f"a table of points goes into [[step]]: table = {shown(name)}")
+    steps = history.get("step")
+    wrong = [] if set(history) == {"step"} and isinstance(steps, list) else [f"{name}: a load file holds [[step]] and nothing else"]
+    if isinstance(steps, list):
+        # checked by itself first, so that a mistake is told of the file it is in
+        found = examine(load_file(model), {"step": steps}, name, path.parent)
+        wrong += in_order(found, history) if isinstance(found, list) else []
+    if wrong:
+        raise InputError(*wrong)
     values["step"] = [_beside(step, path.parent, folder) for step in history["step"]]
 
 

@@ -15,6 +15,7 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     PlainValidator,
+    ValidationError,
     ValidationInfo,
     WithJsonSchema,
 )
@@ -114,6 +115,13 @@ _MAKERS = {
     "actuate.csv": "actuate",
     "failure-map.csv": "failure-map",
 }
+
+
+def mistake_at(key: str | int, told: str, value: Any) -> ValidationError:
+    """The error that the `value` of a `key` is wrong, for a validator of the table or list that holds it."""
+    return ValidationError.from_exception_data(
+        "recipe", [{"type": "value_error", "loc": (key,), "input": value, "ctx": {"error": InputError(told)}}]
+    )
 
 
 def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path], bool]) -> str:

@@ -16,9 +16,11 @@ from dielast.material import VACUUM_PERMITTIVITY, Breakdown, Material
 from dielast.prony import Spectrum
 from dielast.recipe.base import BreakdownField, Dielectric
 from dielast.recipe.fields import Modulus, MolarEnergy, Section, Temperature, TemperatureDifference
-from dielast.recipe.validate import check, parse_toml
+from dielast.recipe.toml import parse_toml
+from dielast.recipe.validate import check
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 
+NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 JLim = Annotated[float, Field(ge=1e-6)]
 
 
@@ -33,8 +35,10 @@ class Nonequilibrium(Section):
     """The relaxation processes at the reference temperature."""
 
     J_lim: JLim | None = Field(None, description="Limit of stretch of the Gent springs; left out: neo-Hookean.")
-    relaxation_time_s: list[float] = Field(description="Of each branch, in s, at the reference temperature; none: purely elastic.")
-    shear_modulus_Pa: list[float] = Field(description="Of each branch, in Pa.")
+    relaxation_time_s: list[Annotated[float, Field(gt=0, allow_inf_nan=False)]] = Field(
+        description="Of each branch, in s, at the reference temperature; none: purely elastic."
+    )
+    shear_modulus_Pa: list[Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(description="Of each branch, in Pa.")
 
     @model_validator(mode="after")
     def _a_spectrum(self) -> Self:
@@ -145,12 +149,12 @@ def breakdown(section: BreakdownField | None) -> Breakdown | None:
 
 def parse_material(content: bytes, source: str) -> Material:
     """The material in the bytes of a material file; raises `InputError` with a line for every mistake."""
-    return check(MaterialFile, parse_toml(content, source), source, Path()).material()
+    return check(MaterialFile, parse_toml(content, source, NO_TABLE), source, Path()).material()
 
 
 def draws_file(content: bytes, source: str) -> str | None:
     """The name that a material file gives the table of its draws, if there is one; raises as `parse_material`."""
-    return check(MaterialFile, parse_toml(content, source), source, Path()).draws
+    return check(MaterialFile, parse_toml(content, source, NO_TABLE), source, Path()).draws
 
 
 def read_material(path: str | Path) -> Material:

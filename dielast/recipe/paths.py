@@ -1,4 +1,4 @@
-"""Paths of keys, such as `step.0.rate`, as `--set` and sweeps have them: read as TOML reads dotted keys, and followed."""
+"""Paths of keys as `--set` and sweeps have them, `step.0.rate` or `step[0].rate`: read as TOML reads dotted keys, and followed."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ DEEPEST = 64  # parts of a dotted key
 # a part in quotes may hold anything; one without, more than TOML's bare keys: what is wrong with a key is told where it leads
 _PART = r"""\s*+("(?:[^"\\]|\\.)*+"|'[^']*+'|[^."'=][^.=]*+)\s*+"""
 _PATH = rf"{_PART}(?:\.{_PART})*+"
+_INDEXED = re.compile(r"(?P<name>[^\[\]]+)(?P<indices>(?:\[\d+\])+)")
 _SETTING = re.compile(rf"(?P<path>{_PATH})=(?P<value>.*)", re.DOTALL)
 
 
@@ -21,7 +22,7 @@ def read_path(text: str) -> tuple[str, ...] | None:
     if not re.fullmatch(_PATH, text):
         return None
     try:
-        return tuple(map(_unquoted, re.findall(_PART, text)))
+        return tuple(key for part in re.findall(_PART, text) for key in _keys_of(part))
     except tomllib.TOMLDecodeError:  # an escape that there is not
         return None
 
@@ -33,8 +34,12 @@ def read_setting(text: str) -> tuple[tuple[str, ...], str] | None:
     return (keys, match["value"].strip()) if match and keys else None
 
 
-def _unquoted(part: str) -> str:
-    return next(iter(tomllib.loads(f"{part} = 0"))) if part[0] in "\"'" else part.strip()
+def _keys_of(part: str) -> list[str]:
+    """The key that a part is, with those of the indices in brackets that follow it, as in `step[0]`."""
+    if part[0] in "\"'":
+        return list(tomllib.loads(f"{part} = 0"))
+    indexed = _INDEXED.fullmatch(part.strip())
+    return [indexed["name"].strip(), *re.findall(r"\d+", indexed["indices"])] if indexed else [part.strip()]
 
 
 def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str) -> None:
@@ -46,8 +51,9 @@ def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str)
         last = depth == len(keys) - 1
         if isinstance(target, list):
             if not key.isdecimal() or len(key) > 9 or int(key) >= len(target):
-                there = f"has entries 0 to {len(target) - 1}" if target else "is empty"
-                raise InputError(f"{where}: {shown_path(keys[:depth])} {there}")
+                path = shown_path(keys[:depth])
+                there = "is empty" if not target else f"has entries 0 to {len(target) - 1}"
+                raise InputError(f"{where}: {path} {f'has one entry, {path}.0' if len(target) == 1 else there}")
             if last:
                 target[int(key)] = value
             target = target[int(key)]

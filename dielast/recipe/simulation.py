@@ -2,26 +2,51 @@
 
 from __future__ import annotations
 
+import difflib
+import re
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar
 
-from pydantic import AfterValidator, Field, PlainValidator, ValidationError, ValidationInfo, WithJsonSchema, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PlainValidator,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic_core import InitErrorDetails
 
 from dielast.errors import InputError, shown
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import Force, InputFile, Length, PositiveTime, Section, StrainRate, Stress, Temperature, Time
 from dielast.recipe.uncertainty import Uncertainty
-from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, parse
+from dielast.table import split_header
+from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, decimal_comma, parse
 
 Step = TypeVar("Step", bound="HistoryStep")
-Stretch = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+def _no_strain(value: Any) -> Any:
+    """A stretch as it stands, unless it is plainly a strain."""
+    if isinstance(value, str) and (percent := re.fullmatch(r"\s*([+-]?\d+(?:\.\d+)?)\s*%\s*", value)):
+        stretch = 1 + float(percent[1]) / 100
+        raise InputError(f"{shown(value)}: a bare number is needed, and a stretch is 1 + strain, so this would be {stretch:g}")
+    return value
+
+
+Stretch = Annotated[float, BeforeValidator(_no_strain), Field(gt=0, allow_inf_nan=False)]
 
 
 def _column(header: str, info: ValidationInfo) -> str:
     """A column of the result, of which the model of the recipe says what it has."""
     known = (info.context or {}).get("columns")
     if known and header not in known:
-        raise InputError(f'"{header}" is no column of the result; there are {", ".join(known)}')
+        near = [own for own in known if split_header(own)[0] == split_header(header)[0]]
+        near = near or difflib.get_close_matches(header, known, n=1, cutoff=0.8)
+        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(known)
+        raise InputError(f'"{header}" is no column of the result; {hint}')
     return header
 
 
@@ -124,7 +149,9 @@ class Aim(NamedTuple):
             return None
         rate, way = f"{self.rate:g} {self.unit}/s" if self.unit else f"{self.rate:g}", "positive" if move > 0 else "negative"
         to_go = f"{move:+g} {self.unit} are" if self.unit else f"{move:+g} of {self.quantity} is"
-        return f"rate {rate} leads away from the {name}: {to_go} to go, so the rate must be {way}"
+        strain = self.quantity == "stretch" and self.value < 1 <= (present or 0.0)
+        hint = f"; a stretch is 1 + strain: if {self.value:g} is a strain, write {1 + self.value:g}" if strain else ""
+        return f"rate {rate} leads away from the {name}: {to_go} to go, so the rate must be {way}{hint}"
 
 
 class HistoryStep(Section):
@@ -198,6 +225,8 @@ def _load_rate(value: Any) -> tuple[float, str]:
             return parse(value, dimension), dimension.unit
         except InputError:
             continue
+    if isinstance(value, str) and (comma := decimal_comma(value)):
+        raise InputError(f"{shown(value)}: a force or stress rate is needed; {comma}")
     raise InputError(f'{shown(value)}: a force or stress rate is needed, such as "{FORCE_RATE.example}" or "{STRESS_RATE.example}"')
 
 

@@ -8,7 +8,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
 from dielast.ensemble import NormalScatter, Scatter, WeibullScatter, fewest_draws
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import Section
+from dielast.recipe.fields import Section, mistake_at
 from dielast.units import STRAIN, parse
 
 
@@ -44,7 +44,8 @@ class Uncertainty(Draws):
         200,
         ge=2,
         le=100_000,
-        description="How many draws of the material to use, the first ones of its table; at most all of them.",
+        description="How many draws of the material to use, the first ones of its table; at most all of them. An interval of "
+        "level 0.9 takes at least 19.",
     )
     seed: int = Field(1, ge=0, description="Of random numbers; of no effect here, where draws come from the material's table.")
     level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval holds.")
@@ -52,7 +53,8 @@ class Uncertainty(Draws):
     @model_validator(mode="after")
     def _enough(self) -> Self:
         if self.draws < (fewest := fewest_draws(self.level)):
-            raise InputError(f"draws: {self.draws} do not tell an interval of level {self.level:g}: at least {fewest} are needed")
+            told = f"{self.draws} do not tell an interval of level {self.level:g}: at least {fewest} are needed"
+            raise mistake_at("draws", told, self.draws)
         return self
 
 
@@ -89,7 +91,9 @@ class FilmUncertainty(Uncertainty):
         ge=2,
         le=100_000,
         description="How many films to draw. They are of the draws of the material in the order of its table, and of some of these "
-        "again, chosen at random, if that is not enough; without breakdown_field and thickness, at most all of the table are used.",
+        "again, chosen at random, if that is not enough; without breakdown_field and thickness, at most all of the table are used. "
+        "An interval of level 0.9 takes at least 19; bounds of an event that happens in some draws only need as many in which it "
+        "happens, else they are empty.",
     )
     seed: int = Field(
         1,

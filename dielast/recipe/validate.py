@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import difflib
 import os
-import re
-import tomllib
 import types
 import typing
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from sys import float_info
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -19,14 +16,17 @@ from pydantic_core import ErrorDetails
 from dielast.errors import InputError, as_toml, shown, shown_path
 from dielast.files import read_file
 from dielast.recipe.fields import Section
-from dielast.recipe.models import KINDS
-from dielast.recipe.paths import DEEPEST, read_setting, set_key
+from dielast.recipe.models import KINDS, recipe_model
+from dielast.recipe.paths import read_setting, set_key
+from dielast.recipe.toml import load, parse_toml
+from dielast.units import decimal_comma
 
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
 """The keys and indices that lead to a value."""
 Mistake = tuple[Place, str]
 """Where in a recipe something is wrong, and the line that says so."""
+PATHS = ("material", "mastercurve", "file", "files", "load", "table")  # keys that name files or folders
 _PLAIN = {
     "missing": "is needed",
     "float_type": "a bare number is needed",
@@ -48,15 +48,15 @@ _PLAIN = {
     "too_long": "at most {entries} allowed",
     "literal_error": "one of {expected} is needed",
 }
-_DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
-_DIGITS = re.compile(r"[0-9A-Fa-f_]{250,}")
-LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 
 
-def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None) -> dict[str, Any]:
+def read_values(
+    path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None
+) -> tuple[dict[str, Any], list[str]]:
     """The unchecked values of the recipe in the file `path`, whose `content` may have been read, `overrides` applied.
 
-    Raises `InputError` if it is no TOML, its kind is unknown or not the `kind` given, or an override leads nowhere.
+    With them, what is wrong with the overrides. Raises `InputError` if it is no TOML, or its kind is unknown or not the `kind`
+    given.
     """
     values = parse_toml(read_file(path, str(path)) if content is None else content, str(path))
     wrong: list[str] = []
@@ -65,54 +65,17 @@ def read_values(path: Path, kind: str | None = None, overrides: Sequence[str] = 
             set_key(values, *read_override(override), f"--set {override}")
         except InputError as error:
             wrong += error.messages
-    if wrong:
-        raise InputError(*wrong)
     stated = values.get("kind")
     if stated not in KINDS:
         known = ", ".join(KINDS)
         near = difflib.get_close_matches(str(stated), KINDS, n=1)
         hint = f'did you mean "{near[0]}"?' if near else f"one of {known} is needed"
         raise InputError(
-            f"{path}: kind: {shown(stated)}: {hint}" if "kind" in values else f"{path}: kind: is needed: one of {known}"
+            *wrong, f"{path}: kind: {shown(stated)}: {hint}" if "kind" in values else f"{path}: kind: is needed: one of {known}"
         )
     if kind is not None and stated != kind:
-        raise InputError(f'{path}: kind: this is a "{stated}" recipe: run it with "dielast {stated}"')
-    return values
-
-
-def parse_toml(content: bytes, source: str) -> dict[str, Any]:
-    """The TOML text `content`; raises `InputError` naming `source` and the line."""
-    if len(content) > LARGEST_TOML:
-        raise InputError(f"{source}: larger than {LARGEST_TOML >> 20} MiB: recipes and material files are not; tables go into CSV")
-    try:
-        text = content.decode("utf-8-sig")
-        if _DEEP_KEY.search(text):  # which takes the parser memory without end
-            raise RecursionError
-        values = tomllib.loads(text)
-        if _too_large(values):
-            raise OverflowError
-        return values
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        raise InputError(f"{source}: line {line}: not UTF-8 text") from None
-    except tomllib.TOMLDecodeError as error:
-        where = re.search(r"\(at (?:line (\d+), column \d+|end of document)\)", str(error))
-        line = int(where[1]) if where and where[1] else content.count(b"\n") + 1
-        what = str(error).split(" (at ")[0]
-        raise InputError(f"{source}: line {line}: not TOML: {what[0].lower()}{what[1:]}") from None
-    except RecursionError:
-        raise InputError(f"{source}: not TOML: nested too deeply") from None
-    except (ValueError, OverflowError):  # ValueError is Python's own limit
-        digits = _DIGITS.search(text)
-        line = text.count("\n", 0, digits.start() if digits else None) + 1
-        raise InputError(f"{source}: line {line}: not TOML: a number of too many digits") from None
-
-
-def _too_large(value: Any) -> bool:
-    """Whether there is an integer in `value` that no floating-point number comes near."""
-    if isinstance(value, int):
-        return abs(value) > float_info.max
-    return any(map(_too_large, value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()))
+        raise InputError(*wrong, f'{path}: kind: this is a "{stated}" recipe: run it with "dielast {stated}"')
+    return values, wrong
 
 
 def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model:
@@ -152,13 +115,14 @@ def _line(model: type[BaseModel], problem: ErrorDetails) -> str:
     prefix = f"{where}: " if where else ""
     context = problem.get("ctx", {})
     if kind == "extra_forbidden":
-        return prefix + _unknown(_owner(model, keys), str(keys[-1]))
+        return prefix + _unknown(model, keys)
     if kind == "value_error":
         return prefix + str(context["error"])
     if kind == "list_type" and isinstance(value, dict) and _models(_annotation(model, keys)):
         return prefix + _no_list(str(keys[-1]), value)
     needed = _PLAIN.get(kind, problem["msg"]).format(**context, **_counted(context))
-    return prefix + ("" if kind == "missing" else f"{shown(value)}: ") + needed
+    comma = decimal_comma(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
+    return prefix + ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")
 
 
 def _no_list(key: str, value: Mapping[str, Any]) -> str:
@@ -202,11 +166,27 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
     return [model for inner in typing.get_args(annotation) for model in _models(inner)]
 
 
-def _unknown(model: type[BaseModel], key: str) -> str:
-    if issubclass(model, Section) and key in model.ELSEWHERE:
-        return model.ELSEWHERE[key]
-    near = difflib.get_close_matches(key, model.model_fields, n=1, cutoff=0.5)
-    return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(model.model_fields))
+def _unknown(model: type[BaseModel], keys: Place) -> str:
+    """What is said of a key that the section of `model` at this place does not have."""
+    owner, key = _owner(model, keys), str(keys[-1])
+    if issubclass(owner, Section) and key in owner.ELSEWHERE:
+        return owner.ELSEWHERE[key]
+    of_recipes = not {"kind", "step"}.isdisjoint(model.model_fields)
+    if of_recipes and (others := [kind for kind in KINDS if _has(recipe_model(kind), keys)]):
+        return f"unknown key; {key} belongs to {', '.join(others)}"
+    near = difflib.get_close_matches(key, owner.model_fields, n=1, cutoff=0.5)
+    return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(owner.model_fields))
+
+
+def _has(model: type[BaseModel], keys: Place) -> bool:
+    """Whether recipes of `model` have such a key."""
+    for key in keys[:-1]:
+        if isinstance(key, str):
+            inner = _models(model.model_fields[key].annotation) if key in model.model_fields else []
+            if not inner:
+                return False
+            model = inner[0]
+    return keys[-1] in model.model_fields
 
 
 def _path(keys: Place) -> str:
@@ -225,9 +205,7 @@ def read_override(override: str) -> tuple[tuple[str, ...], Any]:
         raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
     keys, text = setting
     try:
-        if _DEEP_KEY.search(text):
-            raise RecursionError
-        return keys, tomllib.loads(f"value = {text}")["value"]
+        return keys, load(f"value = {text}")["value"]
     except (ValueError, RecursionError):
         return keys, text
 
@@ -235,12 +213,13 @@ def read_override(override: str) -> tuple[tuple[str, ...], Any]:
 def settings(overrides: Sequence[str]) -> list[str]:
     """The `overrides` in one spelling, without the folders of absolute paths, which are this machine's own."""
     stated = [read_override(override) for override in overrides]
-    return [f"{shown_path(keys)} = {as_toml(_anywhere(value))}" for keys, value in stated]
+    return [f"{shown_path(keys)} = {as_toml(_anywhere(keys[-1], value))}" for keys, value in stated]
 
 
-def _anywhere(value: Any) -> Any:
+def _anywhere(key: str, value: Any) -> Any:
     if isinstance(value, str):
-        return Path(value).name if Path(value).is_absolute() else value
+        is_file = key.split(".")[-1] in PATHS  # of a sweep's path of keys, the last
+        return Path(value).name if is_file and Path(value).is_absolute() else value
     if isinstance(value, list):
-        return [_anywhere(entry) for entry in value]
-    return {key: _anywhere(entry) for key, entry in value.items()} if isinstance(value, dict) else value
+        return [_anywhere(key, entry) for entry in value]
+    return {inner: _anywhere(inner, entry) for inner, entry in value.items()} if isinstance(value, dict) else value

@@ -74,7 +74,7 @@ def solve_on(
                     time.sleep(PAUSE)
         except distributed.KilledWorker as error:
             lost = f"{error.allowed_failures + 1} workers" if error.allowed_failures else "a worker"
-            raise InputError(f"{scheduler}: {lost} died over the same cells, of want of memory perhaps") from None
+            raise InputError(f"{scheduler}: {lost} died over the same part of the work, of want of memory perhaps") from None
         except (RuntimeError, ImportError) as error:
             if not isinstance(error, OtherVersion | ImportError) and not isinstance(error.__cause__, ImportError):
                 raise

@@ -30,11 +30,15 @@ def solve_in_processes(
     Raises `NumericsError` if one of them is killed.
     """
     others = multiprocessing.active_children()
-    with _undisturbed():
-        pool = ProcessPoolExecutor(min(jobs, len(chunks)), initializer=_receive, initargs=(solve, plan))
-        futures = [pool.submit(_solve_given, *chunk) for chunk in chunks]
+    futures: list[Future[Solved]] = []
+    pool = ProcessPoolExecutor(min(jobs, len(chunks)), initializer=_receive, initargs=(solve, plan))
     try:
-        yield from _finished(futures)
+        with _cancelled(futures):
+            with _undisturbed():
+                futures += [pool.submit(_solve_given, *chunk) for chunk in chunks]
+            with _terminated_as_interrupted():
+                for future in as_completed(futures):
+                    yield future.result()
     except BrokenProcessPool:
         # it would end its other workers with a signal that they ignore, and wait for them
         for child in set(multiprocessing.active_children()).difference(others):
@@ -44,12 +48,11 @@ def solve_in_processes(
         pool.shutdown(wait=False)
 
 
-def _finished(futures: Sequence[Future[Solved]]) -> Generator[Solved, None, None]:
-    """The results as they come; if they are no longer wanted, what is not begun never is."""
+@contextmanager
+def _cancelled(futures: Sequence[Future[Any]]) -> Iterator[None]:
+    """If results are no longer wanted, what is not begun never is."""
     try:
-        with _terminated_as_interrupted():
-            for future in as_completed(futures):
-                yield future.result()
+        yield
     except BrokenProcessPool:  # in which nothing is begun any more
         raise
     except BaseException:

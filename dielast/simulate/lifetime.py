@@ -39,7 +39,8 @@ def fit_lifetime(result: FailureMap) -> tuple[LifetimeLine, ...]:
                 centred = voltage - voltage.mean()
                 slope = float(centred @ decades / (centred @ centred))
                 intercept = float(decades.mean() - slope * voltage.mean())
-                off = decades - intercept - slope * voltage
+                # a line through two points has no residual, but for rounding
+                off = decades - intercept - slope * voltage if count > 2 else np.zeros(2)
                 residual = float(np.sqrt(np.mean(off**2)))
                 spread = float(np.sum((decades - decades.mean()) ** 2))
                 r_squared = 1 - float(off @ off) / spread if spread > 0 else np.nan

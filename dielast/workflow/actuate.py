@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, NumericsError
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.recipe.cases import Case
@@ -25,6 +23,7 @@ from dielast.table import Column
 from dielast.workflow.bounds import FilmResult, band, bounded_event_columns, bounded_films, some_fail
 from dielast.workflow.cases import (
     CaseResult,
+    SimulationBatch,
     axes_of,
     case_columns,
     compare_headline,
@@ -181,28 +180,9 @@ def electrode_axes(recipe: ActuateRecipe, columns: Mapping[str, Array]) -> dict[
     return {MAJOR_AXIS: np.maximum(first, second), MINOR_AXIS: np.minimum(first, second)}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FilmBatch:
-    """Cases, some of a recipe's, whose programmes are of one shape; `simulate` knows all that they take."""
-
-    members: Sequence[int]
-    simulate: partial[ActuationHistory]
-    materials: Sequence[Material]
-    in_recipe_terms: partial[str]
-    boundary: tuple[str, str]
-
-    def solve(self) -> list[FilmResult]:
-        """The result and the events of each member; errors speak of the recipe's keys."""
-        try:
-            history = self.simulate()
-        except (InputError, NumericsError) as error:
-            raise type(error)(*map(self.in_recipe_terms, error.messages)) from None
-        return [(_case(history, row, material, self.boundary), history.events[row]) for row, material in enumerate(self.materials)]
-
-
 def film_batches(
     cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Array | None = None
-) -> list[FilmBatch]:
+) -> list[SimulationBatch[FilmResult]]:
     """The cases in batches of those with programmes of one shape.
 
     `thickness_factor` (cases,), if given, is one on the thickness of each film.
@@ -217,7 +197,6 @@ def film_batches(
         times = output_times(output, programme, 0.0)
         limits = breakdown(recipe.breakdown)
         key = (
-            film.thickness,
             film.prestretch_rate is None,
             film.relax,
             film.boundary,
@@ -240,7 +219,8 @@ def film_batches(
                 actuate,
                 one_or_all(own),
                 [_joined([programmes[index][position] for index in part]) for position in range(len(shape))],
-                thickness=recipe.film.thickness * (1.0 if thickness_factor is None else thickness_factor[part]),
+                thickness=np.array([film.thickness for film in films])
+                * (1.0 if thickness_factor is None else thickness_factor[part]),
                 prestretch=(np.array([film.prestretch[0] for film in films]), np.array([film.prestretch[1] for film in films])),
                 prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
                 relax=recipe.film.relax,
@@ -254,8 +234,9 @@ def film_batches(
                 with_end=recipe.output.times is None,
                 rtol=recipe.solver.rtol,
             )
-            told = partial(in_recipe_terms, origin=origin, members=part, cases=len(cases))
-            batches.append(FilmBatch(part, run, own, told, recipe.film.boundary))
+            result = partial(_case, materials=own, boundary=recipe.film.boundary)
+            told = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
+            batches.append(SimulationBatch(part, run, result, told))
     return batches
 
 
@@ -264,7 +245,9 @@ def _joined(entries: Sequence[Entry]) -> VoltageStep:
     return VoltageStep(values_of(entries, "target"), rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
 
-def _case(history: ActuationHistory, row: int, material: Material, boundary: tuple[str, str]) -> CaseResult:
+def _case(
+    history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str]
+) -> tuple[CaseResult, Sequence[Event]]:
     reached = np.isfinite(history.stretch_1[row])
     columns = {
         "time [s]": history.time,
@@ -278,5 +261,6 @@ def _case(history: ActuationHistory, row: int, material: Material, boundary: tup
         "true_field [V/m]": history.true_field,
         "stability [1]": history.stability,
     }
-    failure = given_up(history.outcome[row], material, "dead-load" in boundary)
-    return CaseResult(float(history.temperature[row]), {name: values[row][reached] for name, values in columns.items()}, failure)
+    failure = given_up(history.outcome[row], materials[row], "dead-load" in boundary)
+    kept = {name: values[row][reached] for name, values in columns.items()}
+    return CaseResult(float(history.temperature[row]), kept, failure), history.events[row]

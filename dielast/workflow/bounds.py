@@ -58,15 +58,16 @@ BoundedFilm = tuple[CaseResult, Sequence[BoundedEvent]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn(Generic[Result, Told]):
-    """One case of those with draws, whose `batches` are the draws; `bounds` makes of their results what is told of it."""
+    """One case of those with draws, named in errors; its `batches` are the draws, and `bounds` makes of them what is told of it."""
 
     members: Sequence[int]
+    name: str
     batches: Sequence[Batch[Result]]
     bounds: partial[Told]
 
     def solve(self) -> list[Told]:
         """What is told of the case."""
-        with _said_of_a_draw():
+        with _said_of_a_draw(self.name):
             drawn = solve_batches(self.batches)
         return [self.bounds(drawn)]
 
@@ -82,9 +83,10 @@ def bounded_cases(
     drawn: dict[int, Drawn[CaseResult, CaseResult]] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
-            with _said_of_a_draw():
+            name = _name(number, cases)
+            with _said_of_a_draw(name):
                 own = batches([case] * len(sample), sample.materials)
-            drawn[number] = Drawn([len(drawn)], own, partial(bounded, result, level=case.recipe.uncertainty.level))
+            drawn[number] = Drawn([len(drawn)], name, own, partial(bounded, result, level=case.recipe.uncertainty.level))
     told = dict(zip(drawn, solve_batches(list(drawn.values()), execution), strict=True))
     return [told.get(number, result) for number, result in enumerate(results)]
 
@@ -107,12 +109,13 @@ def bounded_films(
         for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
             field = known or member.breakdown
             materials.append(replace(member, breakdown=None if field is None else scaled(field, factor)))
-        with _said_of_a_draw():
+        name = _name(number, cases)
+        with _said_of_a_draw(name):
             # each has its breakdown field with its material, and is asked for the rows of the result, its end among them
             output = case.recipe.output.model_copy(update={"times": _asked(film[0].columns["time [s]"])})
             one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
             own = batches([one] * len(sample), materials, sample.thickness_factor)
-        drawn[number] = Drawn([len(drawn)], own, partial(_bounded_film, film, level=wanted.level))
+        drawn[number] = Drawn([len(drawn)], name, own, partial(_bounded_film, film, level=wanted.level))
     told = dict(zip(drawn, solve_batches(list(drawn.values()), execution), strict=True))
     return [told.get(number, (result, ())) for number, (result, _) in enumerate(films)]
 
@@ -134,13 +137,17 @@ def _passed(time: Array) -> NDArray[np.bool_]:
     return np.asarray(~last & (~first | (time == 0)))
 
 
+def _name(number: int, cases: Sequence[Case[Any]]) -> str:
+    return f"case {number}: " if len(cases) > 1 else ""
+
+
 @contextmanager
-def _said_of_a_draw() -> Iterator[None]:
-    """Errors that only a draw meets say so."""
+def _said_of_a_draw(case: str) -> Iterator[None]:
+    """Errors that only a draw meets say so, and of which `case`."""
     try:
         yield
     except (InputError, NumericsError) as error:
-        raise type(error)(*(f"uncertainty: in a draw: {line}" for line in error.messages)) from None
+        raise type(error)(*(f"{case}uncertainty: in a draw: {line}" for line in error.messages)) from None
 
 
 def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, *, failing: bool = False) -> CaseResult:

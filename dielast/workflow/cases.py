@@ -6,12 +6,14 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, as_toml
+from dielast.errors import InputError, NumericsError, as_toml
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.plausible import doubt_material
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
+Result = TypeVar("Result")
 PART = 2**14  # branches, over all cases, of a batch that is solved together: a part of a second of work
 FINE = 4000  # points along a history that a comparison over anything but time is drawn through
 
@@ -38,6 +41,26 @@ class CaseResult:
     temperature: float
     columns: Mapping[str, Array]
     failure: str | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulationBatch(Generic[Result]):
+    """Cases whose histories are of one shape: `simulate` knows all that they take, `result` is given its history and a row of it,
+    and `in_recipe_terms` says an error in the words of the recipe.
+    """
+
+    members: Sequence[int]
+    simulate: partial[Any]
+    result: partial[Result]
+    in_recipe_terms: partial[str]
+
+    def solve(self) -> list[Result]:
+        """The result of each member."""
+        try:
+            history = self.simulate()
+        except (InputError, NumericsError) as error:
+            raise type(error)(*map(self.in_recipe_terms, error.messages)) from None
+        return [self.result(history, row) for row in range(len(self.members))]
 
 
 def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> list[Material]:
@@ -98,7 +121,10 @@ def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
     """The first line of each reason, of (reason, line), with the number of the others, which `what` names."""
     count = Counter(reason for reason, _ in lines)
     first = dict(reversed(lines))
-    return [first[reason] + (f" (and {many - 1} more {what})" if many > 1 else "") for reason, many in count.items()]
+    named = {2: what.removesuffix("s")}  # one more than the first
+    return [
+        first[reason] + (f" (and {many - 1} more {named.get(many, what)})" if many > 1 else "") for reason, many in count.items()
+    ]
 
 
 def matches(
@@ -146,9 +172,12 @@ def last(values: Array) -> float:
 
 
 def compare_headline(found: Sequence[Match]) -> dict[str, Any]:
-    """The misfit of each comparison, and of how many points it is; others are left out of it."""
+    """What is compared in which case, the misfit in its SI unit, and of how many points it is; others are left out of it."""
     left_out = [entry.x.size - entry.used for entry in found]
+    compared = [entry.headers[1] for entry in found]
     return {
+        "y": compared[0] if len(compared) == 1 else compared,
+        "case": each([entry.case for entry in found]),
         "points": each([entry.used for entry in found]),
         **({"points_left_out": each(left_out)} if any(left_out) else {}),
         "rms_error": each([entry.rms_error for entry in found]),
@@ -198,8 +227,10 @@ def _quantities(values: Sequence[Any]) -> tuple[list[float], str] | None:
 
 
 def _spelled(value: Any) -> str:
-    """A recipe's value as TOML has it, text without its quotes."""
-    return value if isinstance(value, str) else as_toml(value)
+    """A recipe's value as TOML has it, text without its quotes, and a path without folders that are this machine's own."""
+    if isinstance(value, str):
+        return Path(value).name if Path(value).is_absolute() else value
+    return as_toml(value)
 
 
 def swept(cases: Sequence[Case[SimulationRecipe]]) -> list[Swept]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, warn
 from dielast.files import Inputs
 from dielast.measured import MeasuredTable, read_measured
+from dielast.plausible import doubt_measured_stretch
 from dielast.recipe.simulation import Comparison
 from dielast.table import split_header
 from dielast.units import FIELD, LENGTH, NUMBER, STRESS, TIME, VOLTAGE
@@ -80,11 +81,13 @@ def read_points(comparison: Comparison, inputs: Inputs) -> tuple[Array, Array]:
     """The measured x and y (n,) of a comparison in SI; raises `InputError` naming file and line, column or what `where` misses."""
     table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
     rows = _rows(table, comparison)
-    x, y = (
-        table.column(own or split_header(header)[0], role, DIMENSIONS.get(split_header(header)[1] or "1", NUMBER), rows)
-        for role, header, own in (("x", comparison.x, comparison.x_column), ("y", comparison.y, comparison.y_column))
-    )
-    return x, y
+    found = []
+    for role, header, own in (("x", comparison.x, comparison.x_column), ("y", comparison.y, comparison.y_column)):
+        name, unit = split_header(header)
+        found.append(table.column(own or name, role, DIMENSIONS.get(unit or "1", NUMBER), rows))
+        if "stretch" in name:
+            doubt_measured_stretch(table.names[table.find(own or name, role)], found[-1], comparison.file)
+    return found[0], found[1]
 
 
 def _label(comparison: Comparison) -> str:

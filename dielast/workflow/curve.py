@@ -17,7 +17,7 @@ from dielast.measured import MeasuredTable, read_measured
 from dielast.plausible import doubt_tension
 from dielast.recipe.measurements import MECHANICAL
 from dielast.recipe.spectrum import ROLES, CurveData
-from dielast.recipe.validate import parse_toml
+from dielast.recipe.toml import parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 from dielast.table import number_columns
 

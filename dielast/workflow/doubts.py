@@ -37,6 +37,7 @@ from dielast.workflow.history import Entry, Recipe, lasting
 WHOLE = 0.5  # of the range of a step through many points: a run of them that goes so far one way is a load of its own
 EARLY = 1e-3  # of what follows a load at once: nobody looks at what is earlier, though tables begin there
 MOVED = 1.01  # of the field: a film that broke after it rose by less as the film moved was beyond its breakdown field at once
+SLACK = 0.01  # of the highest stress: what a film can be pushed with before it is said
 AT_ONCE = "as the voltage comes on"
 
 
@@ -53,6 +54,7 @@ def doubt_membranes(
     targets = [[entry.target for entry in entries if entry.target is not None] for entries in histories]
     if cases[0].recipe.kind == "relax":
         doubt_stretch(min(min(own, default=rest) for own in targets), max(max(own, default=rest) for own in targets))
+        _doubt_slack(results)
         return
     recipes = [case.recipe for case in cases]
     specimens = [recipe.specimen for recipe in recipes if isinstance(recipe, CreepRecipe) and recipe.specimen is not None]
@@ -96,7 +98,7 @@ def doubt_films(
                 paces.append(Pace(what, 0.0, fastest_branch(material, result.temperature), result.temperature))
     doubt_paces(paces)
     if broken:
-        more = f" (and {len(broken) - 1} more cases)" if len(broken) > 1 else ""
+        more = _and_more(broken)
         said = f"the film breaks down {AT_ONCE}: it is beyond the breakdown field from the start"
         warn(f"case {broken[0]}{more}: {said}")
 
@@ -142,6 +144,16 @@ def _doubt_use(materials: Sequence[Material], results: Sequence[CaseResult]) -> 
         doubt_use(one, [result.temperature for material, result in asked if material is one])
 
 
+def _doubt_slack(results: Sequence[CaseResult]) -> None:
+    """Warn of stretched films that are let back faster than they follow, and would go slack: what is prescribed pushes them."""
+    lowest = [float(np.min(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
+    highest = [float(np.max(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
+    slack = [index for index, (low, high) in enumerate(zip(lowest, highest, strict=True)) if -low > SLACK * high > 0]
+    if slack:
+        found = f"the stress falls to {lowest[slack[0]]:.3g} Pa, by which the film is pushed"
+        warn(f"{f'case {slack[0]}{_and_more(slack)}: ' if len(results) > 1 else ''}{found}: a thin one goes slack instead")
+
+
 def _taut_at(material: Material) -> float:
     """J_lim of the spring that never relaxes; infinite if there is none."""
     law = material.equilibrium_law
@@ -153,6 +165,11 @@ def _limit(known: Breakdown | None, area: float, field: float) -> float:
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
     return float(np.interp(np.sqrt(area), known.prestretch, known.field))
+
+
+def _and_more(cases: Sequence[int]) -> str:
+    others = len(cases) - 1
+    return f" (and {others} more case{'s' * (others > 1)})" if others else ""
 
 
 def _of_case(index: int, cases: int) -> str:

@@ -18,7 +18,7 @@ from dielast.material import Material
 from dielast.prony import Spectrum
 from dielast.recipe.draws import beside, constant_headers, draw_columns, parse_draws, with_constants
 from dielast.recipe.material import draws_file, parse_material
-from dielast.recipe.validate import parse_toml
+from dielast.recipe.toml import parse_toml
 from dielast.shift import ShiftLaw
 from dielast.table import Column, Table, number_columns
 from dielast.workflow.curve import Curve

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from dielast.errors import InputError
 from dielast.files import read_file
-from dielast.recipe.validate import parse_toml
+from dielast.recipe.toml import parse_toml
 from dielast.table import parse_csv
 
 # a number this far below the largest of its column is rounding, and no ratio of two such numbers means anything

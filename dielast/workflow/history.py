@@ -56,8 +56,12 @@ class Entry:
 
 
 def values_of(entries: Sequence[Entry], name: str) -> Array | None:
-    """One value of the same step of several cases, as an array (cases,)."""
-    return None if getattr(entries[0], name) is None else np.array([getattr(entry, name) for entry in entries])
+    """One value of the same step of several cases, as an array (cases,), or () if it is one case again and again."""
+    if getattr(entries[0], name) is None:
+        return None
+    if all(entry is entries[0] for entry in entries):
+        return np.array(getattr(entries[0], name))
+    return np.array([getattr(entry, name) for entry in entries])
 
 
 def joined(entries: Sequence[Entry]) -> Step:
@@ -146,6 +150,11 @@ def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: 
     column = next((column for column in known if points.has(column)), control)
     time = ascending_times(points, name, jumps=column in OWN)
     values = points.column(column, column, known[column]) / (_area(recipe) if column == "force" else 1.0)
+    if control == "stretch":
+        for row in np.flatnonzero(values <= 0)[:1]:
+            raise InputError(
+                f"{name}: line {points.lines[row]}: stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)"
+            )
     durations = np.diff(time, prepend=0.0)
     return [Entry(index, control, value, None, lasts) for value, lasts in zip(values.tolist(), durations.tolist(), strict=True)]
 
@@ -172,6 +181,8 @@ def in_recipe_terms(line: str, origin: Sequence[int], members: Sequence[int], ca
 
 def in_keys(said: str) -> str:
     """What the solver says of one of its arguments, said of the recipe's key for it."""
+    if "has no permittivity" in said:
+        said += ": state [dielectric] permittivity in the material file"
     for words, key in KEYS.items():
         if said.startswith(f"{words} "):
             return f"{key}: {said.removeprefix(f'{words} ')}"

@@ -80,6 +80,8 @@ def read_all(data: MeasurementData, inputs: Inputs) -> Reading:
         parts += found
         left_out += others
     kind, test = _one_kind(parts), _one_test(parts, data)
+    for part in parts:
+        _check_columns(part, data)
     if data.test is None:
         for part in parts:
             _doubt_tension(part)
@@ -134,6 +136,19 @@ def _one_test(parts: list[Part], data: MeasurementData) -> str:
         found = " and ".join(f"{test} ({part.table.source})" for test, part in tests.items())
         raise InputError(f'there are tests in {found}: leave one out, or say test = "tension" or "shear"')
     return str(parts[0].test)
+
+
+def _check_columns(part: Part, data: MeasurementData) -> None:
+    """Raise `InputError` for all columns of a plain table that are not there or in a wrong unit, with the recipe's keys."""
+    wrong: list[str] = []
+    for role, wanted in part.columns.items() if not part.is_export else ():
+        try:
+            part.table.check(wanted, role, ROLES.get(role))
+        except InputError as error:
+            key = f" (data.columns.{role})" if data.columns is not None and role in data.columns.model_fields_set else ""
+            wrong += [f"{line}{key}" for line in error.messages]
+    if wrong:
+        raise InputError(*wrong)
 
 
 def _doubt_tension(part: Part) -> None:

@@ -94,6 +94,13 @@ def left_over(kind: str, folder: Path, written: Collection[str]) -> list[str]:
     return [name for name in known if name not in written and (folder / name).is_file()]
 
 
+def replaced(kind: str, folder: Path) -> list[str]:
+    """Other kinds whose results lie in the `folder`, so that a run of this `kind` replaces their summary."""
+    others = {other: set(names) - set(FILES[kind]) for other, names in FILES.items() if other != kind}
+    shared = {name for names in others.values() for name in names if sum(name in own for own in others.values()) > 1}
+    return [other for other, names in others.items() if any((folder / name).is_file() for name in names - shared)]
+
+
 def _known(value: Any) -> bool:
     """Whether there is a value: a standard error that the data do not determine is left out."""
     return value is not None and not (isinstance(value, float) and not math.isfinite(value))

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.recipe.cases import Case
@@ -20,6 +18,7 @@ from dielast.simulate.membrane import MembraneHistory, simulate
 from dielast.workflow.bounds import band, bounded_cases
 from dielast.workflow.cases import (
     CaseResult,
+    SimulationBatch,
     axes_of,
     case_columns,
     compare_headline,
@@ -107,46 +106,9 @@ def _farthest(values: Array, rest: float) -> float:
     return float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MembraneBatch:
-    """Cases, some of a recipe's, whose histories are of one shape; `simulate` knows all that they take."""
-
-    members: Sequence[int]
-    simulate: partial[MembraneHistory]
-    materials: Sequence[Material]
-    in_recipe_terms: partial[str]
-    creeping: bool
-    with_modulus: bool
-
-    def solve(self) -> list[CaseResult]:
-        """The result of each member; errors speak of the recipe's keys."""
-        try:
-            history = self.simulate()
-        except InputError as error:
-            raise InputError(*map(self.in_recipe_terms, error.messages)) from None
-        return [self._result(history, row) for row in range(len(self.members))]
-
-    def _result(self, history: MembraneHistory, row: int) -> CaseResult:
-        columns = {
-            "time [s]": history.time[row],
-            "stretch_1 [1]": history.stretch_1[row],
-            "stretch_2 [1]": history.stretch_2[row],
-            "nominal_stress_1 [Pa]": history.nominal_stress_1[row],
-            "nominal_stress_2 [Pa]": history.nominal_stress_2[row],
-            "true_stress_1 [Pa]": history.true_stress_1[row],
-            "true_stress_2 [Pa]": history.true_stress_2[row],
-        }
-        if self.with_modulus:
-            modulus = history.relaxation_modulus[row]
-            uniaxial = self.simulate.keywords["mode"] == "uniaxial"
-            columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus) & uniaxial, modulus, np.nan)
-        finished = np.isfinite(history.stretch_1[row])
-        kept = {header: np.asarray(values[finished]) for header, values in columns.items()}
-        failure = given_up(history.outcome[row], self.materials[row], self.creeping)
-        return CaseResult(float(history.temperature[row]), kept, failure)
-
-
-def membrane_batches(cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs) -> list[MembraneBatch]:
+def membrane_batches(
+    cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs
+) -> list[SimulationBatch[CaseResult]]:
     """The cases in batches of those with histories of one shape."""
     # a case that stands in the list many times, once for each draw, is read once
     known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
@@ -174,9 +136,30 @@ def membrane_batches(cases: Sequence[Case[Recipe]], materials: Sequence[Material
                 points_per_decade=points_per_decade,
                 rtol=rtol,
             )
-            told = partial(in_recipe_terms, origin=origin, members=part, cases=len(cases))
-            batches.append(MembraneBatch(part, run, own, told, kind == "creep", with_modulus))
+            result = partial(_case, materials=own, creeping=kind == "creep", with_modulus=with_modulus, uniaxial=mode == "uniaxial")
+            told = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
+            batches.append(SimulationBatch(part, run, result, told))
     return batches
+
+
+def _case(
+    history: MembraneHistory, row: int, *, materials: Sequence[Material], creeping: bool, with_modulus: bool, uniaxial: bool
+) -> CaseResult:
+    columns = {
+        "time [s]": history.time[row],
+        "stretch_1 [1]": history.stretch_1[row],
+        "stretch_2 [1]": history.stretch_2[row],
+        "nominal_stress_1 [Pa]": history.nominal_stress_1[row],
+        "nominal_stress_2 [Pa]": history.nominal_stress_2[row],
+        "true_stress_1 [Pa]": history.true_stress_1[row],
+        "true_stress_2 [Pa]": history.true_stress_2[row],
+    }
+    if with_modulus:
+        modulus = history.relaxation_modulus[row]
+        columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus) & uniaxial, modulus, np.nan)
+    finished = np.isfinite(history.stretch_1[row])
+    kept = {header: np.asarray(values[finished]) for header, values in columns.items()}
+    return CaseResult(float(history.temperature[row]), kept, given_up(history.outcome[row], materials[row], creeping))
 
 
 def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:

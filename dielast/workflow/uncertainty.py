@@ -50,7 +50,7 @@ def _doubt_draws(name: str, material: Material, members: Sequence[Material]) -> 
     """Warn of draws that are not about the material."""
     tau = np.union1d(material.spectrum.relaxation_time, members[0].spectrum.relaxation_time)
     with np.errstate(over="ignore"):  # a time beyond all numbers is one at which all has relaxed
-        time = np.append(tau, 10 * tau.max())
+        time = np.append(tau, 10 * tau.max(initial=1.0))
         own = material.spectrum.relaxation_modulus(time, material.equilibrium_modulus)
         drawn = np.array([each.spectrum.relaxation_modulus(time, each.equilibrium_modulus) for each in members])
         low, high = drawn.min(axis=0), drawn.max(axis=0)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import repeat
+
 import numpy as np
 from numpy.typing import NDArray
 
 from dielast.files import Inputs
 from dielast.measured import read_measured
 from dielast.recipe.voltage import ActuateRecipe, VoltageStep
-from dielast.simulate.voltage import voltage_table
 from dielast.units import VOLTAGE
 from dielast.workflow.history import Entry, ascending_times, marked_still
 
@@ -25,8 +26,11 @@ def voltage_entries(recipe: ActuateRecipe, inputs: Inputs) -> list[Entry]:
             entries.append(Entry(index, None, None, None, step.hold))
         elif step.table is not None:
             points = read_measured(inputs.read(step.table), step.table)
-            ramps = voltage_table(ascending_times(points, step.table), points.column("voltage", "voltage", VOLTAGE))
-            entries += [Entry(index, "voltage", _number(ramp.voltage), None, _number(ramp.duration)) for ramp in ramps]
+            # a result of dielast's has two rows where the voltage jumps
+            time = ascending_times(points, step.table, jumps=points.has("true_field"))
+            lasts = np.diff(time, prepend=0.0).tolist()
+            voltage = points.column("voltage", "voltage", VOLTAGE).tolist()
+            entries += [Entry(index, "voltage", *own) for own in zip(voltage, repeat(None), lasts, strict=False)]
         elif step.waveform is not None:
             entries += _cycles(index, step)
         else:
@@ -42,7 +46,3 @@ def _cycles(index: int, step: VoltageStep) -> list[Entry]:
     height: NDArray[np.float64] = np.array([1.0, 0.0]) if points == 2 else 0.5 * (1 - np.cos(2 * np.pi * phase))
     cycle = [Entry(index, "voltage", float(low + (high - low) * share), None, period / points) for share in height]
     return [Entry(index, "voltage", low, None, 0.0), *cycle * (step.cycles or 1)]
-
-
-def _number(value: object) -> float:
-    return float(np.asarray(value))

@@ -167,3 +167,18 @@ def test_a_branch_that_is_cut_off_is_not_said_to_be_extrapolated(run: Run) -> No
     whole, cut = (run("spectrum", fast, *stated, *more)[0] for more in ((), ("truncate.keep=10",)))
     assert any("relaxation times from 1e-09 to 1e+04 s reach farther than the curve" in line for line in whole)
     assert not any("reach farther" in line for line in cut)
+
+
+@pytest.mark.parametrize(
+    ("back", "slack"),
+    [
+        ("{stretch=1.9}", True),
+        ('{stretch=1.0,duration="1 d"}', True),
+        ('{stretch=1.5,duration="1 d"}', False),
+        ('{hold="1 s"}', False),
+    ],
+)
+def test_a_film_that_is_let_back_too_fast(run: Run, back: str, slack: bool) -> None:
+    """It follows as far as its equilibrium spring pulls, which takes its time."""
+    said, _ = run("relax", f'step=[{{stretch=2.0,duration="10 s"}},{{hold="1 h"}},{back}]', "solver.rtol=1e-4")
+    assert [" by which the film is pushed: a thin one goes slack" in one for one in said] == [True] * slack

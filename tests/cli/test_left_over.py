@@ -69,3 +69,13 @@ def test_only_the_kinds_own_files_count(tmp_path: Path) -> None:
     (tmp_path / "reduction.csv").mkdir()
     assert left_over("spectrum", tmp_path, ["summary.toml"]) == ["draws.csv", "spectrum.pdf"]
     assert left_over("relax", tmp_path, ["relax.png"]) == []
+
+
+def test_a_folder_of_another_kind(dielast: Run, starter: Callable[[str], Path], tmp_path: Path) -> None:
+    for kind in ("relax", "creep"):
+        done = dielast(kind, starter(kind), "--plot", "none", "-q", "-o", "one")
+        assert done.returncode == 0
+    assert done.stderr == "warning: one: holds results of relax, too: summary.toml is now that of this run\n"
+    (tmp_path / "two").mkdir()
+    (tmp_path / "two/cases.csv").write_text("case\n0\n")
+    assert dielast("relax", tmp_path / "relax.toml", "--plot", "none", "-q", "-o", "two").stderr == ""

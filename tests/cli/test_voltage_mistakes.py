@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from dielast.errors import InputError
-from dielast.files import Inputs
+from dielast.files import Inputs, read_file, resolve
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 from dielast.workflow import actuate, failure_map, relax
@@ -140,6 +141,7 @@ def test_what_an_actuation_does_not_have_is_not_asked_of_it(keys: str, message: 
         (HEAD + "0,0\n1,high\n2,1\n", 'load.csv: line 3: column "voltage": "high" is not a finite number'),
         (HEAD + "0,0\n1,\n2,1\n", 'load.csv: line 3: column "voltage": the cell is empty'),
         (HEAD + "0,0\n1,1,5\n", "load.csv: line 3: 3 cells, but the table has 2 columns"),
+        (HEAD + "\n", "load.csv: no columns of numbers found: there are no rows below the header"),
         ("time [s],tension [V]\n0,0\n1,1\n", 'load.csv: no column "voltage" for voltage'),
         ("when [s],voltage [V]\n0,0\n1,1\n", 'load.csv: no column "time" for time'),
         ("time,voltage\n0,0\n1,1\n", 'load.csv: column "time" has no unit'),
@@ -155,6 +157,20 @@ def test_a_stretch_table_that_goes_back_is_told_by_file_and_line(tmp_path: Path)
     (tmp_path / "load.csv").write_text("time [s],stretch\n0,1\n2,2\n1,1.5\n")
     text = RELAX.replace('stretch = 2.0\nrate = "1 %/s"', 'table = "load.csv"')
     assert mistake(tmp_path, text).startswith("load.csv: line 4: time 1 s does not come after 2 s")
+
+
+def test_a_stretch_of_nothing_is_told_by_file_and_line(tmp_path: Path) -> None:
+    (tmp_path / "load.csv").write_text("time [s],stretch\n0,1\n2,0\n")
+    text = RELAX.replace('stretch = 2.0\nrate = "1 %/s"', 'table = "load.csv"')
+    assert mistake(tmp_path, text) == "load.csv: line 3: stretch 0: a number above 0 is needed (1 is undeformed)"
+
+
+def test_a_film_without_permittivity_is_told_what_is_missing(tmp_path: Path) -> None:
+    dielectric = re.compile(r"\[dielectric\][^\[]*")
+    (tmp_path / "m.toml").write_text(dielectric.sub("", read_file(resolve(tmp_path, "example:vhb4905.toml"), "vhb").decode()))
+    for text in (ACTUATE, MAP):
+        line = mistake(tmp_path, text.replace("example:vhb4905.toml", "m.toml"))
+        assert line.endswith("which a film under voltage needs: state [dielectric] permittivity in the material file")
 
 
 def test_the_file_stands_in_front(dielast: Run, tmp_path: Path) -> None:

@@ -3,13 +3,17 @@ from __future__ import annotations
 import csv
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from dielast.errors import InputError
+from dielast.errors import InputError, as_toml
 from dielast.files import read_file, resolve
 from dielast.recipe.cases import read_cases
 from dielast.recipe.material import parse_material
+from dielast.recipe.validate import settings
 from dielast.table import to_csv
 from dielast.workflow.cases import case_columns, labels, swept
 
@@ -160,3 +164,47 @@ def test_lists_and_tables_are_told_as_toml(tmp_path: Path) -> None:
     material = parse_material(read_file(resolve(tmp_path, "example:vhb4905.toml"), "vhb"), "vhb")
     assert labels(cases, [material, material]) == [f"0 = {step}" for step in steps]
     assert [tomllib.loads(f"x = {step}")["x"] for step in steps] == [case.settings["step.0"] for case in cases]
+
+
+def test_a_key_within_a_swept_table_is_the_cases_own(tmp_path: Path) -> None:
+    sweep = '[sweep]\noutput = [{ points_per_decade = 3 }]\n"output.points_per_decade" = [4, 5]\n'
+    cases = read_cases(write(tmp_path, RELAX + sweep))
+    assert [case.recipe.output.points_per_decade for case in cases] == [4, 5]
+    assert [case.settings["output"] for case in cases] == [{"points_per_decade": 3}] * 2
+
+
+@pytest.mark.parametrize(
+    ("recipe", "sweep", "said"),
+    [
+        (RELAX, 'title = ["a", "b"]', 'sweep."title": title is about all cases together'),
+        (RELAX, '"compare.0.file" = ["a.csv", "b.csv"]', 'sweep."compare.0.file": compare is about all cases together'),
+        (
+            'kind = "relax"\nmaterial = "example:vhb4905.toml"\nload = "h.toml"\n',
+            "step = [[{ stretch = 2.0 }], [{ stretch = 3.0 }]]",
+            'sweep."step": the steps are in a load file: sweep load, or "step.0.rate"',
+        ),
+    ],
+)
+def test_keys_that_cannot_be_swept(tmp_path: Path, recipe: str, sweep: str, said: str) -> None:
+    (tmp_path / "h.toml").write_text("[[step]]\nstretch = 1.5\n")
+    with pytest.raises(InputError) as caught:
+        read_cases(write(tmp_path, f"{recipe}[sweep]\n{sweep}\n"))
+    assert caught.value.messages[0].endswith(said)
+
+
+TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\x7f"), max_size=8)
+
+
+@given(st.recursive(TEXT | st.integers() | st.booleans(), lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXT, inner)))
+def test_values_are_spelled_so_that_toml_reads_them(value: Any) -> None:
+    assert tomllib.loads(f"x = {as_toml(value)}")["x"] == value
+
+
+def test_only_files_lose_their_folders() -> None:
+    stated = ["title=/tmp/a/b c", "material=/tmp/m.toml", 'sweep."material"=["/x/a.toml", "b.toml"]', "step=[{table='/t/h.csv'}]"]
+    assert settings(stated) == [
+        'title = "/tmp/a/b c"',
+        'material = "m.toml"',
+        'sweep.material = ["a.toml", "b.toml"]',
+        'step = [{ table = "h.csv" }]',
+    ]

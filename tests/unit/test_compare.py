@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -127,10 +128,11 @@ def test_advice_that_is_followed_already_is_not_given(tmp_path: Path) -> None:
 def test_points_that_the_misfit_leaves_out_are_counted_apart(tmp_path: Path) -> None:
     columns = {X: TIME, Y: np.ones(TIME.size)}
     whole = match(compare(tmp_path, f"{X},{Y}\n1,2\n10,2\n"), columns, Inputs(tmp_path), given(columns))
-    assert compare_headline([whole]) == {"points": 2, "rms_error": 1.0, "rms_relative_error": 0.5}
+    known = {"y": Y, "case": 0}
+    assert compare_headline([whole]) == known | {"points": 2, "rms_error": 1.0, "rms_relative_error": 0.5}
     with pytest.warns(DielastWarning, match="does not reach 1 of 3 points"):
         part = match(compare(tmp_path, f"{X},{Y}\n1,2\n10,2\n1e6,9\n"), columns, Inputs(tmp_path), given(columns))
-    assert compare_headline([part]) == {"points": 2, "points_left_out": 1, "rms_error": 1.0, "rms_relative_error": 0.5}
+    assert compare_headline([part]) == known | {"points": 2, "points_left_out": 1, "rms_error": 1.0, "rms_relative_error": 0.5}
     assert compare_headline([whole, part])["points"] == [2, 2]
     assert compare_headline([whole, part])["points_left_out"] == [0, 1]
 
@@ -140,3 +142,38 @@ def test_columns_are_found_by_their_whole_header(tmp_path: Path) -> None:
     columns = {X: TIME, Y: TIME}
     found = match(compare(tmp_path, "t (min),s (kPa)\n1,2\n3,4\n", **options), columns, Inputs(tmp_path), given(columns))
     assert (found.x.tolist(), found.y.tolist()) == ([60.0, 180.0], [2e3, 4e3])
+
+
+STRETCHED = "stretch_1 [1]"
+
+
+@pytest.mark.parametrize("header", ["strain [%]", "Dehnung (%)", "elongation", "y", "stretch", "Dehnungsverhältnis", "lambda [1]"])
+@pytest.mark.parametrize("factor", [0.0, 1.0, 100.0])  # on the strain; 0 stands for stretches
+def test_a_strain_is_not_compared_with_a_stretch_without_a_word(tmp_path: Path, header: str, factor: float) -> None:
+    strain = np.linspace(0.2, 0.4, 9)
+    values = factor * strain if factor else 1 + strain
+    # per cent that are said to be such are strains of 0.2 to 0.4
+    doubted = factor > 0 or "strain" in header or "(%)" in header or header == "elongation"
+    rows = f"time [s],{header}\n" + "".join(f"{t + 1},{value}\n" for t, value in enumerate(values.tolist()))
+    comparison = compare(tmp_path, rows, y=STRETCHED, y_column=header)
+    columns = {X: TIME, STRETCHED: 1 + 0.1 * TIME**0.1}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        match(comparison, columns, Inputs(tmp_path), given(columns))
+    said = [str(one.message) for one in caught]
+    assert ["compared with a stretch, which is 1 + strain" in one for one in said] == [True] * doubted
+
+
+def test_the_headline_says_what_is_compared(tmp_path: Path) -> None:
+    columns = {X: TIME, Y: 1e4 * TIME**-0.1, STRETCHED: TIME**0.1}
+    rows = f"time [s],stress [Pa],stretch\n1,1e4,1\n10,{1e4 * 10**-0.1},{10**0.1}\n"
+    stress, stretch = ({"y": Y, "y_column": "stress"}, {"y": STRETCHED, "y_column": "stretch"})
+    found = [match(compare(tmp_path, rows, **one), columns, Inputs(tmp_path), given(columns)) for one in (stress, stretch)]
+    assert compare_headline(found) | {"rms_error": 0, "rms_relative_error": 0} == {
+        "y": [Y, STRETCHED],
+        "case": [0, 0],
+        "points": [2, 2],
+        "rms_error": 0,
+        "rms_relative_error": 0,
+    }
+    assert compare_headline(found[:1])["y"] == Y

@@ -17,6 +17,7 @@ from dielast.prony import Spectrum
 from dielast.shift import NoShift
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import Cells, assemble, failure_map, plan_failure_map, solve_cells
+from dielast.simulate.lifetime import fit_lifetime
 from dielast.simulate.voltage import VoltageStep, voltage_table
 
 SOLID = Material(
@@ -132,3 +133,17 @@ def test_an_axis_left_free_is_uniaxial_prestretch() -> None:
     history = actuate(SOLID, [VoltageStep.hold(10.0)], prestretch=(2.0, None), times=[0.0], breakdown_field=1e9, **FILM)
     assert history.stretch_2[0, 0] == pytest.approx(2**-0.5, rel=1e-5)
     assert history.nominal_stress_2[0, 0] == 0
+
+
+@pytest.mark.parametrize("voltages", [2, 3])
+def test_only_a_line_through_more_than_two_points_has_a_residual(voltages: int) -> None:
+    voltage = np.linspace(3.9e3, 4.1e3, voltages)
+    times = 10 ** (9.1 - 2.05e-3 * voltage + 0.01 * (np.arange(voltages) == 1))
+    result = failure_map(SOLID, voltage=voltage, prestretch=[1.7], thickness=5e-4, horizon=1e9)
+    (line,) = fit_lifetime(replace(result, time_to_failure=times.reshape(1, 1, -1)))
+    assert line.points == voltages
+    if voltages == 2:
+        assert (line.rms_residual, line.r_squared) == (0.0, 1.0)
+        assert line.intercept + line.slope * voltage == pytest.approx(np.log10(times), rel=1e-12)
+    else:
+        assert line.rms_residual == pytest.approx(0.01 * np.sqrt(2) / 3, rel=1e-9)

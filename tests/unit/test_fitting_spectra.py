@@ -74,7 +74,7 @@ def test_an_oscillation_is_told_over_the_inverse_of_its_frequency() -> None:
 
 
 @pytest.mark.parametrize("fit", FITS)
-@pytest.mark.parametrize("stated", [0.7, 1.2])
+@pytest.mark.parametrize("stated", [0.95, 1.2])
 def test_moduli_add_up_to_the_glassy_modulus_with_the_equilibrium_one(fit: Callable[..., SpectrumFit], stated: float) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)
@@ -190,10 +190,9 @@ def test_the_polynomial_is_judged_by_what_it_misses() -> None:
 @pytest.mark.parametrize(
     ("options", "advice"),
     [
-        ({"glassy_modulus": 2e6}, "a larger glassy_modulus"),
         ({"equilibrium_modulus": 1.09 * PLATEAUS[-1]}, "a lower equilibrium_modulus"),
         ({"equilibrium_modulus": 1.09 * PLATEAUS[-1], "keep": 29}, "a lower equilibrium_modulus"),
-        ({"equilibrium_modulus": 1.09 * PLATEAUS[-1], "glassy_modulus": 2e6}, "a larger glassy_modulus"),
+        ({"equilibrium_modulus": 1.09 * PLATEAUS[-1], "glassy_modulus": 2.4e6}, "a larger glassy_modulus"),
     ],
 )
 def test_advice_names_what_made_a_modulus_negative(options: dict[str, Any], advice: str) -> None:
@@ -204,7 +203,7 @@ def test_advice_names_what_made_a_modulus_negative(options: dict[str, Any], advi
 
 
 def test_a_negative_branch_that_is_not_kept_does_no_harm() -> None:
-    assert fit_spectrum(WIDE, PLATEAUS, glassy_modulus=2e6, keep=29).clipped_branches == 0
+    assert fit_spectrum(WIDE, PLATEAUS, glassy_modulus=2.4e6, keep=29).clipped_branches == 0
 
 
 def test_what_clipping_changes_is_told_where_it_changes_most() -> None:

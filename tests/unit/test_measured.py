@@ -12,6 +12,7 @@ from dielast.errors import InputError
 from dielast.measured import MeasuredTable, TextFormat, decode, is_number, read_measured
 from dielast.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMPERATURE, TIME, VISCOSITY, Dimension, conversion
 
+HEADER_ALONE = "no columns of numbers found: there are no rows below the header"
 DATA = [(0.1, 2.5), (1.0, 2.0), (10.5, 1.25)]
 
 
@@ -80,15 +81,17 @@ def test_blank_lines_do_not_shift_the_line_of_an_error() -> None:
         ("time [s],E [MPa]\n1,2\n2,\n3,1\n", 'line 3: column "E": the cell is empty'),
         ("time [s],E [MPa]\n1,2\n2,nan\n3,inf\n", 'line 3: column "E": "nan" is not a finite number (2 such cells)'),
         ("time [s],E [MPa]\n1,2\n1,2,3\n1,2\n", "line 3: 3 cells, but the table has 2 columns"),
-        ("time,E [MPa]\n1,2\n", 'column "time" has no unit: call it "time [s]" or say units = { time = "s" }'),
+        ("time,E [MPa]\n1,2\n", 'column "time" has no unit: call it "time [s]"'),
         ("time [kg],E [MPa]\n1,2\n", 'column "time" [kg]: a time is needed, such as "1.5 h"'),
         ("time [parsec],E [MPa]\n1,2\n", 'column "time" [parsec]: unknown unit "parsec"'),
         ("tiem [s],E [MPa]\n1,2\n", 'no column "time" for time; there are "tiem [s]", "E [MPa]"'),
         ("time [s],time [s],E [MPa]\n1,2,3\n", 'column "time" for time stands there 2 times'),
         ("", "the file is empty"),
         (" \n\n", "the file is empty"),
-        ("time [s],E [MPa]\n", "no columns of numbers found"),
-        ("what is this\n", "no columns of numbers found"),
+        ("time [s],E [MPa]\n", HEADER_ALONE),
+        ("time;E\ns;MPa\n", HEADER_ALONE),
+        ("what is this\n", "no columns of numbers found; state separator"),
+        ("a;b\nc;d\n", "no columns of numbers found; state separator"),
     ],
 )
 def test_wrong_tables_say_where(text: str, message: str) -> None:

@@ -157,6 +157,19 @@ def test_hz_and_rad_per_second_are_never_confused(tmp_path: Path) -> None:
         read(tmp_path, file="sweep.csv", columns=SWEEP)
 
 
+def test_all_wrong_columns_are_told_with_their_keys(tmp_path: Path) -> None:
+    sweep_file(tmp_path, "T [s],w [rad/s],E' [Pa],E'' [Pa]")
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, file="sweep.csv", columns=SWEEP | {"frequency": "w", "storage": "G'", "loss": "G''"})
+    assert [line.split(":", 1)[1].split("; ")[0] for line in caught.value.messages] == [
+        ' column "T" [s]: a temperature is needed, such as "20 degC" (data.columns.temperature)',
+        ' column "w" [rad/s]: rad/s is the unit of an angular frequency, but a frequency is needed, such as "10 Hz" '
+        "(data.columns.frequency)",
+        ' no column "G\'" for storage',
+        " no column \"G''\" for loss",
+    ]
+
+
 def test_two_columns_of_frequency_must_agree(tmp_path: Path) -> None:
     rows = sweep_rows()
     columns = SWEEP | {"angular_frequency": "w"}

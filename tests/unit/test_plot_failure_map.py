@@ -4,10 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from dielast.plots.failure_map import plot_failure_map
+from dielast.plots.style import COLOURS, render
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import fit_lifetime
+
+UP, DOWN = r"$\uparrow$", r"$\downarrow$"
 
 
 def a_map(temperatures: int, prestretches: int, voltages: int) -> FailureMap:
@@ -29,13 +36,28 @@ def a_map(temperatures: int, prestretches: int, voltages: int) -> FailureMap:
     )
 
 
-@pytest.mark.parametrize(
-    ("shape", "films"), [((1, 11, 41), 4), ((1, 5, 41), 4), ((1, 2, 41), 2), ((2, 3, 13), 6), ((1, 6, 3), 6), ((7, 11, 41), 6)]
-)
+def drawn_lines(axes: Axes) -> list[Line2D]:
+    """The lines of markers that are times, not what is beyond them."""
+    marked = [line for line in axes.get_lines() if line.get_marker() not in ("", "None", None)]
+    return [line for line in marked if line.get_transform() == axes.transData]
+
+
+def placed(axes: Axes, marker: str) -> dict[str, list[float]]:
+    """Voltages in kV by colour of the arrows, or markers, in the rows beyond the times."""
+    rows = [line for line in axes.get_lines() if line.get_marker() == marker and line.get_transform() == axes.get_xaxis_transform()]
+    return {str(line.get_color()): np.asarray(line.get_xdata()).round(9).tolist() for line in rows if len(line.get_xdata())}
+
+
+def named(figure: Figure) -> list[list[str]]:
+    legends = [axes.get_legend() for axes in figure.axes]
+    return [[text.get_text() for text in legend.get_texts()] for legend in legends if legend is not None]
+
+
+@pytest.mark.parametrize(("shape", "films"), [((1, 11, 41), 4), ((1, 5, 41), 4), ((1, 2, 41), 2), ((2, 3, 13), 6), ((1, 6, 3), 6)])
 def test_points_do_not_crowd(shape: tuple[int, int, int], films: int) -> None:
     result = a_map(*shape)
     axes = plot_failure_map(result, fit_lifetime(result)).axes[0]
-    marked = [line for line in axes.get_lines() if line.get_marker() not in ("", "None", None)]
+    marked = drawn_lines(axes)
     assert len(marked) == films
     for line in marked:
         every = line.get_markevery()
@@ -61,10 +83,94 @@ def test_a_band_that_some_draws_outlive_is_open_above() -> None:
     upper[0, 0, :2] = np.inf
     opened = plot_failure_map(result, fit_lifetime(result), None, (result.time_to_failure / 2, upper), "90 % interval").axes[0]
     legends = [axes.get_legend() for axes in (closed, opened)]
-    assert ["open above" in legend.get_title().get_text() for legend in legends if legend is not None] == [False, True]
-    assert [len([text for text in axes.texts if text.get_text() == "\N{UPWARDS ARROW}"]) for axes in (closed, opened)] == [0, 2]
-    # the band leaves the axes, beyond the horizon
-    top = opened.get_ylim()[1]
-    assert top > result.horizon
+    titles = [legend.get_title().get_text() for legend in legends if legend is not None]
+    assert ["beyond the horizon" in title for title in titles] == [False, True]
+    assert placed(closed, UP) == {}
+    # at the voltages themselves
+    assert placed(opened, UP) == {COLOURS[0]: (result.voltage[:2] / 1e3).round(9).tolist()}
+    # the band leaves the times, beyond the horizon
+    assert opened.get_ylim()[1] > result.horizon
     highest = [max(np.asarray(path.vertices)[:, 1].max() for path in band.get_paths()) for band in opened.collections]
-    assert highest[0] >= top > highest[1]
+    assert highest[0] > result.horizon > highest[1]
+
+
+def test_a_band_from_zero_reaches_the_foot_and_has_arrows_at_its_voltages() -> None:
+    result = a_map(1, 2, 6)
+    lower, upper = result.time_to_failure / 2, result.time_to_failure * 2
+    lower[0, 0, 3:], lower[0, 1, 4:] = 0.0, 0.0
+    figure = plot_failure_map(result, fit_lifetime(result), None, (lower, upper), "90 % interval")
+    axes, voltage = figure.axes[0], (result.voltage / 1e3).round(9)
+    assert placed(axes, DOWN) == {COLOURS[0]: voltage[3:].tolist(), COLOURS[1]: voltage[4:].tolist()}
+    shortest = lower[lower > 0].min()
+    for band in axes.collections:
+        vertices = np.concatenate([np.asarray(path.vertices) for path in band.get_paths()])
+        assert vertices[:, 0].max() == pytest.approx(5.0)
+        assert vertices[:, 1].min() < shortest
+    # no tick says a time where there is none
+    assert min(*axes.get_yticks(), *axes.get_yticks(minor=True)) > axes.get_ylim()[0] * 2
+    assert "0" in [text.get_text() for text in axes.texts]
+    (legend,) = [own.get_legend() for own in figure.axes]
+    assert legend is not None
+    assert "\N{DOWNWARDS ARROW} down to 0" in legend.get_title().get_text()
+    render(figure, "png")
+
+
+def test_films_that_fail_at_once_have_markers_at_the_foot() -> None:
+    result = a_map(1, 2, 6)
+    result.time_to_failure[0, 1, 3:] = 0.0
+    axes = plot_failure_map(result, fit_lifetime(result)).axes[0]
+    assert placed(axes, "s") == {COLOURS[1]: (result.voltage[3:] / 1e3).round(9).tolist()}
+    legend = axes.get_legend()
+    assert legend is not None
+    assert "fails at once" in legend.get_title().get_text()
+
+
+def test_a_band_at_one_voltage_only_is_seen() -> None:
+    result = a_map(1, 2, 6)
+    lower, upper = result.time_to_failure / 2, result.time_to_failure * 2
+    lower[0, 0, 1:] = upper[0, 0, 1:] = np.inf
+    axes = plot_failure_map(result, fit_lifetime(result), None, (lower, upper)).axes[0]
+    lines = [own for own in axes.collections if isinstance(own, LineCollection)]
+    ((low, high),) = [segment for own in lines for segment in own.get_segments()]
+    assert (low[0], high[0]) == (3.0, 3.0)
+    assert (low[1], high[1]) == pytest.approx((lower[0, 0, 0], upper[0, 0, 0]))
+
+
+def test_every_prestretch_is_drawn_equibiaxial_or_not() -> None:
+    result = a_map(2, 4, 6)
+    result.prestretch[:] = [[3.0, 1.2], [2.0, 1.5], [2.0, 2.0], [1.0, 1.0]]
+    result.time_to_failure[:, 3] = np.nan
+    result.failure_mode[:, 3] = "none"
+    figure = plot_failure_map(result, fit_lifetime(result))
+    names = ["prestretch 3 x 1.2", "prestretch 2 x 1.5", "prestretch 2", "prestretch 1: survives"]
+    assert named(figure) == [names, names]
+    assert [axes.get_title("right") for axes in figure.axes] == ["20 °C", "30 °C"]
+    assert [len(drawn_lines(axes)) for axes in figure.axes] == [3, 3]
+    assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
+    assert figure.axes[0].get_xlim() == figure.axes[1].get_xlim()
+
+
+@pytest.mark.parametrize(
+    ("shape", "count", "films"),
+    [((1, 10, 6), 2, 10), ((3, 10, 6), 6, 30), ((8, 1, 6), 2, 8), ((8, 2, 6), 4, 16), ((7, 11, 6), 6, 33)],
+)
+def test_films_are_spread_over_panels_and_what_is_left_out_is_said(shape: tuple[int, int, int], count: int, films: int) -> None:
+    result = a_map(*shape)
+    result.prestretch[:, 1] = 1.3
+    figure = plot_failure_map(result, fit_lifetime(result))
+    assert len(figure.axes) == count
+    assert sum(map(len, named(figure))) == films
+    said = figure.get_supxlabel()
+    assert (f"{films} of {shape[0] * shape[1]} films" in said) == (films < shape[0] * shape[1])
+    for axes in figure.axes:
+        assert len(drawn_lines(axes)) <= 6
+
+
+@pytest.mark.parametrize(
+    ("shape", "said"), [((1, 11, 13), "4 of 11 films; (b) shows all"), ((3, 7, 13), "3 of 21 films; (b) shows all at 20 °C")]
+)
+def test_lines_beside_a_map_say_what_they_leave_out(shape: tuple[int, int, int], said: str) -> None:
+    result = a_map(*shape)
+    legend = plot_failure_map(result, fit_lifetime(result)).axes[0].get_legend()
+    assert legend is not None
+    assert said in legend.get_title().get_text().splitlines()

@@ -11,8 +11,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from dielast import FrequencySweep, RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
+from dielast.characterise.creep import fit_creep
+from dielast.characterise.interconversion import retardation_from_relaxation
 from dielast.characterise.mastercurve import MasterCurve
+from dielast.characterise.oscillation import fit_oscillation
+from dielast.characterise.reduce import reduce_spectrum
+from dielast.plots.oscillation import _tangent_axis
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, headroom, log_axis, panels, render, spread, style
+from dielast.prony import Spectrum
+from dielast.shift import NoShift
 
 
 def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:
@@ -110,6 +117,74 @@ def test_spread_keeps_ends_and_is_even() -> None:
     assert chosen[0] == 0
     assert chosen[-1] == position.size - 1
     assert chosen.size <= 10
+
+
+@pytest.mark.parametrize("count", [41, 54, 79, 80, 81, 125])
+def test_points_that_are_evenly_spaced_stay_so(count: int) -> None:
+    noise = 0.3 * np.sin(np.arange(count) ** 2)  # a fraction of the distance
+    chosen = spread(np.arange(count) + noise, 40)
+    assert (chosen[0], chosen[-1]) == (0, count - 1)
+    assert 14 <= chosen.size <= 40
+    gaps = np.diff(chosen)
+    assert gaps.max() - gaps.min() <= 1
+    assert np.count_nonzero(gaps != np.median(gaps)) <= 2
+
+
+def test_dense_sampling_is_spread_evenly_over_the_axis() -> None:
+    position = np.log10(np.arange(1.0, 5000.0))
+    chosen = spread(position, 40)
+    gaps = np.diff(position[chosen])
+    assert chosen.size <= 40
+    # after the few points of the sparse end
+    assert gaps[12:-1].max() < 1.2 * gaps[12:-1].min()
+    assert spread(np.zeros(50), 40).size <= 40
+
+
+@pytest.mark.parametrize("labels", [["0.1", "0.2", "0.5"], None])
+def test_tan_delta_has_labels_of_one_kind(labels: list[str] | None) -> None:
+    with style():
+        figure, (axes,) = panels(1, None)
+        x = np.linspace(0.0, 1.0, 5)
+        axes.plot(x, 0.32 * (1 + 0.1 * x) if labels is None else 0.061 * (0.8 / 0.061) ** x)
+        _tangent_axis(axes)
+        figure.draw_without_rendering()
+        low, high = axes.get_ylim()
+        shown = [(tick, text.get_text()) for tick, text in zip(axes.get_yticks(), axes.get_yticklabels(), strict=True)]
+        seen = [text for tick, text in shown if low <= tick <= high]
+        assert len(seen) >= 2
+        assert labels is None or seen == labels
+        assert not any(text.get_text() for text in axes.get_yticklabels(minor=True))
+
+
+@pytest.mark.parametrize("test", ["relaxation", "oscillation", "creep"])
+def test_the_reduced_model_is_drawn_in_its_window(test: str) -> None:
+    time = np.geomspace(1e-4, 1e4, 60)
+    full = Spectrum(np.geomspace(1e4, 1e-4, 17), np.full(17, 1e5))
+    if test == "relaxation":
+        fit = fit_spectrum(time, 3 * full.relaxation_modulus(time, 1e5), method="nnls", branches=17, equilibrium_modulus=3e5)
+    elif test == "oscillation":
+        fit = fit_oscillation(
+            time, 3 * full.storage_modulus(time, 1e5), 3 * full.loss_modulus(time), branches=17, equilibrium_modulus=3e5
+        )
+    else:
+        fit = fit_creep(
+            time, retardation_from_relaxation(full, 1e5).creep_compliance(time) / 3, branches=17, equilibrium_modulus=3e5
+        )
+    reduction = reduce_spectrum(fit.spectrum, fit.equilibrium_shear_modulus, NoShift(20.0), window=(0.1, 100.0), tolerance=0.02)
+    curve = plot_spectrum(fit, reduction=reduction).axes[1]
+    reduced = [line for line in curve.get_lines() if line.get_linestyle() == "--"]
+    assert len(reduced) == (2 if test == "oscillation" else 1)
+    label = str(reduced[0].get_label())
+    assert label == f"reduced to {len(reduction.spectrum)}, in its window"
+    abscissa = 1 / fit.reduced_time if test == "oscillation" else fit.reduced_time
+    for line, model in zip(reduced, np.atleast_2d(fit.model), strict=True):
+        x, y = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+        assert x.min() == pytest.approx(
+            abscissa[(abscissa >= 0.01) & (abscissa <= 100)].min() if test == "oscillation" else 0.1, rel=0.4
+        )
+        here = np.isin(abscissa, x)
+        # creep and oscillation are not what was compared, so that they may differ by more
+        assert np.max(np.abs(y / model[here] - 1)) < {"relaxation": 0.021, "oscillation": 0.4, "creep": 0.1}[test]
 
 
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])

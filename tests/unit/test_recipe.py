@@ -13,7 +13,7 @@ from dielast.recipe.cases import read_cases
 from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.recipe.models import KINDS, recipe_model
 from dielast.recipe.spectrum import SpectrumRecipe
-from dielast.recipe.validate import parse_toml
+from dielast.recipe.toml import parse_toml
 
 MASTERCURVE = """
 kind = "mastercurve"

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from dielast.errors import InputError, quoted, shown, shown_path
 from dielast.recipe.cases import read_cases, read_load
+from dielast.recipe.material import read_material
 from dielast.recipe.paths import read_path, read_setting
 
 HEAD = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n'
@@ -28,6 +29,7 @@ TOLD = [
     'output.times[1]: "2 kg": a time is needed, such as "1.5 h"',
     'material: "gone.toml": no such file',
 ]
+COMMA = "a decimal comma? write 1.5"
 NO_COLUMN = 'compare[0].y: "foo" is no column of the result; there are time [s], stretch_1 [1], '
 
 
@@ -67,7 +69,7 @@ def test_nor_do_lists_of_a_sweep_that_are_none(tmp_path: Path) -> None:
     sweep = '[sweep]\n"step.0.rate" = 3\ntemperature = []\nsweep = [1]\n"a..b" = [1]\n"step.0.stretch" = [2.0, -1.0]\n'
     assert mistakes(tmp_path, WRONG + STEP + sweep) == [
         *TOLD,
-        "step[0].stretch: -1.0: a number above 0 is needed",
+        'step[0].stretch: -1.0: a number above 0 is needed (from sweep."step.0.stretch")',
         'sweep."step.0.rate": a list of values is needed',
         'sweep."temperature": a list of values is needed',
         'sweep."sweep": a sweep cannot be swept',
@@ -78,9 +80,8 @@ def test_nor_do_lists_of_a_sweep_that_are_none(tmp_path: Path) -> None:
 def test_nor_does_how_a_sweep_combines(tmp_path: Path) -> None:
     sweep = '[sweep]\nmode = "zip"\ntemperature = ["20 degC", "3 kg"]\n"step.0.rate" = ["1 /s", "2 /s", "3 /s"]\n'
     paired = 'sweep: mode = "zip" pairs lists of one length, these have 2, 3 values'
-    assert (
-        mistakes(tmp_path, HEAD + STEP + sweep) == ['temperature: "3 kg": a temperature is needed, such as "20 degC"', paired][::-1]
-    )
+    wrong = 'temperature: "3 kg": a temperature is needed, such as "20 degC" (from sweep."temperature")'
+    assert mistakes(tmp_path, HEAD + STEP + sweep) == [paired, wrong]
     other = 'sweep.mode: "product": "zip" is needed, or leave it out for every combination'
     assert other in mistakes(tmp_path, WRONG + STEP + sweep.replace("zip", "product"))
     many = '"solver.rtol" = [' + "1, " * 1000 + "]\ntemperature = [" + "20, " * 1000 + "]\n"
@@ -99,10 +100,92 @@ def test_what_a_wrong_list_would_have_set_is_not_missed(tmp_path: Path) -> None:
 def test_every_key_of_a_sweep_is_told(tmp_path: Path) -> None:
     keys = '"step.0.rat" = ["1 /s"]\n"film.thickness" = ["1 mm"]\n"step.0.rate" = ["1 /s", "4 kg"]\n"step.7.rate" = ["1 /s"]\n'
     rate, rat, seven, film = mistakes(tmp_path, HEAD + STEP + "[sweep]\n" + keys)
-    assert rat == 'step[0].rat: unknown key; did you mean "rate"?'
-    assert rate == 'step[0].rate: "4 kg": a strain rate is needed, such as "12.5 %/s"'
-    assert seven == 'sweep."step.7.rate": step has entries 0 to 0'
-    assert film.startswith("film: unknown key; known here are ")
+    assert rat == 'step[0].rat: unknown key; did you mean "rate"? (from sweep."step.0.rat")'
+    assert rate == 'step[0].rate: "4 kg": a strain rate is needed, such as "12.5 %/s" (from sweep."step.0.rate")'
+    assert seven == 'sweep."step.7.rate": step has one entry, step.0'
+    assert film == 'film: unknown key; film belongs to actuate, failure-map (from sweep."film.thickness")'
+
+
+def test_only_what_a_sweep_brings_is_said_to_be_of_it(tmp_path: Path) -> None:
+    sweep = '[sweep]\n"film.thickness" = ["1 mm"]\n"solver.rtol" = [1e-5]\n"step[0].stretch" = [2, "3"]\n'
+    film = 'film = { thickness = "1 kg" }\n'
+    assert mistakes(tmp_path, HEAD.replace("relax", "creep") + film + '[solver]\nrtl = 1\n[[step]]\nforce = "1 N"\n' + sweep) == [
+        "film: unknown key; film belongs to actuate, failure-map",
+        'solver.rtl: unknown key; did you mean "rtol"?',
+        'step[0].stretch: unknown key; stretch belongs to relax (from sweep."step.0.stretch")',
+    ]
+
+
+def test_a_path_with_brackets_is_the_same_path(tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(HEAD + STEP + '[sweep]\n"step[0].stretch" = [2, 3]\n')
+    cases = read_cases(tmp_path / "r.toml", None, ["step[0].rate=1 /s"])
+    assert [(case.settings, case.recipe.step[0].rate) for case in cases] == [({"step.0.stretch": n}, 1.0) for n in (2, 3)]
+    twice = '[sweep]\n"step[0].stretch" = [2, 3]\n"step.0.stretch" = [2]\n'
+    assert mistakes(tmp_path, HEAD + STEP + twice) == ['sweep."step.0.stretch": step.0.stretch is swept twice']
+    assert (read_path("a[1][2].b"), read_path('"a[1]".b'), read_path("[0].b")) == (
+        ("a", "1", "2", "b"),
+        ("a[1]", "b"),
+        ("[0]", "b"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (HEAD + "[[step]]\nstretch = 1,5\n", "line 4: not TOML: expected newline or end of document after a statement; " + COMMA),
+        (HEAD + "step = [{ stretch = 1,5 }]\n", "line 3: not TOML: expected '=' after a key in a key/value pair; " + COMMA),
+        (HEAD + '"a b" = 1,250', COMMA[:-3] + "1.250 or 1250"),
+        (HEAD + '[[step]]\nstretch = "1,5"\n', f'step[0].stretch: "1,5": a bare number is needed; {COMMA}'),
+        (HEAD + STEP + "a = [1,2] 3\n", "line 6: not TOML: expected newline or end of document after a statement"),
+        ("kind = relax\n", 'line 1: not TOML: invalid value; text needs quotes: "relax"'),
+        (HEAD + "a = { b = 1, c = True }", "invalid value; write true"),
+        (HEAD + "temperature = 20 degC  # warm", 'after a statement; a quantity needs quotes: "20 degC"'),
+        (HEAD + "times = [1 s, 2 s]", 'unclosed array; a quantity needs quotes: "1 s"'),
+        (HEAD + "kind = 3", "line 3: not TOML: kind is stated twice"),
+        (HEAD + "[film]\n[film]", "line 4: not TOML: [film] is stated twice"),
+        (HEAD + "[step]\n[[step]]", "line 4: not TOML: [[step]] is stated twice; write [[step]] each time"),
+        (HEAD + '"a b" = 1\n"a b" = 2', 'line 4: not TOML: "a b" is stated twice'),
+        (HEAD + "a = 1\na = [\n2]", "line 5: not TOML: a key is stated twice"),
+        (HEAD.replace("relax", "creep") + '[[step]]\nstress = "9 Pa"\nrate = "1,5 Pa/s"\n', f"stress rate is needed; {COMMA}"),
+        (HEAD + "a = { b = 1, b = 2 }", "line 3: not TOML: b is stated twice"),
+        (
+            HEAD + '[[step]]\nstretch = 0.5\nrate = "5 %/s"\n',
+            "so the rate must be negative; a stretch is 1 + strain: if 0.5 is a strain, write 1.5",
+        ),
+        (
+            HEAD + '[[step]]\nstretch = "50 %"\n',
+            'stretch: "50 %": a bare number is needed, and a stretch is 1 + strain, so this would be 1.5',
+        ),
+        (HEAD + 'voltage = "1 kV"\n' + STEP, "voltage: unknown key; voltage belongs to failure-map"),
+        (HEAD + STEP + 'voltage = "1 kV"\n', "step[0].voltage: unknown key; voltage belongs to actuate"),
+        (
+            HEAD + STEP + "[uncertainty]\ndraws = 15\n",
+            "uncertainty.draws: 15 do not tell an interval of level 0.9: at least 19 are needed",
+        ),
+        (HEAD + STEP + '[plot]\ny = "nominal_stress_1"\n', 'no column of the result; did you mean "nominal_stress_1 [Pa]"?'),
+    ],
+)
+def test_usual_mistakes_have_hints(tmp_path: Path, text: str, message: str) -> None:
+    (line,) = mistakes(tmp_path, text)
+    assert line.endswith(message)
+
+
+def test_a_table_is_no_recipe_and_no_load_file(tmp_path: Path) -> None:
+    path = tmp_path / "hist.csv"
+    path.write_text("time [s],stretch\n0,1\n")
+    (told,) = mistakes(tmp_path, HEAD + 'load = "hist.csv"\n')
+    assert told.endswith('key/value pair; a table of points goes into [[step]]: table = "hist.csv"')
+    for read, hint in ((read_cases, "tables are named in a recipe"), (read_material, "a material file is needed")):
+        with pytest.raises(InputError, match=f"hist.csv: line 1: not TOML: .*; {hint}"):
+            read(path)
+
+
+def test_all_that_is_wrong_with_a_load_file_is_told(tmp_path: Path) -> None:
+    (tmp_path / "h.toml").write_text('title = "x"\n' + STEP.replace("12.5 %/s", "3 kg"))
+    assert mistakes(tmp_path, HEAD + 'load = "h.toml"\n') == [
+        "h.toml: a load file holds [[step]] and nothing else",
+        'h.toml: step[0].rate: "3 kg": a strain rate is needed, such as "12.5 %/s"',
+    ]
 
 
 def test_columns_and_rates_are_told_before_anything_is_solved(tmp_path: Path) -> None:
@@ -197,8 +280,11 @@ def test_paths_and_values_are_spelled_as_in_toml(tmp_path: Path, text: str, over
 def test_all_wrong_overrides_are_told(tmp_path: Path) -> None:
     assert mistakes(tmp_path, HEAD + STEP, "a", "title=b", "step.1.rate=3") == [
         "--set a: PATH=VALUE is needed, such as fit.branches=20",
-        "--set step.1.rate=3: step has entries 0 to 0",
+        "--set step.1.rate=3: step has one entry, step.0",
     ]
+    wrong = 'temperature: 20: a temperature is needed with its unit, such as "20 degC"'
+    assert mistakes(tmp_path, HEAD + "temperature = 20\n" + STEP, "a")[1:] == [wrong]
+    assert mistakes(tmp_path, HEAD.replace("relax", "relx"), "a")[1:] == ['kind: "relx": did you mean "relax"?']
 
 
 def test_one_key_of_a_sweep_can_be_set(tmp_path: Path) -> None:
@@ -212,10 +298,8 @@ def test_one_key_of_a_sweep_can_be_set(tmp_path: Path) -> None:
 
 
 def test_a_swept_path_may_have_quotes_of_its_own(tmp_path: Path) -> None:
-    (tmp_path / "points.csv").write_text("time [s],stretch_1\n1,2\n")
-    compare = '[[compare]]\nfile = "points.csv"\nx = "time [s]"\ny = "stretch_1 [1]"\n'
-    (tmp_path / "r.toml").write_text(HEAD + STEP + compare + """[sweep]\n'compare.0.where."a.b"' = [1, 2]\n""")
-    assert [case.recipe.compare[0].where for case in read_cases(tmp_path / "r.toml")] == [{"a.b": 1}, {"a.b": 2}]
+    (tmp_path / "r.toml").write_text(HEAD + STEP + """[sweep]\n'output."points_per_decade"' = [3, 4]\n""")
+    assert [case.recipe.output.points_per_decade for case in read_cases(tmp_path / "r.toml")] == [3, 4]
 
 
 @pytest.mark.parametrize(
@@ -248,9 +332,8 @@ KEY = st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=5)
 @given(st.lists(KEY, min_size=1, max_size=4), st.text(max_size=5))
 def test_a_path_is_read_as_it_is_shown(keys: list[str], value: str) -> None:
     path = shown_path(keys)
-    if "\\" not in path:  # which double quotes would take for an escape
-        assert read_path(path) == tuple(keys)
-        assert read_setting(f"{path}={value}") == (tuple(keys), value.strip())
+    assert read_path(path) == tuple(keys)
+    assert read_setting(f"{path}={value}") == (tuple(keys), value.strip())
 
 
 @given(st.text("ab.=\"'\\ \n", max_size=12))

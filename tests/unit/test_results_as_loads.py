@@ -101,3 +101,22 @@ def test_several_cases_are_no_load(tmp_path: Path) -> None:
     said = r"^first.csv: line 4: case 0 ends and case 1 begins, so that times do not ascend: a load is one case, so leave only its"
     with pytest.raises(InputError, match=said):
         solver_steps(read_cases(write(tmp_path, "relax", FOLLOWED))[0].recipe, Inputs(tmp_path))
+
+
+def test_a_voltage_that_jumps_is_followed(tmp_path: Path) -> None:
+    film = 'material = "example:vhb4905.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 1.9\nrelax = "10 min"\n'
+    hold = '[[step]]\nhold = "20 s"\n'
+    steps = f'[[step]]\nvoltage = "2 kV"\nduration = "5 s"\n{hold}[[step]]\nvoltage = "1 kV"\n{hold}'
+    path = tmp_path / "actuate.toml"
+
+    def films(text: str) -> bytes:
+        path.write_text(f'kind = "actuate"\n{film}{text}')
+        return compute("actuate", read_cases(path), path, (), Execution())[0]["actuate.csv"]
+
+    (tmp_path / "first.csv").write_bytes(films(f"{steps}[output]\npoints_per_decade = 5\n"))
+    first, again = (once(content, "stretch_1 [1]") for content in ((tmp_path / "first.csv").read_bytes(), films(FOLLOWED)))
+    assert len(first) > 60
+    np.testing.assert_allclose([again[time] for time in first], list(first.values()), rtol=1e-6)
+    (tmp_path / "first.csv").write_text("time [s],voltage [V]\n1,100\n1,200\n")
+    with pytest.raises(InputError, match=r"first\.csv: line 3: time 1 s does not come after 1 s"):
+        films(FOLLOWED)

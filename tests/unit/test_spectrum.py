@@ -212,8 +212,9 @@ def test_a_large_negative_modulus_is_refused_with_advice() -> None:
 
 
 def test_a_glassy_modulus_below_the_curve_is_refused() -> None:
-    with pytest.raises(InputError, match="a larger glassy_modulus"):
-        fit_spectrum(*smooth_curve(), glassy_modulus=2e6)
+    for keep in (None, 5):
+        with pytest.raises(InputError, match=r"^glassy_modulus = 2e\+06 Pa is below the start of the curve, 2\.\d+e\+06 Pa"):
+            fit_spectrum(*smooth_curve(), glassy_modulus=2e6, keep=keep)
 
 
 def test_a_poor_polynomial_and_a_poor_fit_are_warned_of() -> None:

@@ -138,7 +138,7 @@ def test_impossible_oscillations_are_refused_in_one_line(columns: Any, options: 
     ("columns", "options", "found"),
     [
         (([1.0, 2.0], [3.0, -2.0]), {}, r"creep compliance\[1\] = -2 1/Pa"),
-        ((TIME, COMPLIANCE), {"glassy_modulus": 1e3}, "glassy_modulus = 1000 Pa is below the end of the curve"),
+        ((TIME, COMPLIANCE), {"glassy_modulus": 1e3}, "glassy_modulus = 1000 Pa is below the start of the curve"),
         ((TIME, COMPLIANCE), {"equilibrium_modulus": 1e6}, "is above the end of the curve"),
         ((TIME, COMPLIANCE), {"retardation_time": (1e9, None)}, "no relaxation time lies between"),
     ],

@@ -72,6 +72,15 @@ def test_a_celsius_reading_keeps_every_digit() -> None:
         ("1 degC", units.TIME, "a time is needed"),
         ("68 F", units.TEMPERATURE, '"68 F": a temperature is needed, such as "20 degC"'),
         (True, units.TIME, "a time is needed with its unit"),
+        ("23,5 °C", units.TEMPERATURE, '"23,5 °C": a temperature is needed; a decimal comma? write 23.5'),
+        ("1,000 s", units.TIME, "a decimal comma? write 1.000 or 1000"),
+        ("1,000,000 s", units.TIME, 'unknown unit ",000,000 s"; a time'),
+        ("5 Mpa", units.STRESS, 'unknown unit "Mpa"; did you mean "MPa"?'),
+        ("5 mpa", units.STRESS, 'unknown unit "mpa"; a stress'),
+        ("5 MM", units.LENGTH, 'unknown unit "MM"; a length'),
+        ("5 sek", units.TIME, 'unknown unit "sek"; did you mean "s"?'),
+        ("5 sek", units.STRESS, 'unknown unit "sek"; a stress'),
+        ("5 DegC", units.TEMPERATURE, 'did you mean "degC"?'),
     ],
 )
 def test_wrong_quantities_say_what_is_needed(text: object, dimension: units.Dimension, message: str) -> None:

@@ -274,12 +274,12 @@ def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) ->
         (
             "relaxation",
             {"fit": {"glassy_modulus": "1 kPa"}},
-            "fit.glassy_modulus = 1000 Pa is below the end of the curve, 1.5e+05 Pa",
+            "fit.glassy_modulus = 1000 Pa is below the start of the curve, ",
         ),
         (
             "oscillation",
             {"fit": {"glassy_modulus": "1 kPa"}},
-            "fit.glassy_modulus = 1000 Pa is below the end of the curve, 1.5e+05 Pa",
+            "fit.glassy_modulus = 1000 Pa is below the start of the curve, ",
         ),
         (
             "creep",
@@ -289,7 +289,7 @@ def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) ->
         (
             "creep",
             {"fit": {"glassy_modulus": "1 kPa"}},
-            "fit.glassy_modulus = 1000 Pa is below the end of the curve",
+            "fit.glassy_modulus = 1000 Pa is below the start of the curve",
         ),
         ("oscillation", {"truncate": {"keep": 1000}}, "truncate.keep: cannot keep 1000 of 30 branches"),
         ("relaxation", {"fit": {"branches": 2}}, "fit.branches = 2: schwarzl-staverman needs at least 3"),

@@ -1,0 +1,269 @@
+"""Time to failure over voltage for films of a failure map, with the exponential law and bands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator
+from numpy.typing import NDArray
+
+from dielast.plots.style import COLOURS, LINES, MARKERS, log_axis
+from dielast.simulate.failure_map import FailureMap
+from dielast.simulate.lifetime import LifetimeLine
+
+Array = NDArray[np.float64]
+Pair = tuple[int, int]
+MOST_LINES = 6
+MOST_PANELS = 6
+MOST_MARKERS = 13  # a line
+ROW = 0.04  # of the height of the axes: a film's arrows and markers beyond the times that a log axis can show
+LONGEST_BESIDE = 28  # characters of a label with another one beside it
+SHADE = 0.18  # opacity of a band
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Panel:
+    """The `films` of a panel, temperature and prestretch of each, and the `title` that says what they share."""
+
+    films: Sequence[Pair]
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """A film as drawn: `time`, and `low` and `high` of its band, over voltage; colour, marker and dashes are those of its `index`.
+
+    `high` is infinite beyond the horizon.
+    """
+
+    index: int
+    label: str
+    time: Array
+    low: Array
+    high: Array
+    line: LifetimeLine
+
+    @property
+    def marker(self) -> Any:
+        """Its markers."""
+        return {"marker": MARKERS[self.index % len(MARKERS)], "color": self.colour, "markerfacecolor": "white"}
+
+    @property
+    def colour(self) -> str:
+        """Its colour."""
+        return COLOURS[self.index % len(COLOURS)]
+
+    @property
+    def dashes(self) -> Any:
+        """Its line style."""
+        return LINES[self.index % len(LINES)]
+
+    @property
+    def fails(self) -> NDArray[np.bool_]:
+        """Where it fails after a while."""
+        return np.isfinite(self.time) & (self.time > 0)
+
+    @property
+    def open_above(self) -> NDArray[np.bool_]:
+        """Where its band ends beyond the horizon."""
+        return np.asarray(np.isfinite(self.low) & np.isposinf(self.high))
+
+    @property
+    def down_to_zero(self) -> NDArray[np.bool_]:
+        """Where it fails at once, or its band begins at once."""
+        return np.asarray((self.time == 0) | (self.low == 0))
+
+
+def arrange(result: FailureMap) -> list[Panel]:
+    """The films over panels: all in one if they are few, else a panel for each temperature, or for each prestretch if fewer."""
+    temperatures, prestretches = result.failure_mode.shape[:2]
+    if temperatures * prestretches <= MOST_LINES:
+        return [Panel([(i, j) for i in range(temperatures) for j in range(prestretches)])]
+    by_temperature = temperatures <= prestretches
+    outer, inner = sorted((temperatures, prestretches))
+    per_outer = min(-(-inner // MOST_LINES), MOST_PANELS)
+    lines = spread_indices(inner, per_outer * MOST_LINES)
+    panels = []
+    for own in spread_indices(outer, MOST_PANELS // per_outer):
+        for part in np.array_split(lines, per_outer):
+            films = [(own, int(line)) if by_temperature else (int(line), own) for line in part]
+            panels.append(Panel(films, _shared(result, own, by_temperature)))
+    return panels
+
+
+def _shared(result: FailureMap, own: int, by_temperature: bool) -> str:
+    return f"{result.temperature[own]:g} °C" if by_temperature else _prestretch(result.prestretch[own])
+
+
+def spread_indices(count: int, most: int) -> list[int]:
+    """At most so many indices of `count`, evenly spread from the first to the last."""
+    return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
+
+
+def _prestretch(pair: Array) -> str:
+    return f"prestretch {pair[0]:.4g}" if pair[0] == pair[1] else f"prestretch {pair[0]:.4g} x {pair[1]:.4g}"
+
+
+def films_of(panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bounds: tuple[Array, Array] | None) -> list[Drawn]:
+    """The films of a panel as they are drawn; the label of one that nowhere fails says so."""
+    unknown = np.full(result.voltage.size, np.nan)
+    drawn = []
+    for index, (i, j) in enumerate(panel.films):
+        parts = [_prestretch(result.prestretch[j])] + [f"{result.temperature[i]:g} °C"] * (result.temperature.size > 1)
+        label = ", ".join(part for part in parts if part != panel.title)
+        if not np.any(np.isfinite(result.time_to_failure[i, j])):
+            label += ": survives" if np.all(result.failure_mode[i, j] == "none") else ": no failure found"
+        low, high = (unknown, unknown) if bounds is None else (bounds[0][i, j], bounds[1][i, j])
+        drawn.append(Drawn(index, label, result.time_to_failure[i, j], low, high, lines[i * len(result.prestretch) + j]))
+    return drawn
+
+
+def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequence[Sequence[Drawn]]) -> None:
+    """Each panel's films in axes of its own, all with the same scale of time."""
+    voltage = result.voltage / 1e3
+    every = [film for films in all_films for film in films]
+    above = max(sum(bool(film.open_above.any()) for film in films) for films in all_films)
+    below = max(sum(bool(film.down_to_zero.any()) for film in films) for films in all_films)
+    # the times that the axis shows; what is beyond them has rows of its own
+    shown = _span(every, result, above > 0)
+    for axes, films in zip(all_axes, all_films, strict=True):
+        axes.set_yscale("log")
+        for film in films:
+            _band(axes, voltage, film, *shown)
+            _times(axes, result.voltage, film)
+        axes.set_xlabel("voltage [kV]")
+        if above or below or len(all_axes) > 1:
+            axes.set_ylim(*_limits(shown, above, below))
+            # as many voltages in each panel, wherever its films fail
+            axes.update_datalim([(voltage.min(), shown[0]), (voltage.max(), shown[0])])
+            axes.autoscale_view(scaley=False)
+        log_axis(axes, "y")
+        if above or below:
+            _rows(axes, voltage, films, above, below)
+            for locate, ticks in (
+                (axes.yaxis.set_major_locator, axes.get_yticks()),
+                (axes.yaxis.set_minor_locator, axes.get_yticks(minor=True)),
+            ):
+                locate(FixedLocator([tick for tick in ticks if shown[0] <= tick <= shown[1]]))
+        if above:
+            axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
+
+
+def _span(films: Sequence[Drawn], result: FailureMap, opened: bool) -> tuple[float, float]:
+    """The shortest and the longest time to be shown, with some room."""
+    values = [np.array([result.horizon])] if opened else []
+    for film in films:
+        values += [film.time, film.low, film.high]
+        if np.isfinite(film.line.slope):
+            values.append(10 ** (film.line.intercept + film.line.slope * result.voltage[film.fails]))
+    joined = np.concatenate(values)
+    positive = joined[np.isfinite(joined) & (joined > 0)]
+    if not positive.size:
+        return result.horizon / 1e3, result.horizon
+    return float(positive.min()) / 1.8, float(positive.max()) * 1.8 if not opened else 1.2 * float(positive.max())
+
+
+def _limits(shown: tuple[float, float], above: int, below: int) -> tuple[float, float]:
+    """The ends of a log axis that has so many rows beyond the times shown."""
+    decades = np.log10(shown[1] / shown[0]) / (1 - _share(above) - _share(below))
+    return float(shown[0] * 10 ** (-decades * _share(below))), float(shown[1] * 10 ** (decades * _share(above)))
+
+
+def _share(rows: int) -> float:
+    """Of the height of the axes, for so many rows and some room beyond them."""
+    return ROW * (rows + 0.5) if rows else 0.0
+
+
+def _band(axes: Axes, voltage: Array, film: Drawn, low: float, high: float) -> None:
+    """The film's band, to the ends of the times shown where it is open."""
+    within = np.isfinite(film.low) & ~np.isnan(film.high)
+    down, up = film.low.clip(low, high), film.high.clip(low, high)
+    look: Any = {"color": film.colour, "alpha": SHADE}
+    axes.fill_between(voltage, down, up, where=within, linewidth=0.0, **look)
+    # a voltage whose neighbours have none makes no area
+    alone = within & ~np.append(within[1:], False) & ~np.append(False, within[:-1])
+    if alone.any():
+        axes.vlines(voltage[alone], down[alone], up[alone], linewidth=4.0, **look)
+
+
+def _times(axes: Axes, voltage: Array, film: Drawn) -> None:
+    """The film's times, and the line through them."""
+    fails = film.fails
+    if not fails.any():
+        return
+    every = spread_indices(int(np.count_nonzero(fails)), MOST_MARKERS)
+    axes.plot(voltage[fails] / 1e3, film.time[fails], linestyle="none", zorder=3, markevery=every, **film.marker)
+    if np.isfinite(film.line.slope):
+        span = voltage[fails][[0, -1]]
+        law = 10 ** (film.line.intercept + film.line.slope * span)
+        axes.plot(span / 1e3, law, linestyle=film.dashes, linewidth=0.9, color=film.colour)
+
+
+def _rows(axes: Axes, voltage: Array, films: Sequence[Drawn], above: int, below: int) -> None:
+    """At the voltages themselves, a row for each film: arrows where bands are open, with its marker beside them, or markers."""
+    place: Any = {"transform": axes.get_xaxis_transform(), "linestyle": "none", "zorder": 3}
+    beside: Any = {"transform": axes.transAxes, "clip_on": False}
+    top = foot = 0
+    for film in films:
+        rows = []
+        if film.open_above.any():
+            up = 1 - ROW * (top + 1)
+            rows.append(up)
+            _arrows(axes, voltage[film.open_above], up, r"$\uparrow$", film, place)
+            top += 1
+        if film.down_to_zero.any():
+            up = ROW * (foot + 1)
+            at_once = film.time == 0
+            down = film.down_to_zero & ~at_once
+            rows += [up] * bool(down.any())
+            _arrows(axes, voltage[down], up, r"$\downarrow$", film, place)
+            along = _thinned(voltage[at_once])
+            axes.plot(along, np.full(along.size, up), **film.marker, **place)
+            foot += 1
+        if rows:  # nothing drawn outside the axes would upset the layout
+            axes.plot(np.full(len(rows), 1.025), rows, linestyle="none", **film.marker, **beside)
+    if below:
+        axes.plot([0, 1], [_share(below)] * 2, color="0.5", linestyle=":", linewidth=0.8, transform=axes.transAxes)
+        axes.text(-0.02, _share(below) / 2, "0", transform=axes.transAxes, ha="right", va="center", fontsize=7.5)
+
+
+def _arrows(axes: Axes, along: Array, up: float, marker: str, film: Drawn, place: Any) -> None:
+    along = _thinned(along)
+    axes.plot(along, np.full(along.size, up), marker=marker, markersize=4.8, markeredgewidth=0.2, color=film.colour, **place)
+
+
+def _thinned(along: Array) -> Array:
+    return along[:: max(1, -(-along.size // MOST_MARKERS))]
+
+
+def legend(axes: Axes, films: Sequence[Drawn], said: str | None) -> None:
+    """The films of a panel, and what is `said` of the figure, below the axes: within, long and short lives leave no corner free."""
+    handles = []
+    for film in films:
+        dashes: Any = film.dashes if np.isfinite(film.line.slope) else "none"
+        handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=film.label, **film.marker))
+    # wider than the figure, a legend would upset its layout
+    columns = 2 if len(films) > 1 and max(len(film.label) for film in films) <= LONGEST_BESIDE else 1
+    place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": columns}
+    axes.legend(handles=handles, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
+
+
+def notes(all_films: Sequence[Sequence[Drawn]], interval: str | None, left_out: str | None) -> str | None:
+    """What lines, bands, arrows and markers at zero mean, and which films are `left_out`."""
+    films = [film for own in all_films for film in own]
+    fitted = any(np.isfinite(film.line.slope) for film in films)
+    first = ["lines: exponential law"] * fitted + [f"bands: {interval}"] * (interval is not None)
+    arrows = ["\N{UPWARDS ARROW} beyond the horizon (dotted)"] * any(film.open_above.any() for film in films)
+    arrows += ["\N{DOWNWARDS ARROW} down to 0"] * any(np.any(film.down_to_zero & (film.time != 0)) for film in films)
+    at_once = any(np.any(film.time == 0) for film in films)
+    lines = [
+        "; ".join(first),
+        "bands open: " + ", ".join(arrows) if arrows else "",
+        "markers at 0: fails at once" if at_once else "",
+    ]
+    return "\n".join(line for line in (*lines, left_out) if line) or None
