@@ -16,9 +16,9 @@ from dielast.files import write_files
 
 
 def small(path: Path) -> bytes:
-    """The picture with at most 64 colours."""
+    """The picture with at most 256 colours."""
     buffer = io.BytesIO()
-    Image.open(path).convert("RGB").quantize(64, dither=Image.Dither.NONE).save(buffer, format="PNG", optimize=True)
+    Image.open(path).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(buffer, format="PNG", optimize=True)
     return buffer.getvalue()
 
 
