@@ -120,7 +120,7 @@ _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _COMMA = re.compile(r"(?<![\w.,])[+-]?\d++,(\d++)(?![\w.,]*,)")
 # what is no unit, and what it stands for in the languages of those who write it
 _ABROAD = {"sek": "s", "sekunden": "s", "minuten": "min", "std": "h", "stunden": "h", "tage": "d", "grad": "degC"}
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
+_QUANTITY = re.compile(rf"({_NUMBER})\s*+(.*+)", re.DOTALL)  # of text without blanks around it
 # names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
 _NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
 _TYPESET = str.maketrans({"º": "°", "℃": "°C", "℉": "°F", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"})
@@ -134,7 +134,7 @@ def parse(text: Any, dimension: Dimension) -> float:
     """
     if not isinstance(text, str):
         raise InputError(f"{shown(text)}: {dimension.name} is needed with its unit, such as {shown(dimension.example)}")
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(text.strip())
     if comma := decimal_comma(text):
         raise InputError(f"{shown(text)}: {dimension.name} is needed; {comma}")
     if match is None:

@@ -26,7 +26,7 @@ MANY = {"relaxation": "relaxation tests", "oscillation": "frequency sweeps", "cr
 _OVER_TIME: tuple[tuple[MeasurementName, str, str], ...] = (("relaxation", "modulus", "relax"), ("creep", "compliance", "creep"))
 _NOTHING = ("", "n/a", "n.a.", "nan")
 _SWEPT = 1.5  # between highest and lowest frequency: less is a sweep of something else
-_TEMPERATURE = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*°\s*C")
+_TEMPERATURE = re.compile(r"(?<!\d)([+-]?\d++(?:[.,]\d++)?)\s*+°\s*C")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

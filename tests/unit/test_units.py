@@ -124,3 +124,12 @@ def test_temperature_scales_are_those_of_pint() -> None:
         for reading in (-459.67, 0.0, 32.0, 212.0):
             expected = full.Quantity(reading, name).to("kelvin").magnitude - units.ZERO_CELSIUS
             assert reading * scale + offset == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "text", ["0" + " " * 50_000 + "x" + " " * 50_000 + "y", "0" + " " * 50_000 + "\n" + " " * 50_000 + "s\n\rx"]
+)
+def test_blanks_without_end_are_read_in_no_time(text: str) -> None:
+    """Which a pattern that tries every way to share them out would not."""
+    with pytest.raises(InputError, match="unknown unit"):
+        units.parse(text, units.TIME)
