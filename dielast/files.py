@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import os
 import re
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
@@ -13,6 +14,7 @@ from pathlib import Path
 from dielast.errors import InputError
 
 LARGEST = 256 << 20  # bytes of a file that is read: more than ten million rows
+LONGEST_WAIT = 5.0  # s for another process to move its files, which takes it no time
 EXAMPLE = "example:"
 STORE = ".unfinished"
 """Where a long run keeps what it has until its result is written."""
@@ -161,7 +163,10 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
 
 @contextlib.contextmanager
 def _alone_in(folder: Path) -> Iterator[None]:
-    """Wait until no other process moves files into `folder`, where the system has such locks."""
+    """Wait until no other process moves files into `folder`, where the system has such locks, though not for ever.
+
+    Whoever is stopped while it holds the lock keeps it: another process, or this one, if Ctrl-C came as it was handed over.
+    """
     try:
         import fcntl
     except ImportError:
@@ -169,8 +174,14 @@ def _alone_in(folder: Path) -> Iterator[None]:
         return
     handle = os.open(folder, os.O_RDONLY)
     try:
+        deadline = time.monotonic() + LONGEST_WAIT
         with contextlib.suppress(OSError):  # a file system without locks
-            fcntl.flock(handle, fcntl.LOCK_EX)
+            while time.monotonic() < deadline:
+                try:
+                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
+                except BlockingIOError:
+                    time.sleep(0.01)
         yield
     finally:
         os.close(handle)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from dielast import files
 from dielast.errors import InputError
 from dielast.files import Inputs, depfile, write_files
 
@@ -99,3 +100,15 @@ def test_of_two_runs_into_one_folder_all_files_are_the_later_ones(tmp_path: Path
     assert [run.wait(60) for run in runs] == [0, 0]
     assert len({(tmp_path / "out" / name).read_bytes() for name in names}) == 1
     assert len(list((tmp_path / "out").iterdir())) == len(names)
+
+
+def test_a_lock_that_nobody_gives_back_is_not_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    monkeypatch.setattr(files, "LONGEST_WAIT", 0.05)
+    handle = os.open(tmp_path, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        write_files(tmp_path, {"a.csv": b"1\n"})
+        assert (tmp_path / "a.csv").read_bytes() == b"1\n"
+    finally:
+        os.close(handle)
