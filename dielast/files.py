@@ -138,9 +138,9 @@ def check_folder(folder: Path, needed: str) -> None:
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     """Write `contents` (name -> bytes) into `folder`, each file whole or not at all.
 
-    All files are first written beside their targets, then moved into place together: a full disk leaves an older result as it
-    was, and of two runs into one folder the later one's files all stay. Raises `InputError` if the folder cannot be made or
-    written to.
+    All files are first written beside their targets, then moved into place together: a full disk leaves an older result as it was,
+    and of two runs into one folder the later one's files all stay, unless one stands still meanwhile. Raises `InputError` if the
+    folder cannot be made or written to.
     """
     parts: list[tuple[Path, Path]] = []
     try:

@@ -54,10 +54,9 @@ def fit_creep(
     `branches` retardation processes, a glassy compliance and a fluidity, none negative, are fitted to the relative error, as smooth
     as the data ask for, and converted exactly (`relaxation_from_retardation`); processes of no strength drop out, and a material
     that flows has one branch more. `retardation_time` holds the shortest and the longest in s, chosen as in `fit_spectrum` where
-    left out. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and
-    `glassy_modulus` that at the shortest times, the sum of all moduli; both are fitted by default. `keep` truncates to the slowest
-    branches. `flows` says whether there is a fluidity where `equilibrium_modulus` does not; left out, there is if the
-    curve demands it.
+    left out. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and `glassy_modulus` that at the
+    shortest times, the sum of all moduli; both are fitted by default. `keep` truncates to the slowest branches. `flows` says
+    whether there is a fluidity where `equilibrium_modulus` does not; left out, there is if the curve demands it.
 
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not tell
     whether the material flows, and where it does not tell the glassy compliance: the fastest branch is then a guess.

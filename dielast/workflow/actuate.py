@@ -241,13 +241,11 @@ def film_batches(
 
 
 def _joined(entries: Sequence[Entry]) -> VoltageStep:
-    """The same step of several cases as one, with arrays (cases,)."""
+    """The same step of several cases as one, with arrays as in `values_of`."""
     return VoltageStep(values_of(entries, "target"), rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
 
-def _case(
-    history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str]
-) -> tuple[CaseResult, Sequence[Event]]:
+def _case(history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str]) -> FilmResult:
     reached = np.isfinite(history.stretch_1[row])
     columns = {
         "time [s]": history.time,

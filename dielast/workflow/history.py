@@ -65,7 +65,7 @@ def values_of(entries: Sequence[Entry], name: str) -> Array | None:
 
 
 def joined(entries: Sequence[Entry]) -> Step:
-    """The same step of several cases as one, with arrays (cases,)."""
+    """The same step of several cases as one, with arrays as in `values_of`."""
     targets = {} if entries[0].control is None else {entries[0].control: values_of(entries, "target")}
     return Step(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
