@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from dielast.export.card import export_card
     from dielast.export.conventions import CardOptions
     from dielast.gent import Gent
-    from dielast.load import Step
+    from dielast.load import Step, Track, Waveform
     from dielast.material import Breakdown, Material
     from dielast.plots.mastercurve import plot_master_curve
     from dielast.plots.spectrum import plot_spectrum
@@ -61,7 +61,7 @@ _HOME = {
     "export.card": ("export_card",),
     "export.conventions": ("CardOptions",),
     "gent": ("Gent",),
-    "load": ("Step",),
+    "load": ("Step", "Track", "Waveform"),
     "material": ("Breakdown", "Material"),
     "plots.mastercurve": ("plot_master_curve",),
     "plots.spectrum": ("plot_spectrum",),
@@ -110,7 +110,9 @@ __all__ = [
     "SpectrumFit",
     "Step",
     "TimeScale",
+    "Track",
     "VoltageStep",
+    "Waveform",
     "WeibullScatter",
     "__version__",
     "actuate",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import Protocol
 
 import numpy as np
@@ -12,11 +11,11 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.material import Breakdown, Material
+from dielast.result import TabularResult
+from dielast.streams import stream
+from dielast.table import Column, Table
 
 Array = NDArray[np.float64]
-
-# streams of random numbers of one seed, so that what is drawn of one thing does not depend on whether another is drawn
-_MEMBER, _BREAKDOWN, _THICKNESS = 0, 1, 2
 
 
 class Scatter(Protocol):
@@ -40,6 +39,8 @@ class NormalScatter:
         """Factors on the stated value."""
         if self.relative == 0:
             return np.ones_like(quantile)
+        from statistics import NormalDist  # which takes its time to load
+
         normal = NormalDist()
         below = normal.cdf(-1 / self.relative)
         inside = below + (1 - below) * np.clip(quantile, 1e-15, 1 - 1e-15)
@@ -61,8 +62,8 @@ class WeibullScatter:
         return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15))) ** (1 / self.shape))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sample:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Sample(TabularResult):
     """Draws of films: a material each, and factors (draws,) on the breakdown field and on the undeformed thickness."""
 
     materials: tuple[Material, ...]
@@ -71,6 +72,16 @@ class Sample:
 
     def __len__(self) -> int:
         return len(self.materials)
+
+    def columns(self) -> Table:
+        """One film a row, with the number of its material among those drawn from."""
+        numbers = {id(own): number for number, own in enumerate({id(own): own for own in self.materials}.values())}
+        return [
+            Column("draw", None, np.arange(len(self))),
+            Column("material", None, np.array([numbers[id(own)] for own in self.materials])),
+            Column("breakdown_factor", "1", self.breakdown_factor),
+            Column("thickness_factor", "1", self.thickness_factor),
+        ]
 
 
 def draw_sample(
@@ -88,19 +99,14 @@ def draw_sample(
     """
     if draws < 1 or not members:
         raise InputError(f"{draws} draws of {len(members)} materials: at least one of each is needed")
-    again = (_uniform(seed, _MEMBER, draws) * len(members)).astype(int)
+    again = (stream(seed, "material").random(draws) * len(members)).astype(int)
     which = np.where(np.arange(draws) < len(members), np.arange(draws), again)
     ones = np.ones(draws)
     return Sample(
         tuple(members[k] for k in which),
-        ones if breakdown_field is None else breakdown_field.factors(_uniform(seed, _BREAKDOWN, draws)),
-        ones if thickness is None else thickness.factors(_uniform(seed, _THICKNESS, draws)),
+        ones if breakdown_field is None else breakdown_field.factors(stream(seed, "breakdown field").random(draws)),
+        ones if thickness is None else thickness.factors(stream(seed, "thickness").random(draws)),
     )
-
-
-def _uniform(seed: int, stream: int, count: int) -> Array:
-    """The first `count` numbers of a stream."""
-    return np.random.default_rng([seed, stream]).random(count)
 
 
 def scaled(breakdown: Breakdown, factor: float) -> Breakdown:

@@ -8,7 +8,6 @@ import os
 import re
 import time
 from collections.abc import Iterable, Iterator, Mapping
-from importlib import resources
 from pathlib import Path
 
 from dielast.errors import InputError
@@ -68,10 +67,11 @@ def resolve(folder: Path, name: str | Path) -> Path:
     """The path that `name` means in a recipe that lies in `folder`."""
     text = str(name)
     if text.startswith(EXAMPLE):
-        root = Path(str(resources.files("dielast") / "examples"))
-        path = root / text.removeprefix(EXAMPLE)
+        root = Path(__file__).parent / "examples"
+        name, entries = text.removeprefix(EXAMPLE), sorted(root.iterdir())
+        path = next((entry for entry in entries if entry.stem == name), root / name)  # vhb4905 is vhb4905.toml
         if not path.resolve().is_relative_to(root.resolve()) or not exists(path):
-            known = ", ".join(f"{EXAMPLE}{entry.name}" for entry in sorted(root.iterdir()))
+            known = ", ".join(f"{EXAMPLE}{entry.name}" for entry in entries)
             raise InputError(f"{text}: no such example; there are {known}")
         return path
     return folder / text

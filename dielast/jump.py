@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from dielast import kinematics
 from dielast.gent import Floats
-from dielast.load import Control
 from dielast.point import Points
+from dielast.span import Control
 
 ITERATIONS = 200
 SETTLED = 1e-12  # in Lambda; what is left is then squared away by the last Newton step

@@ -10,15 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.gent import Gent, SpringLaw
 from dielast.prony import Spectrum
+from dielast.result import Result
 from dielast.shift import ShiftLaw
 
 NEO_HOOKEAN = Gent()
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 
 
-@dataclass(frozen=True, slots=True)
-class Breakdown:
-    """Breakdown field in V/m over equibiaxial prestretch, linear in between; one entry alone holds for every prestretch."""
+@dataclass(frozen=True, slots=True, repr=False)
+class Breakdown(Result):
+    """Breakdown field in V/m over equibiaxial prestretch, linear in between; beyond its ends the nearest entry holds."""
 
     prestretch: tuple[float, ...]
     field: tuple[float, ...]
@@ -33,9 +34,19 @@ class Breakdown:
         if any(value <= 0 for value in self.field):
             raise InputError("a breakdown field must be positive")
 
+    def at(self, prestretch: ArrayLike) -> NDArray[np.float64]:
+        """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
+        return np.asarray(np.interp(np.asarray(prestretch, dtype=float), self.prestretch, self.field))
 
-@dataclass(frozen=True, slots=True)
-class Material:
+    def is_known_at(self, prestretch: ArrayLike) -> NDArray[np.bool_]:
+        """Whether equibiaxial prestretches (any shape) lie within those stated, so that no neighbour stands in for them."""
+        values, ends = np.asarray(prestretch, dtype=float), (self.prestretch[0], self.prestretch[-1])
+        # rounding is forgiven
+        return (len(self.prestretch) == 1) | ((values >= ends[0] * (1 - 1e-9)) & (values <= ends[1] * (1 + 1e-9)))
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Material(Result):
     """A viscoelastic dielectric elastomer; SI units, temperatures in degC.
 
     `equilibrium_modulus` is the shear modulus mu_eq in Pa of the spring `equilibrium_law`; `spectrum` holds the relaxation

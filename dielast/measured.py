@@ -1,4 +1,4 @@
-"""Tables as laboratories have them: any separator, decimal mark, encoding, header rows and units, sniffed unless stated.
+"""Tables as laboratories have them: any separator, decimal mark, encoding, workbook, header rows and units, sniffed unless stated.
 
 `read_measured` finds the shape of a text table and keeps its cells; `MeasuredTable.column` turns one column into numbers in SI,
 naming the line of whatever is not a number. Units come from the header (`name [unit]`, `name (unit)`, `name / unit`), from a row
@@ -15,18 +15,19 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
+from dielast.header import filled_width, read_header, temperatures_in
 from dielast.table import split_header
 from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
+from dielast.workbook import is_workbook, sheet_text
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}
 _SNIFFED_LINES = 200
-_WORKBOOK = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 _NUMBER = {
     ".": re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(\d+(,\d*)?|,\d+)([eE][+-]?\d+)?"),
@@ -41,6 +42,8 @@ class TextFormat:
     decimal: str | None = None
     encoding: str | None = None
     skip_rows: int = 0
+    sheet: str | int | None = None
+    """Of a workbook: its name, or its number from 1; the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +52,7 @@ class MeasuredTable:
 
     `header_line` is the line of the units, where it is worth naming: in a file of several tables; else 0. `spelled` holds the
     header cells as the file has them; without it they are taken for `name [unit]`. `stated_units` are a recipe's, by role; None
-    where a recipe has no key for them.
+    where a recipe has no key for them. `over` holds the temperatures in degC that a row above the names states for each column.
     """
 
     source: str
@@ -61,6 +64,7 @@ class MeasuredTable:
     stated_units: Mapping[str, str] | None = None
     header_line: int = 0
     spelled: tuple[str, ...] = ()
+    over: tuple[float | None, ...] = ()
 
     def find(self, wanted: str | int, role: str) -> int:
         """Index of the column called `wanted`: its header as the file spells it, `name [unit]`, or its name without the unit.
@@ -156,7 +160,18 @@ def read_measured(
     Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
     """
     form = form or TextFormat()
-    text = decode(content, source, form.encoding)
+    text = decode(content, source, form.encoding, form.sheet, form.decimal)
+    if not is_workbook(content):
+        return _table(text, source, form, units)
+    try:
+        return _table(text, source, replace(form, separator="\t", decimal="."), units)
+    except InputError as error:
+        if form.sheet is not None:
+            raise
+        raise InputError(*(f'{line} (in the first sheet: say sheet = "NAME" for another)' for line in error.messages)) from None
+
+
+def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | None) -> MeasuredTable:
     numbered = list(enumerate(split_lines(text), start=1))[form.skip_rows :]
     filled = [(number, line) for number, line in numbered if line.strip(" \t;,")]
     if not filled:
@@ -167,27 +182,37 @@ def read_measured(
     first = _first_data_row(rows, width, decimal)
     if first is None:
         _refuse_header_alone(source, [line for _, line in filled], separator)
-        shown = SEPARATORS.get(separator, separator)
-        raise InputError(f'{source}: no row of numbers found (separator {shown}, decimal mark "{decimal}")')
+        between = SEPARATORS.get(separator, separator)
+        raise InputError(f'{source}: no row of numbers found (separator {between}, decimal mark "{decimal}")')
     lines = [number for number, _ in filled[first:]]
     data = rows[first:]
-    names, in_header, spelled = _header(source, rows[:first], max(width, min(map(len, data))))
+    # blanks align the numbers below names that tabs may part
+    above = [split_cells(line, "\t" if separator == " " and "\t" in line else separator) for _, line in filled[:first]]
+    columns = max(width, min(map(len, data)), filled_width(data[0]))
+    header = read_header(source, above, columns, separator == " " and not any("\t" in line for _, line in filled[:first]))
+    names = header.names
     for line, row in zip(lines, data, strict=True):
-        if _width(row) > len(names):
-            raise InputError(f"{source}: line {line}: {_width(row)} cells, but the table has {len(names)} columns")
+        if filled_width(row) > len(names):
+            raise InputError(f"{source}: line {line}: {filled_width(row)} cells, but the table has {len(names)} columns")
         row[len(names) :] = [""] * (len(names) - len(row))
     cells = tuple(list(column) for column in zip(*data, strict=True))
-    return MeasuredTable(source, names, in_header, cells, np.array(lines), decimal, units, spelled=spelled)
+    return MeasuredTable(
+        source, names, header.units, cells, np.array(lines), decimal, units, spelled=header.spelled, over=header.temperature
+    )
 
 
-def decode(content: bytes, source: str, encoding: str | None = None) -> str:
+def decode(
+    content: bytes, source: str, encoding: str | None = None, sheet: str | int | None = None, decimal: str | None = None
+) -> str:
     """The text in `content`: UTF-8, UTF-16 if marked or plainly so, or else latin-1, unless `encoding` is stated.
 
-    Its lines end in a line feed, whatever system they come from. Raises `InputError` naming `source` if it is no text, a workbook,
-    or in an unknown encoding.
+    Its lines end in a line feed, whatever system they come from. Of a workbook it is a `sheet`, as `sheet_text` has it. Raises
+    `InputError` naming `source` if it is no text, in an unknown encoding, or a workbook that cannot be read.
     """
-    if content.startswith(_WORKBOOK):
-        raise InputError(f"{source}: not a text table but a workbook (Excel): save it as CSV")
+    if is_workbook(content):
+        return sheet_text(content, source, sheet, decimal)
+    if sheet is not None:
+        raise InputError(f"{source}: sheet = {shown(sheet)} is stated, but this is no workbook")
     if encoding is None:
         if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             encoding = "utf-16"
@@ -226,7 +251,7 @@ def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, st
             width = _modal_width(rows, decimal)
             if width < 2 and form.separator is None:
                 continue
-            fitting = [row for row in rows if _width(row) == width]
+            fitting = [row for row in rows if filled_width(row) == width]
             numeric = sum(is_number(cell, decimal) for row in fitting for cell in row)
             # each row counts by its share of numbers, so that splitting numbers at their decimal mark gains nothing
             score = numeric / width * len(fitting) / len(rows) if width else 0.0
@@ -257,16 +282,8 @@ def split_cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in line.split(separator)]
 
 
-def _width(row: Sequence[str]) -> int:
-    """Cells in a row, not counting empty ones at its end."""
-    width = len(row)
-    while width and not row[width - 1]:
-        width -= 1
-    return width
-
-
 def _modal_width(rows: Sequence[Sequence[str]], decimal: str) -> int:
-    widths = Counter(_width(row) for row in rows if any(is_number(cell, decimal) for cell in row))
+    widths = Counter(filled_width(row) for row in rows if any(is_number(cell, decimal) for cell in row))
     return max(widths, key=lambda width: widths[width]) if widths else 0
 
 
@@ -278,42 +295,23 @@ def is_number(cell: str, decimal: str) -> bool:
 def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> int | None:
     for index, row in enumerate(rows):
         numeric = sum(is_number(cell, decimal) for cell in row)
-        if width and _width(row) == width and 2 * numeric >= width:
+        wide = filled_width(row)
+        is_data = 2 * numeric >= width
+        if wide != width:  # of columns of different length the first rows are the widest, and a row may end in empty cells
+            is_data = is_data and len(row) >= width and numeric == sum(map(bool, row))
+        # a row of temperatures is a header
+        if width and is_data and not _names_columns(row) and temperatures_in(row) is None:
             return index
     return None
 
 
-def _header(
-    source: str, above: Sequence[Sequence[str]], columns: int
-) -> tuple[tuple[str, ...], tuple[str | None, ...], tuple[str, ...]]:
-    """Names and units of the columns, and the header cells that say them, from the rows above the data: a row of names, perhaps a
-    row of units below it.
-    """
-    tables = [row for row in above if _width(row) > 1 or columns == 1]
-    if not tables:
-        return tuple(str(number) for number in range(1, columns + 1)), (None,) * columns, ()
-    names, below = tables[-1], []
-    if len(tables) > 1 and all(is_unit(cell.strip("[]()")) for cell in names):
-        names, below = tables[-2], [cell.strip("[]()") for cell in names]
-    if _width(names) != columns and len(names) != columns:
-        # a name with the separator in it, or a column without a name: which column is which cannot be told
-        found = f"the header has {_width(names)} cells, the rows have {columns}"
-        raise InputError(f"{source}: {found}; quote cells that hold the separator, or skip_rows")
-    spelled = tuple(name.lstrip("# ") for name in _padded(names, columns))
-    split = [split_header(name) for name in spelled]
-    # an empty cell in the row of units says nothing; a dash says that there is no unit
-    units = tuple(
-        unit if unit is not None else cell or None for (_, unit), cell in zip(split, _padded(below, columns), strict=True)
-    )
-    return tuple(name for name, _ in split), units, spelled
+def _names_columns(row: Sequence[str]) -> bool:
+    """Whether a row, of numbers for the most part, has a name with a unit in it, such as `time [s]` before temperatures."""
+    return any(unit is not None and is_unit(unit) for cell in row for unit in split_header(cell)[1:])
 
 
 def _header_of(name: str, unit: str | None) -> str:
     return name if unit is None else f"{name} [{unit}]"
-
-
-def _padded(row: Sequence[str], columns: int) -> list[str]:
-    return [*row[:columns], *[""] * (columns - len(row))]
 
 
 def _numbers(table: MeasuredTable, index: int, rows: NDArray[np.bool_] | None) -> NDArray[np.float64]:

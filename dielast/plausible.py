@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import warn
 from dielast.gent import Gent
-from dielast.material import VACUUM_PERMITTIVITY, Material
+from dielast.material import VACUUM_PERMITTIVITY, Breakdown, Material
 from dielast.shift import WLF, Arrhenius, ShiftLaw, ShiftTable
 from dielast.units import TIMES, ZERO_CELSIUS
 
@@ -91,6 +91,25 @@ def doubt_breakdown(field: ArrayLike) -> None:
     values = np.atleast_1d(np.asarray(field, dtype=float))
     for value in values[(values < FAINTEST) | (values > STRONGEST)][:1]:
         warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
+
+
+def doubt_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[Breakdown | None]) -> None:
+    """Warn of prestretches, one pair a film, outside of those that breakdown fields are `known` for."""
+    films = [(pair, float(np.sqrt(pair[0] * pair[1])), own) for pair, own in zip(prestretch, known, strict=True)]
+    outside = [(pair, value, own) for pair, value, own in films if own is not None and not own.is_known_at(value)]
+    if not outside:
+        return
+    (first, second), value, own = outside[0]
+    what = f"prestretch {first:g}" if first == second else f"prestretch {first:g} x {second:g} (as {value:.4g} equibiaxial)"
+    others = len({pair for pair, _, _ in outside}) - 1
+    stated = sorted(
+        [(value, '"..."'), *((at, f'"{field / 1e6:.4g} MV/m"') for at, field in zip(own.prestretch, own.field, strict=True))]
+    )
+    warn(
+        f"{what}{f' (and {others} more)' if others else ''}: breakdown fields are stated for {own.prestretch[0]:g} to "
+        f"{own.prestretch[-1]:g}: the nearest, {float(own.at(value)) / 1e6:.4g} MV/m, is taken; to state one, write [breakdown] "
+        f"prestretch = [{', '.join(f'{at:.4g}' for at, _ in stated)}], field = [{', '.join(field for _, field in stated)}]"
+    )
 
 
 def doubt_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:

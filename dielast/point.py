@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 from dielast import kinematics
 from dielast.errors import InputError
 from dielast.gent import Floats, Gent, SpringLaw, join
-from dielast.load import Control, Ramp, of_case
+from dielast.load import of_case
 from dielast.material import Material
+from dielast.span import Control, Load
 
 Cases = NDArray[np.intp]
 
@@ -116,7 +117,7 @@ class LoadedPoints:
     """Material points under one smooth stretch of load: the system that the stepper integrates."""
 
     points: Points
-    load: Ramp
+    load: Load
 
     @property
     def border(self) -> int:
@@ -126,6 +127,10 @@ class LoadedPoints:
     def take(self, cases: Cases) -> LoadedPoints:
         """The same for some of the cases."""
         return LoadedPoints(self.points.take(cases), self.load.take(cases))
+
+    def driven_by(self, columns: Cases, load: Load) -> LoadedPoints:
+        """The same with another span of load in these columns."""
+        return LoadedPoints(self.points, self.load.put(columns, load))
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
@@ -155,7 +160,7 @@ class LoadedPoints:
         for row, control in ((-2, self.load.controls[0]), (-1, self.load.controls[1])):
             error = np.abs(increment[row])
             if control is Control.STRESS:
-                error *= 0.5 if self.load.constant else 0.5 * FOLLOWER_WEIGHT
+                error *= np.where(self.load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
             else:
                 error *= FOLLOWER_WEIGHT / (np.abs(state[row]) + self.points.stress_floor)
             worst = np.maximum(worst, error)
@@ -181,7 +186,7 @@ class Arrowhead:
         self.stress, tangent = kinematics.tangent(points.law, points.springs(system.internal(state), log_squared))
         self.flow = step * points.rate
         self._eliminate_springs(points, tangent)
-        self._condense(load, step, driven, log_squared, nominal)
+        self._condense(load, step * load.slope(time), driven, log_squared, nominal)
 
     def _eliminate_springs(self, points: Points, tangent: Floats) -> None:
         """D^-1, as its diagonal and its off-diagonal (2, n, cases), and Q (2, 2, n, cases)."""
@@ -214,13 +219,14 @@ class Arrowhead:
         share[1, 0] = share[0, 1]
         self.share = share
 
-    def _condense(self, load: Ramp, step: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
-        """Inverse (2, 2, cases) of the border's matrix, and what the prescribed quantities' rates put on the right-hand side."""
+    def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
+        """Inverse (2, 2, cases) of the border's matrix, and what the prescribed quantities' rates put on the right-hand side;
+        `change` (3, cases) is their rate times the step.
+        """
         points = self.system.points
         stretch = np.exp(0.5 * log_squared)
         tangent = np.add.reduce(self.share, axis=2) / self.gamma
         tangent[(0, 1), (0, 1)] -= 0.5 * nominal * stretch
-        change = step * load.rate
         self.known = np.zeros_like(stretch)
         if load.electric:
             maxwell = points.maxwell_stress(log_squared, driven[2])

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
+from dielast.result import TabularResult
+from dielast.table import Column, Table
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Spectrum:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Spectrum(TabularResult):
     """N relaxation processes: `relaxation_time` (s) and `shear_modulus` (Pa), both of shape (N,), slowest first.
 
     Raises `InputError` if the lists differ in length, a time is not positive, a modulus is negative, or either is not finite.
@@ -37,6 +39,10 @@ class Spectrum:
 
     def __len__(self) -> int:
         return self.relaxation_time.size
+
+    def columns(self) -> Table:
+        """One branch a row."""
+        return [Column("relaxation_time", "s", self.relaxation_time), Column("shear_modulus", "Pa", self.shear_modulus)]
 
     def slowest(self, keep: int) -> Spectrum:
         """The `keep` slowest processes (the truncation of Sec. 3.4, DOI 10.1115/1.4030850)."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
+from dielast.result import Result
 from dielast.units import ZERO_CELSIUS
 
 GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
@@ -70,8 +71,8 @@ class Arrhenius:
         return np.asarray(self.activation_energy / GAS_CONSTANT * inverse / np.log(10))
 
 
-@dataclass(frozen=True, slots=True)
-class ShiftTable:
+@dataclass(frozen=True, slots=True, repr=False)
+class ShiftTable(Result):
     """Measured shift factors, interpolated linearly in log10 a over T; `InputError` outside the measured range.
 
     `temperature` in degC, ascending, and `log10_shift` have the same length.

@@ -19,8 +19,8 @@ import numpy as np
 from dielast import kinematics
 from dielast.errors import InputError
 from dielast.gent import Floats, Gent
-from dielast.load import Control
 from dielast.point import Points
+from dielast.span import Control
 
 FOLD_STEPS, FOLD_REACH = 6, 1e-2  # Newton steps to a fold, and how far, relatively, it may be
 HOLD = 1e4  # modulus of the damper, over the equilibrium spring's

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.gent import Cases, Floats
-from dielast.load import Control, Ramp
-from dielast.point import FOLLOWER_WEIGHT, Points
+from dielast.point import FOLLOWER_WEIGHT, LoadedPoints, Points
+from dielast.span import Control, Load
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class SymmetricPoints:
     """Material points under a symmetric and smooth stretch of load; a nominal field keeps only the equibiaxial symmetry."""
 
     points: Points
-    load: Ramp
+    load: Load
     symmetry: Symmetry
 
     @property
@@ -48,6 +48,10 @@ class SymmetricPoints:
     def take(self, cases: Cases) -> SymmetricPoints:
         """The same for some of the cases."""
         return SymmetricPoints(self.points.take(cases), self.load.take(cases), self.symmetry)
+
+    def driven_by(self, columns: Cases, load: Load) -> SymmetricPoints:
+        """The same with another span of load in these columns."""
+        return SymmetricPoints(self.points, self.load.put(columns, load), self.symmetry)
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (n + 1, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
@@ -69,8 +73,8 @@ class SymmetricPoints:
         error = np.abs(increment)
         if self.load.controls[0] is Control.STRETCH:
             error[-1] *= 2 * FOLLOWER_WEIGHT / (np.abs(state[-1]) + self.points.stress_floor)
-        elif not self.load.constant:
-            error[-1] *= FOLLOWER_WEIGHT
+        else:
+            error[-1] *= np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0)
         return np.asarray(0.5 * np.max(error, axis=0))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> SymmetricArrowhead:
@@ -128,15 +132,16 @@ class SymmetricArrowhead:
         front *= inverse
         front *= points.modulus
         self.share = front
-        self._condense(load, step, driven, log_squared, nominal)
+        self._condense(load, step * load.slope(time), driven, log_squared, nominal)
 
-    def _condense(self, load: Ramp, step: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
-        """The border's number, and what the rates of the prescribed quantities put on its right-hand side."""
+    def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
+        """The border's number, and what the rates of the prescribed quantities put on its right-hand side; `change` (3, cases) is
+        their rate times the step.
+        """
         points = self.system.points
         stretch = np.exp(0.5 * log_squared)
         tangent = np.add.reduce(self.share, axis=0) * (1 / self.gamma)
         tangent -= (0.5 * nominal) * stretch
-        change = step * load.rate
         self.known = 0.0 * stretch
         if load.electric:
             squeeze = 2 * points.permittivity * driven[2] * np.exp(2 * log_squared)
@@ -181,3 +186,7 @@ class SymmetricArrowhead:
         np.multiply(self.inverse, right, out=internal)
         internal += moved
         return increment
+
+
+Films = LoadedPoints | SymmetricPoints
+"""Material points under load, in whichever form."""

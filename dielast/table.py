@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _FORMULA = re.compile(r"[=@+\t\r]|-(?!\d*\.?\d+(?:[eE][+-]?\d+)?(?:\s*(?:1/)?(?!\d)[\w°%][\w°%/*^. ]*)?$)")  # -40 degC is none
+BLOCK = 10_000  # rows that are written at a time
 LONGEST_HEADER = 300  # characters
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
 
@@ -35,6 +36,7 @@ class Column:
 
 
 Table = Sequence[Column]
+Frame: TypeAlias = "pd.DataFrame"
 
 
 def split_header(header: str) -> tuple[str, str | None]:
@@ -46,7 +48,20 @@ def split_header(header: str) -> tuple[str, str | None]:
     return match["name"], next(unit for unit in (match["square"], match["round"], match["slash"]) if unit is not None).strip()
 
 
-def to_frame(table: Table) -> pd.DataFrame:
+def case_table(temperature: Sequence[float], cases: Sequence[Mapping[str, NDArray[np.float64]]]) -> Table:
+    """The table of several cases at their `temperature` (degC), one below the other; each has its columns (rows,) by header."""
+    counts = [next(iter(own.values())).size for own in cases]
+    columns = [
+        Column("case", None, np.repeat(np.arange(len(cases)), counts)),
+        Column("temperature", "degC", np.repeat(np.asarray(temperature, dtype=float), counts)),
+    ]
+    for header in cases[0]:
+        name, unit = header.rstrip("]").split(" [")
+        columns.append(Column(name, unit, np.concatenate([own[header] for own in cases])))
+    return columns
+
+
+def to_frame(table: Table) -> Frame:
     """The table as a pandas data frame, for a notebook; columns are called as in the CSV."""
     import pandas as pd
 
@@ -55,12 +70,15 @@ def to_frame(table: Table) -> pd.DataFrame:
 
 def to_csv(table: Table) -> bytes:
     """The table as CSV: UTF-8, LF, comma, 9 significant digits. Raises `ValueError` if columns differ in length."""
-    cells = [_cells(column.values) for column in table]
-    if len({len(column) for column in cells}) > 1:
+    rows = {len(column.values) for column in table}
+    if len(rows) > 1:
         raise ValueError("columns of one table differ in length")
-    lines = [",".join(_quoted(column.header) for column in table)]
-    lines += map(",".join, zip(*cells, strict=True))
-    return ("\n".join(lines) + "\n").encode()
+    blocks = [",".join(_quoted(column.header) for column in table).encode()]
+    # cells take ten times the memory of the text that they make
+    for first in range(0, max(rows, default=0), BLOCK):
+        cells = [_cells(column.values[first : first + BLOCK]) for column in table]
+        blocks.append("\n".join(map(",".join, zip(*cells, strict=True))).encode())
+    return b"\n".join([*blocks, b""])
 
 
 def _cells(values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]) -> list[str]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import pint
 
 ZERO_CELSIUS = 273.15  # K
+GRAVITY = 9.80665  # m/s^2, standard acceleration
 TIMES = (1e-15, 1e15)  # s: from less than a bond's vibration to 30 million years, where no test and no service begins or ends
 
 DEFINITIONS = """
@@ -43,6 +44,10 @@ hour = 60 * minute = h = hr
 day = 24 * hour = d
 week = 7 * day
 newton = kilogram * meter / second ** 2 = N
+gram_force = 9.80665e-3 * newton = gf
+kilogram_force = 9.80665 * newton = kgf
+pound_force = 4.4482216152605 * newton = lbf
+inch = 0.0254 * meter = in
 pascal = newton / meter ** 2 = Pa
 bar = 1e5 * pascal = bar
 psi = 6894.757293168361 * pascal = psi
@@ -83,6 +88,9 @@ NUMBER = Dimension("a number", "1", "1.5")
 STRAIN_RATE = Dimension("a strain rate", "1/s", "12.5 %/s")
 FORCE = Dimension("a force", "N", "0.17 N")
 FORCE_RATE = Dimension("a force rate", "N/s", "0.01 N/s")
+TORQUE = Dimension("a torque", "N*m", "1 mN*m")
+STIFFNESS = Dimension("a stiffness", "N/m", "1 N/mm")
+MASS = Dimension("a mass", "kg", "5 g")
 VOLTAGE = Dimension("a voltage", "V", "2.5 kV")
 VOLTAGE_RATE = Dimension("a voltage rate", "V/s", "0.25 kV/s")
 FIELD = Dimension("an electric field", "V/m", "48 MV/m")
@@ -114,6 +122,7 @@ COMMON: dict[str, dict[str, float]] = {
 # Scales with a zero of their own: (scale, offset) into degC by the registry's name, and the names of those that recipes use most.
 SCALES = {"degree_Celsius": (1.0, 0.0), "degree_Fahrenheit": (5 / 9, -160 / 9)}
 TEMPERATURES = dict.fromkeys(("degC", "°C", "℃"), "degree_Celsius") | dict.fromkeys(("degF", "°F", "℉"), "degree_Fahrenheit")
+MISTAKEN = (FORCE, LENGTH, STRESS, STRAIN, TORQUE, STIFFNESS, MASS, TIME, TEMPERATURE, FREQUENCY, ANGULAR_FREQUENCY)
 RECOGNISED = (TIME, LENGTH, TEMPERATURE, STRESS, STRESS_RATE, STRAIN_RATE, FORCE, FORCE_RATE, VOLTAGE, VOLTAGE_RATE, FIELD, STRAIN)
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
@@ -123,6 +132,7 @@ _ABROAD = {"sek": "s", "sekunden": "s", "minuten": "min", "std": "h", "stunden":
 _QUANTITY = re.compile(rf"({_NUMBER})\s*+(.*+)", re.DOTALL)  # of text without blanks around it
 # names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
 _NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
+_DASHED = re.compile(r"(?<=[A-Za-zµμ°%1-9])-(?=[A-Za-zµμ°])")  # N-m and Pa-s of instruments; s-1 is a power
 _TYPESET = str.maketrans({"º": "°", "℃": "°C", "℉": "°F", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"})
 _UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·.]\s*{_NAME}|\s+{_NAME})*")
 
@@ -145,11 +155,20 @@ def parse(text: Any, dimension: Dimension) -> float:
     try:
         scale, offset = conversion(unit, dimension)
     except InputError as error:
-        raise InputError(f"{shown(text)}: {error}") from None
+        raise InputError(f"{shown(text)}: {error}{_weight(float(number), unit) if dimension is FORCE else ''}") from None
     value = float(number) * scale + offset
     if not math.isfinite(value):
         raise InputError(f"{shown(text)}: {dimension.name} that is finite is needed, such as {shown(dimension.example)}")
     return value
+
+
+def _weight(number: float, unit: str) -> str:
+    """What to write instead of a mass where a force is needed; empty if it is none."""
+    mass, kilogram = _parse_unit(unit.removesuffix("f")), _parse_unit("kg")
+    if mass is None or kilogram is None or mass.dimensionality != kilogram.dimensionality:
+        return ""
+    newton = number * float(_registry().Quantity(1.0, mass).to(kilogram).magnitude) * GRAVITY
+    return f'; is it the weight of {number:g} {unit.removesuffix("f")}? then write "{newton:.4g} N"'
 
 
 def decimal_comma(text: str) -> str:
@@ -238,6 +257,21 @@ def recognise(text: str) -> tuple[float, str]:
     raise InputError(f"{shown(text)}: not a quantity")
 
 
+def kind_of(unit: str) -> Dimension | None:
+    """What the quantity in `unit` is, of those that columns of a test are taken for by mistake; None for any other."""
+    return next((dimension for dimension in MISTAKEN if _converts(unit, dimension)), None)
+
+
+def _converts(unit: str, dimension: Dimension) -> bool:
+    if unit.strip() in ("", "-"):
+        return False
+    try:
+        conversion(unit, dimension)
+    except InputError:
+        return False
+    return True
+
+
 def is_unit(text: str) -> bool:
     """Whether `text` is a unit that dielast knows, or a sign for none (as in a CSV's row of units)."""
     sign = text.strip()
@@ -246,7 +280,7 @@ def is_unit(text: str) -> bool:
 
 @lru_cache(maxsize=256)
 def _parse_unit(unit: str) -> Any | None:
-    text = unit.strip().translate(_TYPESET)
+    text = _DASHED.sub("*", unit.strip().translate(_TYPESET))
     if text == "1":
         return _registry().Unit("")
     if text.startswith("/"):

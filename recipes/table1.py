@@ -16,7 +16,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from dielast.files import write_files
-from dielast.plots.style import COLOURS, MARKERS, log_axis, panels, render, style
+from dielast.plots.style import COLOURS, MARKERS, legend_below, log_axis, panels, render, style
 from dielast.table import Column, to_csv
 
 Array = NDArray[np.float64]
@@ -30,16 +30,16 @@ def read_spectrum(folder: Path) -> Array:
 
 def plot(spectra: list[Array]) -> bytes:
     with style():
-        figure, (axes,) = panels(1, "VHB 4905 (reconstruction), spectra of Table 1")
+        figure, (axes,) = panels(1, "VHB 4905 (reconstruction), spectra of Table 1, 20 °C", height=3.0)
         for case, spectrum in enumerate(spectra):
             # open markers that shrink from case to case: where spectra coincide, all of them show
             look: Any = {"color": COLOURS[case], "markerfacecolor": "none", "markersize": 7 - case}
-            axes.plot(*spectrum.T, MARKERS[case], label=f"case {case + 1}, N = {len(spectrum)}", **look)
+            axes.plot(spectrum[:, 0], 1e-6 * spectrum[:, 1], MARKERS[case], label=f"case {case + 1}, N = {len(spectrum)}", **look)
         axes.set_xlabel("relaxation time [s]")
-        axes.set_ylabel("shear modulus [Pa]")
+        axes.set_ylabel("shear modulus [MPa]")
         log_axis(axes, "x")
         log_axis(axes, "y")
-        axes.legend()
+        legend_below(figure, axes.get_legend_handles_labels()[0])
     return render(figure, "png")
 
 

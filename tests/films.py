@@ -1,13 +1,22 @@
-"""Materials of films that several tests put under voltage."""
+"""Materials of films that several tests put under voltage, and points followed through a history."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from dielast.gent import Gent
+from dielast.integrate import Status
+from dielast.load import Piece
 from dielast.material import Material
+from dielast.point import Points
 from dielast.prony import Spectrum
 from dielast.shift import NoShift
+from dielast.simulate.follow import REASONS, Condition, Outcome, follow
+from dielast.simulate.reach import symmetry_of
+from dielast.simulate.record import Recorder, Wanted
 
 SOFT = Material(
     "soft",
@@ -18,3 +27,28 @@ SOFT = Material(
     Gent(55.0),
     permittivity=4e-11,
 )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """A history at output times, Lambda and nominal stress (2, cases, times)."""
+
+    time: np.ndarray
+    log_squared_stretch: np.ndarray
+    nominal_stress: np.ndarray
+    outcome: tuple[Outcome, ...]
+    steps: np.ndarray
+
+
+def followed(points: Points, pieces: Sequence[Piece], *, points_per_decade: int = 30, rtol: float = 1e-6) -> Followed:
+    """Points at rest under pieces of load."""
+    cases = points.rate.shape[1]
+    recorder = Recorder(Wanted(None, points_per_decade), cases, points.rate.shape[0])
+    condition, status, steps = follow(
+        points, pieces, Condition.at_rest(points), symmetry=symmetry_of(pieces), rtol=rtol, recorder=recorder
+    )
+    time, values, _ = recorder.collect()
+    outcome = [
+        Outcome(state == 0, float(at), REASONS.get(Status(state), "")) for state, at in zip(status, condition.time, strict=True)
+    ]
+    return Followed(time, values[:2], values[2:4], tuple(outcome), steps)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.characterise.bootstrap import bootstrap_master_curve
-from dielast.characterise.mastercurve import RelaxationCurve, build_master_curve
+from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 from dielast.characterise.spectrum import Method, SpectrumFit, fit_spectrum
 from dielast.characterise.spectrum_draws import CurveDraws, draw_spectra
 from dielast.ensemble import draw_sample, interval
@@ -45,30 +45,58 @@ MAP: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Experiment:
-    """Bounds of the times to failure of a map, the times found, and whether the bounds hold the truth."""
+    """Bounds of the times to failure of a map, the times found, and whether the bounds hold the truth; likewise those of the
+    shift factors, ascending, and of C1 and C2, by their standard errors (`fit`) and by the draws (`drawn`)."""
 
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
     found: NDArray[np.float64]
     held: NDArray[np.bool_]
+    shifts_held: NDArray[np.bool_]
+    law_held_by_fit: NDArray[np.bool_]
+    law_held_by_draws: NDArray[np.bool_]
 
 
-def measure(seed: int, noise: float = 0.01, points: int = 40) -> list[RelaxationCurve]:
-    random = np.random.default_rng([7, seed])
+@dataclass(frozen=True)
+class Flaws:
+    """What is wrong with a test besides noise: standard deviation of each temperature in K, of the modulus from one temperature to
+    the next, and of what a curve is tilted by from end to end."""
+
+    thermometer: float = 0.0
+    walk: float = 0.0
+    tilt: float = 0.0
+
+
+def measure(seed: int, noise: float = 0.01, points: int = 40, flaws: Flaws = Flaws()) -> list[RelaxationCurve]:
+    random, other = np.random.default_rng([7, seed]), np.random.default_rng([8, seed])
     time = np.geomspace(0.1, 1200, points)
+    away = flaws.thermometer * other.standard_normal(TEMPERATURES.size)
+    level = np.exp(np.cumsum(flaws.walk * other.standard_normal(TEMPERATURES.size)))
+    tilt = flaws.tilt * other.standard_normal(TEMPERATURES.size)
     curves = []
-    for temperature in TEMPERATURES:
-        shift = 10 ** float(TRUTH.shift.log10_shift_factor(temperature))
+    for k, temperature in enumerate(TEMPERATURES):
+        shift = 10 ** float(TRUTH.shift.log10_shift_factor(temperature + away[k]))
         modulus = 3 * TRUTH.spectrum.relaxation_modulus(time / shift, EQUILIBRIUM_MODULUS)
+        modulus *= level[k] * (time**2 / (time[0] * time[-1])) ** (tilt[k] / 2 / np.log(time[-1] / time[0]))
         curves.append(RelaxationCurve(float(temperature), time, modulus * (1 + noise * random.standard_normal(points))))
     return curves
 
 
-def ensemble(curves: list[RelaxationCurve], method: Method, draws: int) -> tuple[Material, list[Material]]:
+def superposed(curves: list[RelaxationCurve], flaws: Flaws = Flaws()) -> MasterCurve:
+    """The master curve, thermometer and drift being stated as they are."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        stated = {"temperature_stderr": flaws.thermometer, "drift": flaws.walk}
+        return build_master_curve(curves, reference_temperature=20.0, **stated)
+
+
+def ensemble(
+    curves: list[RelaxationCurve], method: Method, draws: int, flaws: Flaws = Flaws(), master: MasterCurve | None = None
+) -> tuple[Material, list[Material]]:
     """The material found, and its draws."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)
-        master = build_master_curve(curves, reference_temperature=20.0)
+        master = master or superposed(curves, flaws)
         drawn = bootstrap_master_curve(curves, master, draws=draws)
         fit = fit_spectrum(master.reduced_time, master.relaxation_modulus, method=method)
         tau = fit.spectrum.relaxation_time
@@ -86,11 +114,24 @@ def ensemble(curves: list[RelaxationCurve], method: Method, draws: int) -> tuple
     return found, members
 
 
-def experiment(seed: int, method: Method = "nnls", draws: int = 60, level: float = 0.9) -> Experiment:
-    """Measure, shift, fit, and predict times to failure."""
-    found, members = ensemble(measure(seed), method, draws)
+def held_by_fit(master: MasterCurve, width: float = 1.645) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether shift factors and constants of the law are within so many standard errors of the truth."""
+    away = np.abs(master.log10_shift_factor - TRUTH.shift.log10_shift_factor(master.temperature))
+    moved = master.temperature != 20.0
+    law = [abs(master.law_parameters[name] - getattr(TRUTH.shift, name)) < width * master.law_stderr[name] for name in ("C1", "C2")]
+    return (away <= width * master.log10_shift_factor_stderr)[moved], np.array(law)
+
+
+def experiment(seed: int, method: Method = "nnls", draws: int = 60, level: float = 0.9, flaws: Flaws = Flaws()) -> Experiment:
+    """Measure, shift, fit, and predict times to failure; standard errors are compared at level 0.9."""
+    curves = measure(seed, flaws=flaws)
+    master = superposed(curves, flaws)
+    found, members = ensemble(curves, method, draws, flaws, master)
     main, *drawn = solve_map(plan_failure_map(found, sample=draw_sample(members, len(members)), **MAP))
     times = np.array([each.time_to_failure for each in drawn])
     low, high = interval(np.where(np.isnan(times), np.inf, times), level)
     truth = failure_map(TRUTH, **MAP).time_to_failure
-    return Experiment(low, high, main.time_to_failure, (low <= truth) & (truth <= high))
+    ends = np.array(interval(np.array([[own.shift.C1, own.shift.C2] for own in members]), level))
+    constants = np.array([TRUTH.shift.C1, TRUTH.shift.C2])
+    by_draws = (ends[0] <= constants) & (constants <= ends[1])
+    return Experiment(low, high, main.time_to_failure, (low <= truth) & (truth <= high), *held_by_fit(master), by_draws)

@@ -3,7 +3,9 @@
 Every measured quantity, moved by the shift factors found, lies on one smooth curve. New tests are that curve plus the residuals
 times random signs, a wild bootstrap (C. F. J. Wu, Ann. Stat. 14 (1986) 1261, DOI 10.1214/aos/1176350142): a residual stays where it
 was measured, so that noise may differ from curve to curve and along a curve. Where neighbouring residuals are correlated, new noise
-of their local size and correlation takes their place. Each curve's mean residual is resampled by itself, for specimens differ.
+of their local size and correlation takes their place. Each curve's mean residual is resampled by itself, for specimens differ, or
+with a stated drift a random walk takes its place; curves are tilted as much as they were found to be, and every temperature is off
+by its stated standard error, which moves its curve along time.
 Each draw is shifted and fitted anew, like the measurement.
 """
 
@@ -22,7 +24,10 @@ from dielast.characterise.measurement import Measurement
 from dielast.characterise.shiftfit import LawName
 from dielast.characterise.spline import gram, roughness, spline_basis
 from dielast.errors import DielastWarning, InputError, NumericsError
+from dielast.result import TabularResult
 from dielast.shift import ShiftTable
+from dielast.streams import stream
+from dielast.table import Column, Table
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -36,8 +41,8 @@ LONGEST = 0.9  # correlation of neighbours that is allowed for
 SIGNIFICANT = 3.0  # standard errors of the correlation of neighbours
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MasterCurveDraws:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MasterCurveDraws(TabularResult):
     """Draws of a master curve of m temperatures: what resampled tests give, each row one draw.
 
     `log10_shift_factor` and `vertical_shift` (draws, m) at `temperature` (m,) in degC, NaN where a draw does not determine it;
@@ -55,6 +60,16 @@ class MasterCurveDraws:
     law_parameters: Array
     smooth_abscissa: Array
     smooth_ordinates: Array
+
+    def columns(self) -> Table:
+        """Shift factors, one draw below the other."""
+        count, m = self.log10_shift_factor.shape
+        return [
+            Column("draw", None, np.repeat(self.number, m)),
+            Column("temperature", "degC", np.tile(self.temperature, count)),
+            Column("log10_shift_factor", "1", self.log10_shift_factor.ravel()),
+            Column("vertical_shift", "1", self.vertical_shift.ravel()),
+        ]
 
     def stderr(self) -> dict[str, float]:
         """Standard errors of the law's parameters by name, as the draws scatter."""
@@ -90,12 +105,14 @@ def bootstrap_master_curve(
             warnings.simplefilter("ignore", DielastWarning)
             try:
                 drawn = build_master_curve(
-                    resampled.draw(np.random.default_rng([seed, draw])),
+                    resampled.draw(stream(seed, "measurements", draw)),
                     reference_temperature=master.reference_temperature,
                     law=law,
                     vertical=vertical,
                     thermal_expansion=thermal_expansion,
                     on=master.shifted_on if master.measurement == "oscillation" else "auto",
+                    temperature_stderr=master.stated.temperature_stderr,
+                    drift=master.stated.drift,
                 )
                 values = drawn.shift_fit.values if table is None else drawn.law.log10_shift_factor(law_temperature)
             except (InputError, NumericsError):
@@ -114,11 +131,11 @@ def bootstrap_master_curve(
 
 
 def _on_grid(master: MasterCurve, grid: Array) -> Array:
-    """The smooth curves (c, k) at the abscissas of `grid` (k,), continued straight in log-log where they end before."""
+    """Smooth curves (c, k) through all points at the abscissas `grid` (k,), continued straight in log-log beyond their ends."""
     x, wanted = np.log(master.smooth_abscissa), np.log(grid)
     before, after = np.minimum(wanted - x[0], 0.0), np.maximum(wanted - x[-1], 0.0)
     rows = []
-    for y in np.log(master.smooth_ordinates):
+    for y in np.log(master.placed_ordinates):
         beyond = before * (y[1] - y[0]) / (x[1] - x[0]) + after * (y[-1] - y[-2]) / (x[-1] - x[-2])
         rows.append(np.exp(np.interp(wanted, x, y) + beyond))
     return np.array(rows)
@@ -127,7 +144,8 @@ def _on_grid(master: MasterCurve, grid: Array) -> Array:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Quantity:
     """One measured quantity of all curves, points (n,) by curve, then abscissa: `fitted` values, relative residuals `rest`, the
-    residuals' mean by curve (curves,), and the correlation `memory` of neighbours.
+    residuals' mean by curve (curves,), and the correlation `memory` of neighbours. `along` (n,) is the place of a point on its
+    curve, from -1/2 at the shortest to 1/2 at the longest times.
     """
 
     name: str
@@ -137,11 +155,25 @@ class _Quantity:
     rest: Array
     mean: Array
     memory: float
+    along: Array
 
-    def draw(self, random: np.random.Generator) -> Array:
-        """New values (n,)."""
+    @property
+    def mean_noise(self) -> Array:
+        """Standard error of the mean residual by noise alone (curves,)."""
+        count = np.maximum(np.bincount(self.curve, minlength=self.mean.size), 1)
+        repeated = (1 + self.memory) / (1 - self.memory)
+        return np.asarray(np.sqrt(np.bincount(self.curve, self.rest**2, minlength=self.mean.size) * repeated) / count)
+
+    def draw(self, random: np.random.Generator, raised: Array | None, tilted: Array) -> Array:
+        """New values (n,) of curves that are `raised` (curves,) and `tilted` (curves,) from end to end, both in ln of the value.
+
+        Where nothing is said of how they are raised, their own mean residuals tell.
+        """
         fresh = random.standard_normal(self.curve.size)
-        level = (random.standard_normal(self.mean.size) * self.mean)[self.curve]
+        own = random.standard_normal(self.mean.size)
+        # new noise has a mean of its own, and noise that lasts tilts curves by itself
+        level = own * np.sqrt(np.maximum(self.mean**2 - self.mean_noise**2, 0.0)) if raised is None else raised
+        level = level[self.curve] + (tilted[self.curve] * self.along if self.memory == 0 else 0.0)
         if self.memory == 0:
             # signs alone keep every residual's size, by which outliers are told
             return np.asarray(self.fitted * (np.exp(level) + self.rest * np.sign(fresh)))
@@ -165,16 +197,29 @@ class _Resampled:
 
     curves: tuple[Measurement, ...]
     quantities: tuple[_Quantity, ...]
+    temperature: Index
+    master: MasterCurve
 
     @classmethod
     def of(cls, curves: Sequence[Measurement], master: MasterCurve) -> _Resampled:
         """Fit every quantity with the shift factors of `master`."""
         names = dict.fromkeys(name for curve in curves for name in _quantities(curve))
-        return cls(tuple(curves), tuple(_fit_quantity(name, curves, master) for name in names))
+        place = np.array([int(np.argmin(np.abs(master.temperature - curve.temperature))) for curve in curves])
+        return cls(tuple(curves), tuple(_fit_quantity(name, curves, master) for name in names), place, master)
 
     def draw(self, random: np.random.Generator) -> list[Measurement]:
         """New measurements."""
-        fresh = {quantity.name: quantity.draw(random) for quantity in self.quantities}
+        place, master, stated = self.temperature, self.master, self.master.stated
+        raised = None
+        if stated.drift > 0:
+            # from one temperature to the next, in the order in which they were first measured
+            listed = np.array(list(dict.fromkeys(place.tolist())))
+            walked = np.empty(master.temperature.size)
+            walked[listed] = np.cumsum(stated.drift * random.standard_normal(listed.size))
+            raised = walked[place]
+        tilted = np.log(10) * master.tilt_spread * random.standard_normal(master.temperature.size)[place]
+        moved = master.log10_shift_factor_slope * stated.temperature_stderr * random.standard_normal(master.temperature.size)
+        fresh = {quantity.name: quantity.draw(random, *self._of(quantity.name, raised, tilted)) for quantity in self.quantities}
         result = []
         for index, curve in enumerate(self.curves):
             values: dict[str, Any] = {name: np.array(getattr(curve, name)) for name in _quantities(curve)}
@@ -182,13 +227,22 @@ class _Resampled:
                 if quantity.name in values:
                     own = quantity.curve == index
                     values[quantity.name][quantity.place[own]] = fresh[quantity.name][own]
+            abscissa = fields(curve)[1].name
+            slower = 1.0 if "time" in abscissa else -1.0
+            values[abscissa] = getattr(curve, abscissa) * 10 ** (slower * moved[place[index]])
             result.append(replace(curve, **values))
         return result
 
+    def _of(self, name: str, raised: Array | None, tilted: Array) -> tuple[Array | None, Array]:
+        """What moduli are raised and tilted by, said of one quantity: a compliance is an inverse; tan delta tilts the loss."""
+        if name == "compliance":
+            return (None if raised is None else -raised), -tilted
+        return raised, tilted if (name, self.master.shifted_on) != ("storage_modulus", "tan-delta") else np.zeros(tilted.size)
+
 
 def _quantities(curve: Measurement) -> tuple[str, ...]:
-    """What was measured: the fields after temperature and abscissa."""
-    return tuple(field.name for field in fields(curve)[2:])
+    """What was measured: the fields between abscissa and source."""
+    return tuple(field.name for field in fields(curve)[2:-1])
 
 
 def _fit_quantity(name: str, curves: Sequence[Measurement], master: MasterCurve) -> _Quantity:
@@ -227,7 +281,13 @@ def _fit_quantity(name: str, curves: Sequence[Measurement], master: MasterCurve)
         remembered = _neighbours(curve_of, rest)
         if remembered == 0:
             break
-    return _Quantity(name, curve_of, np.concatenate(place), fitted, rest, mean, remembered)
+    low, high = np.full(len(curves), np.inf), np.full(len(curves), -np.inf)
+    np.minimum.at(low, curve_of, u)
+    np.maximum.at(high, curve_of, u)
+    along = (u - ((low + high) / 2)[curve_of]) / np.maximum(high - low, 1e-12)[curve_of]
+    if slower > 0:  # a frequency
+        along = -along
+    return _Quantity(name, curve_of, np.concatenate(place), fitted, rest, mean, remembered, along)
 
 
 def _neighbours(curve: Index, rest: Array) -> float:

@@ -17,6 +17,8 @@ from dielast.characterise.nnls import Curve, fit_strengths
 from dielast.characterise.response import OSCILLATION, RELAXATION
 from dielast.characterise.spectrum import SpectrumFit
 from dielast.errors import InputError, warn
+from dielast.result import TabularResult
+from dielast.table import Column, Table
 
 Array = NDArray[np.float64]
 
@@ -25,8 +27,8 @@ _PIECES = 4  # separate processes, of which a material may have some
 _PAST = (0.5, 1.0)  # decades by which H reaches past the curve's shortest and longest time: such processes still show
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ContinuousSpectrum:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ContinuousSpectrum(TabularResult):
     """`density` H (Pa, shear) per unit of ln tau at `relaxation_time` (s), both (n,), slowest first and evenly spaced in log time.
 
     Each value stands for a cell of `width` (in ln tau) around its time. `rms_relative_error` is how well H gives the curve back.
@@ -37,6 +39,10 @@ class ContinuousSpectrum:
     width: float
     smoothing: float
     rms_relative_error: float
+
+    def columns(self) -> Table:
+        """One relaxation time a row."""
+        return [Column("relaxation_time", "s", self.relaxation_time), Column("H", "Pa", self.density)]
 
     @property
     def integral(self) -> float:

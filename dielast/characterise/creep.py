@@ -21,6 +21,7 @@ from dielast.characterise.judge import (
     check_moduli,
     judge_equilibrium,
     judge_fit,
+    of_liquid,
     sorted_points,
 )
 from dielast.characterise.nnls import Curve, Known, Solution, Total, fit_strengths
@@ -48,6 +49,7 @@ def fit_creep(
     glassy_modulus: float | None = None,
     keep: int | None = None,
     flows: bool | None = None,
+    liquid: bool = False,
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve of tensile creep compliance (1/Pa) over `reduced_time` (s), (n,) in any order.
 
@@ -55,13 +57,15 @@ def fit_creep(
     as the data ask for, and converted exactly (`relaxation_from_retardation`); processes of no strength drop out, and a material
     that flows has one branch more. `retardation_time` holds the shortest and the longest in s, chosen as in `fit_spectrum` where
     left out. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and `glassy_modulus` that at the
-    shortest times, the sum of all moduli; both are fitted by default. `keep` truncates to the slowest branches. `flows` says
+    shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no
+    equilibrium modulus, and no plateau is asked of it. `keep` truncates to the slowest branches. `flows` says
     whether there is a fluidity where `equilibrium_modulus` does not; left out, there is if the curve demands it.
 
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not tell
     whether the material flows, and where it does not tell the glassy compliance: the fastest branch is then a guess.
     """
     time, measured = sorted_points(("reduced time", "s", reduced_time), ("creep compliance", "1/Pa", creep_compliance))
+    equilibrium_modulus = of_liquid(liquid, equilibrium_modulus)
     check_counts("nnls", branches, 1, keep)
     check_ends(retardation_time)
     curve = Curve(time, 3 * measured[None], votes(np.log10(time)), CREEP)
@@ -87,7 +91,7 @@ def fit_creep(
             f"the material flows, by which its compliance hardly rises yet ({share:.1%} of it at the end of the curve): a solid of "
             "far slower processes would look alike: state equilibrium_modulus (0 for a melt)"
         )
-    elif equilibrium_modulus is not None or equilibrium > 0 or softest.slope >= _FLOWS:
+    elif not liquid and (equilibrium_modulus is not None or equilibrium > 0 or softest.slope >= _FLOWS):
         judge_equilibrium(None if equilibrium_modulus is None else equilibrium_modulus / 3, equilibrium, softest)
 
     truncated = keep is not None and keep < len(spectrum)

@@ -16,7 +16,6 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 MeasurementName = Literal["relaxation", "creep", "oscillation"]
 
-MIN_POINTS = 3
 DIFFERENCE = 1.05  # factor of modulus between two runs at one temperature that is worth a warning,
 CONTRADICTION = 1.25  # and that is an error
 
@@ -33,7 +32,8 @@ class Gathered:
 
     `abscissa` is the time in s or the angular frequency in rad/s; `ordinates` (c, n) are the relaxation modulus, the creep
     compliance, or storage and loss modulus. `position` is what they fall along: time, the inverse of the frequency, and for a
-    compliance, which rises with time, the inverse of the time.
+    compliance, which rises with time, the inverse of the time. `order` (m,) lists the temperatures as they were measured, which is
+    as the curves were given.
     """
 
     measurement: MeasurementName
@@ -42,6 +42,7 @@ class Gathered:
     position: Array
     abscissa: Array
     ordinates: Array
+    order: Index
 
     @property
     def good(self) -> NDArray[np.bool_]:
@@ -52,7 +53,8 @@ class Gathered:
 def gather(curves: Sequence[Measurement]) -> Gathered:
     """Check `curves`, merge those of one temperature, and sort; raises `InputError` as `build_master_curve` says."""
     name = _kind(curves)
-    temperature, run_curve = np.unique([float(curve.temperature) for curve in curves], return_inverse=True)
+    stated = [float(curve.temperature) for curve in curves]
+    temperature, first, run_curve = np.unique(stated, return_index=True, return_inverse=True)
     if temperature.size < 2:
         raise InputError(f"a master curve needs at least two temperatures, but {_said(temperature)}")
     columns = [_columns(curve) for curve in curves]
@@ -65,7 +67,24 @@ def gather(curves: Sequence[Measurement]) -> Gathered:
     _check_signs(temperature, curve, run, np.any(ordinates <= 0, axis=0), _what(name)[1])
     position = abscissa if name == "relaxation" else 1 / abscissa
     order = np.lexsort((ordinates[0], position, curve))
-    return Gathered(name, temperature, curve[order], position[order], abscissa[order], ordinates[:, order])
+    order = order[~_copies(name, temperature, curve[order], run[order], abscissa[order], ordinates[:, order])]
+    return Gathered(name, temperature, curve[order], position[order], abscissa[order], ordinates[:, order], np.argsort(first))
+
+
+def _copies(
+    name: MeasurementName, temperature: Array, curve: Index, run: Index, abscissa: Array, ordinates: Array
+) -> NDArray[np.bool_]:
+    """Rows (n,) that the one before says already; warns of them, and of an abscissa that stands twice in a run."""
+    again = (np.diff(curve, prepend=-1) == 0) & (np.diff(abscissa, prepend=np.nan) == 0)
+    same = again & np.all(np.diff(ordinates, prepend=np.nan) == 0, axis=0)
+    other = again & ~same & (np.diff(run, prepend=-1) == 0)
+    what, unit = ("angular frequency", "rad/s") if name == "oscillation" else ("time", "s")
+    for rows, said in ((same, "with the same values: each is taken once"), (other, "with different values: all are taken")):
+        if np.any(rows):
+            k, count = int(np.flatnonzero(rows)[0]), int(np.count_nonzero(rows))
+            many = f"; {count - 1} more such row{'s' if count > 2 else ''}" if count > 1 else ""
+            warn(f"{temperature[curve[k]]:g} degC: {what} {abscissa[k]:g} {unit} stands there twice, {said}{many}")
+    return np.asarray(same)
 
 
 def _kind(curves: Sequence[Measurement]) -> MeasurementName:
@@ -91,6 +110,13 @@ def _columns(curve: Measurement) -> Array:
             return np.stack((curve.angular_frequency, curve.storage_modulus, curve.loss_modulus))
 
 
+def where(curves: Sequence[Measurement], temperature: float) -> str:
+    """A temperature as messages name it: with the file it comes from, if that is known and not that of all."""
+    sources = dict.fromkeys(curve.source for curve in curves if curve.temperature == temperature)
+    known = "" not in sources and len({curve.source for curve in curves}) > 1
+    return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if known else "")
+
+
 def _said(temperature: Array) -> str:
     return f"all curves are at {temperature[0]:g} degC" if temperature.size else "there are no curves"
 
@@ -107,8 +133,6 @@ def _check_signs(temperature: Array, curve: Index, run: Index, wrong: NDArray[np
                 f"positive {many} are needed"
             )
         warn(f"{temperature[k]:g} degC: {below[k]} of {total[k]} {many} are zero or negative (noise floor)")
-    for k in np.flatnonzero(total - below < MIN_POINTS):
-        raise InputError(f"{temperature[k]:g} degC: only {total[k] - below[k]} usable points; at least {MIN_POINTS} are needed")
 
 
 def _check_runs(temperature: float, runs: list[Array], what: str) -> None:

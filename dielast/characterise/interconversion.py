@@ -21,14 +21,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
 from dielast.prony import Spectrum
+from dielast.result import TabularResult
+from dielast.table import Column, Table
 
 Array = NDArray[np.float64]
 
 _HALVINGS = 64  # of a bracket in log distance: what 1e300 times a distance spans comes down to rounding
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RetardationSpectrum:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RetardationSpectrum(TabularResult):
     """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,), slowest first; `glassy_compliance` in 1/Pa and `fluidity`,
     one over the viscosity, in 1/(Pa s), which is zero for a solid.
 
@@ -39,6 +41,10 @@ class RetardationSpectrum:
     compliance: Array
     glassy_compliance: float
     fluidity: float = 0.0
+
+    def columns(self) -> Table:
+        """One process a row."""
+        return [Column("retardation_time", "s", self.retardation_time), Column("compliance", "1/Pa", self.compliance)]
 
     def __post_init__(self) -> None:
         own = np.array(self.retardation_time, dtype=float).reshape(-1)

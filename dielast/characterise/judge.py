@@ -59,6 +59,13 @@ def check_ends(relaxation_time: Ends) -> None:
         raise InputError(f"relaxation_time min = {shortest:g} s must be shorter than max = {longest:g} s")
 
 
+def of_liquid(liquid: bool, equilibrium: float | None) -> float | None:
+    """The equilibrium modulus that is known: zero of a liquid."""
+    if liquid and equilibrium:
+        raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa: that of a liquid is 0")
+    return 0.0 if liquid else equilibrium
+
+
 def check_moduli(equilibrium: float | None, glassy: float | None, smallest: float, largest: float) -> None:
     """The moduli prescribed, beside the `smallest` and the `largest` of the curve; all Young's, Pa."""
     if equilibrium is not None and not 0 <= equilibrium < np.inf:

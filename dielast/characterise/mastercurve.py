@@ -8,6 +8,7 @@ log10 a > 0 below the reference temperature.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from dielast.characterise.condense import Condensed, condense
 from dielast.characterise.doubt import (
+    UNDETERMINED,
     Undetermined,
     find_undetermined,
     warn_if_law_misses,
@@ -26,15 +28,18 @@ from dielast.characterise.doubt import (
     warn_if_offset,
     warn_if_rising,
 )
-from dielast.characterise.gather import Gathered, gather
+from dielast.characterise.effects import walk
+from dielast.characterise.gather import Gathered, gather, where
 from dielast.characterise.masterfit import fit_master
 from dielast.characterise.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.characterise.misfit import warn_if_misfit
-from dielast.characterise.overlap import starting_shifts
+from dielast.characterise.outliers import warn_of_outliers
+from dielast.characterise.overlap import find_isolated, starting_shifts
 from dielast.characterise.shiftfit import LawName, ShiftFit, fit_shift_law
-from dielast.characterise.superposed import MasterCurve
-from dielast.characterise.sweepfit import Basis, Superposition, fit_sweeps, points_of
-from dielast.errors import InputError, warn
+from dielast.characterise.spline import Spline
+from dielast.characterise.superposed import MasterCurve, Stated
+from dielast.characterise.sweepfit import Basis, Superposition, fit_sweeps, points_of, warn_of_others
+from dielast.errors import DielastWarning, InputError, warn
 from dielast.shift import ShiftLaw
 from dielast.units import ZERO_CELSIUS
 
@@ -45,6 +50,7 @@ __all__ = [
     "Measurement",
     "RelaxationCurve",
     "ShiftFit",
+    "Stated",
     "Undetermined",
     "build_master_curve",
 ]
@@ -53,6 +59,7 @@ Array = NDArray[np.float64]
 Vertical = Literal["none", "density-temperature", "free"]
 ShiftOn = Basis | Literal["auto"]
 
+TEMPERATURE_STDERR = 0.1  # K, of a good thermostat
 SMOOTH_POINTS = 400
 MIN_BINS = 3
 
@@ -65,21 +72,36 @@ def build_master_curve(
     vertical: Vertical = "none",
     thermal_expansion: float = 0.0,
     on: ShiftOn = "auto",
+    temperature_stderr: float = TEMPERATURE_STDERR,
+    drift: float = 0.0,
 ) -> MasterCurve:
     """Build the master curve of `curves` of one kind, in any order, at `reference_temperature` (degC), measured or not.
 
     `vertical` shifts the modulus too: "density-temperature" by b = rho_ref T_ref / (rho T), T in kelvin, with rho_ref / rho =
     1 + `thermal_expansion` (T - T_ref), where `thermal_expansion` (1/K) is that of the volume; "free" fits b with the shifts.
     Frequency sweeps are shifted `on` storage and loss "moduli" together, on "tan-delta" alone, which no vertical shift changes (b
-    is then found from the moduli so shifted), or on the "storage" modulus alone; "auto" takes what determines the shifts best.
+    is then found from the moduli so shifted), or on the "storage" modulus alone; "auto" takes what predicts points left out and has
+    most to go by.
 
-    Raises `InputError` for fewer than two temperatures, for curves of several kinds, for a curve that cannot be used, and for
-    curves that do not overlap. Warns of each temperature whose shift the data do not determine, and of results that look wrong.
+    What no scatter of points tells is stated: `temperature_stderr` is the standard error in K of each temperature, by itself, which
+    moves a shift factor along the slope of log10 a over T; `drift` is the relative standard deviation by which the modulus of the
+    specimen changes from one temperature to the next, in the order in which the curves are given, a random walk whose first step is
+    that from the material to the first curve. Both are in all standard errors. Offsets of whole curves beyond a stated drift are
+    estimated, and so are tilts.
+
+    Curves of fewer than three points apart, and single ones that share no modulus with any other, are left out with a warning.
+    Raises `InputError` for fewer than two temperatures, for curves of several kinds, for one that is mostly zero or negative, and
+    for groups of curves that do not overlap. Warns of each temperature whose shift the data do not determine, of points far off the
+    master curve, and of results that look wrong.
     """
     reference = float(reference_temperature)
     if not -ZERO_CELSIUS < reference < np.inf:
         raise InputError(f"reference temperature {reference:g} degC is not a temperature above absolute zero")
-    data = gather(curves)
+    if not 0 <= temperature_stderr < np.inf:
+        raise InputError(f"temperature_stderr = {temperature_stderr:g} K: it must be finite and not negative")
+    if not 0 <= drift < 1:
+        raise InputError(f"drift = {drift:g}: a share from 0 to 1 is needed, such as 0.02 for 2 %")
+    data, condensed = _usable(curves)
     temperature, swept = data.temperature, data.measurement == "oscillation"
     if on != "auto" and not swept:
         raise InputError(f'on = "{on}" is for frequency sweeps; {data.measurement} curves have one modulus only')
@@ -91,24 +113,27 @@ def build_master_curve(
     imposed = np.zeros(temperature.size)
     if vertical == "density-temperature":
         imposed = _density_temperature(temperature, reference, thermal_expansion)
-    condensed = condense(data)
-    _check_usable(data, condensed)
     condensed = replace(condensed, log_modulus=condensed.log_modulus + imposed[condensed.curve])
     falling = condensed.log_modulus[0]
     anchor = _steepest(temperature.size, condensed.curve, falling)
     start = starting_shifts(temperature, condensed.curve, condensed.log_time, falling, anchor, data.measurement)
     free = vertical == "free"
+    drifts = walk(data.order, drift / np.log(10)) if drift > 0 else None
     if swept:
-        found = fit_sweeps(temperature, condensed, start, anchor, free, on)
+        found = fit_sweeps(temperature, condensed, start, anchor, free, on, drifts)
     else:
         points = points_of(condensed, temperature.size)
-        fit = fit_master(points, start, anchor, free)
+        fit = fit_master(points, [start], anchor, free, drifts)
         found = Superposition(fit, "moduli", points, fit.splines)
+    warn_of_outliers(data, imposed, found.fit, 1 if found.on == "storage" else len(data.ordinates))
     warn_if_misfit(temperature, found.fit.misfit, free, data.measurement)
     warn_if_offset(found.fit.offset_spread)
+    here = temperature == reference
+    warn_of_others(temperature, found, np.where(here, 1.0, 0.0) if np.any(here) else np.eye(temperature.size)[anchor])
     filled = "its points are left out" if law == "table" else "its points are placed by the shift law"
     undetermined = find_undetermined(temperature, found.points, found.splines, found.fit, free, swept, filled)
-    return _finish(data, condensed, imposed, found, undetermined, anchor, law, reference)
+    stated = Stated(float(temperature_stderr), float(drift))
+    return _finish(data, condensed, imposed, found, undetermined, anchor, law, reference, stated)
 
 
 def _density_temperature(temperature: Array, reference: float, expansion: float) -> Array:
@@ -119,21 +144,49 @@ def _density_temperature(temperature: Array, reference: float, expansion: float)
     return np.asarray(np.log10(expanded * (reference + ZERO_CELSIUS) / (temperature + ZERO_CELSIUS)))
 
 
-def _check_usable(data: Gathered, condensed: Condensed) -> None:
+def _usable(curves: Sequence[Measurement]) -> tuple[Gathered, Condensed]:
+    """All curves that can be used, gathered and condensed; those too short, and single ones that join no other, are left out.
+
+    Warns of each; raises `InputError` if fewer than two are left.
+    """
+    rest, reasons = list(curves), []
+    while True:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DielastWarning)  # heard below, once
+            data = gather(rest)
+        condensed = condense(data)
+        out = _too_short(data, condensed)
+        if not out and data.temperature.size > 2:
+            out = find_isolated(data.temperature, condensed.curve, condensed.log_modulus[0], data.measurement)
+        if not out:
+            break
+        said = {data.temperature[k]: f"{where(curves, data.temperature[k])}: {reason}" for k, reason in out.items()}
+        if data.temperature.size - len(said) < 2:
+            raise InputError(next(iter(said.values())))
+        reasons += list(said.values())
+        rest = [curve for curve in rest if curve.temperature not in said]
+    for reason in reasons:
+        warn(f"{reason}; this curve is left out")
+    data = gather(rest)
+    end = {"creep": "short", "oscillation": "low-frequency"}.get(data.measurement, "long")
+    dropped = np.bincount(data.curve[(condensed.bin_of_point < 0) & data.good], minlength=data.temperature.size)
+    if np.any(dropped):
+        places = ", ".join(f"{data.temperature[k]:g} degC ({dropped[k]})" for k in np.flatnonzero(dropped))
+        warn(f"points at the {end} end of curves that are lost in noise are left out: {places}")
+    return data, condensed
+
+
+def _too_short(data: Gathered, condensed: Condensed) -> dict[int, str]:
+    """Why curves, by number, have too few points."""
     m = data.temperature.size
     used = np.bincount(condensed.curve, minlength=m)
     dropped = np.bincount(data.curve[(condensed.bin_of_point < 0) & data.good], minlength=m)
-    axis, end = ("time", "short" if data.measurement == "creep" else "long")
-    if data.measurement == "oscillation":
-        axis, end = "frequency", "low-frequency"
-    for k in np.flatnonzero(used < MIN_BINS)[:1]:
+    axis = "frequency" if data.measurement == "oscillation" else "time"
+    found = {}
+    for k in np.flatnonzero(used < MIN_BINS).tolist():
         floor = f" ({dropped[k]} are noise floor)" if dropped[k] else ""
-        raise InputError(
-            f"{data.temperature[k]:g} degC: only {used[k]} distinct points in log {axis}{floor}; at least {MIN_BINS} are needed"
-        )
-    if np.any(dropped):
-        where = ", ".join(f"{data.temperature[k]:g} degC ({dropped[k]})" for k in np.flatnonzero(dropped))
-        warn(f"points at the {end} end of curves that are lost in noise are left out: {where}")
+        found[k] = f"only {used[k]} distinct points in log {axis}{floor}; at least {MIN_BINS} are needed"
+    return found
 
 
 def _steepest(curves: int, curve: NDArray[np.intp], log_modulus: Array) -> int:
@@ -151,6 +204,7 @@ def _finish(
     anchor: int,
     law: LawName,
     reference: float,
+    stated: Stated,
 ) -> MasterCurve:
     """Fit the law and move everything from the curve that was held fast to the reference temperature."""
     temperature, m, fit = data.temperature, data.temperature.size, found.fit
@@ -160,9 +214,11 @@ def _finish(
         said = [(reason, ", ".join(f"{e.temperature:g}" for e in undetermined if e.reason == reason)) for reason in reasons]
         raise InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in said))
     known = np.ix_(sure, sure)
-    shift_fit = fit_shift_law(
-        law, temperature[sure], fit.shift[sure], fit.covariance[:m, :m][known], int(np.sum(sure[:anchor])), reference
-    )
+    slope = np.zeros(m)
+    slope[sure] = np.gradient(fit.shift[sure], temperature[sure])
+    thermometer = np.diag((slope * stated.temperature_stderr) ** 2)
+    own = fit.covariance[:m, :m] + _relative(thermometer, np.eye(m)[anchor])
+    shift_fit = fit_shift_law(law, temperature[sure], fit.shift[sure], own[known], int(np.sum(sure[:anchor])), reference)
     weight, excess = np.zeros(m), 0.0
     here = sure & (temperature == reference)
     if np.any(here):
@@ -171,7 +227,7 @@ def _finish(
         weight[sure], origin, excess = shift_fit.origin_weight, shift_fit.origin, shift_fit.origin_excess
     shift = np.where(sure, fit.shift - origin, np.nan)
     covariance = np.diag(np.where(sure, 0.0, np.inf))
-    covariance[known] = _relative(fit.covariance[:m, :m], weight)[known] + excess
+    covariance[known] = _relative(own, weight)[known] + excess
     stderr = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     between = np.array([np.interp(reference, temperature, row) for row in np.eye(m)])
     raised = float(between @ fit.vertical)
@@ -182,7 +238,15 @@ def _finish(
     warn_if_law_misses(temperature[sure], shift[sure], stderr[sure], by_law[sure], shift_fit.misfit, len(shift_fit.names))
     warn_if_no_plateau(fit.splines[0], data.measurement)
 
-    placed = np.where(sure, shift, by_law)
+    # an extrapolated law places a curve only where it knows the place better than a curve that is undetermined
+    astray = ~sure & (_law_stderr(shift_fit, temperature, temperature[sure]) > UNDETERMINED)
+    if np.any(astray):
+        places = ", ".join(f"{value:g}" for value in temperature[astray])
+        warn(
+            f"at {places} degC the shift law is extrapolated and does not know log10 a within half a decade: "
+            "their points are left out"
+        )
+    placed = np.where(sure, shift, np.where(astray, np.nan, by_law))
     used = (condensed.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
     curve, abscissa = data.curve[used], data.abscissa[used]
     swept, compliant = data.measurement == "oscillation", data.measurement == "creep"
@@ -190,7 +254,12 @@ def _finish(
     reduced = abscissa * factor if swept else abscissa / factor
     order = np.lexsort((abscissa, reduced))
     x = np.linspace(fit.splines[0].origin, fit.splines[0].end, SMOOTH_POINTS)
-    smooth = np.stack([10 ** (spline(x) - raised) for spline in fit.splines])
+
+    def ordinates(splines: Sequence[Spline]) -> Array:
+        values = np.stack([10 ** (spline(x) - raised) for spline in splines])
+        return values[:, ::-1] if swept else 1 / values if compliant else values
+
+    modulus = 10 ** (fit.splines[0](x) - raised)
     measured, level = data.ordinates[:, used], vertical[curve]
     return MasterCurve(
         measurement=data.measurement,
@@ -210,10 +279,15 @@ def _finish(
         reduced_abscissa=reduced[order],
         ordinates=(measured / level if compliant else measured * level)[:, order],
         smooth_abscissa=10 ** -(x + origin)[::-1] if swept else 10 ** (x + origin),
-        smooth_ordinates=smooth[:, ::-1] if swept else 1 / smooth if compliant else smooth,
-        equilibrium_modulus=float(smooth[0, -1]),
-        glassy_modulus=float(np.max(smooth[0])),
+        smooth_ordinates=ordinates(fit.splines),
+        equilibrium_modulus=float(modulus[-1]),
+        glassy_modulus=float(np.max(modulus)),
         undetermined=undetermined,
+        stated=stated,
+        log10_shift_factor_slope=slope,
+        offset_spread=fit.offset_spread,
+        tilt_spread=fit.tilt_spread,
+        placed_ordinates=ordinates(fit.placed),
     )
 
 
@@ -221,6 +295,30 @@ def _relative(covariance: Array, weight: Array) -> Array:
     """Covariance of values taken relative to a weighted mean of themselves."""
     relative = np.eye(weight.size) - weight
     return np.asarray(relative @ covariance @ relative.T)
+
+
+def _with_constant(law: ShiftLaw, name: str, value: float) -> ShiftLaw:
+    """The law with another constant."""
+    changed: ShiftLaw = replace(law, **{name: value})  # type: ignore[type-var]
+    return changed
+
+
+def _law_stderr(fit: ShiftFit, temperature: Array, known: Array) -> Array:
+    """Standard error (m,) of the law's log10 a relative to the nearest of the `known` temperatures, from its constants; 0 for a
+    table, or where the constants have no finite errors.
+    """
+    if not fit.names or not np.all(np.isfinite(fit.covariance)):
+        return np.zeros(temperature.size)
+    nearest = known[np.argmin(np.abs(temperature[:, None] - known), axis=1)]
+    slope = np.empty((len(fit.names), temperature.size))
+    for row, (name, value) in enumerate(fit.parameters.items()):
+        step = 1e-4 * abs(value) or 1e-6
+        up, down = (
+            _law_values(law, temperature) - _law_values(law, nearest)
+            for law in (_with_constant(fit.law, name, value + sign * step) for sign in (1, -1))
+        )
+        slope[row] = (up - down) / (2 * step)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("pm,pq,qm->m", slope, fit.covariance, slope), 0.0)))
 
 
 def _law_values(law: ShiftLaw, temperature: Array) -> Array:

@@ -13,29 +13,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
+from dielast.result import Result
 from dielast.units import ZERO_CELSIUS
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RelaxationCurve:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RelaxationCurve(Result):
     """Young's relaxation modulus `modulus` (n,) in Pa over `time` (n,) in s at `temperature` in degC; points in any order.
 
     Raises `InputError` if the lengths differ, a value is not finite, a time is not positive or the temperature is below absolute
-    zero. A modulus may be zero or negative, as a noise floor gives; `build_master_curve` deals with it.
+    zero. A modulus may be zero or negative, as a noise floor gives; `build_master_curve` deals with it. `source` says where it
+    comes from, for warnings.
     """
 
     temperature: float
     time: Array
     modulus: Array
+    source: str = ""
 
     def __post_init__(self) -> None:
         _check(self, {"time": "s", "modulus": "Pa"}, "times must be positive, counted from the strain step")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CreepCurve:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class CreepCurve(Result):
     """Tensile creep compliance `compliance` (n,) in 1/Pa over `time` (n,) in s at `temperature` in degC; points in any order.
 
     Raises `InputError` as `RelaxationCurve` does, times being counted from the stress step.
@@ -44,13 +47,14 @@ class CreepCurve:
     temperature: float
     time: Array
     compliance: Array
+    source: str = ""
 
     def __post_init__(self) -> None:
         _check(self, {"time": "s", "compliance": "1/Pa"}, "times must be positive, counted from the stress step")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FrequencySweep:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FrequencySweep(Result):
     """Young's `storage_modulus` and `loss_modulus` (n,) in Pa over `angular_frequency` (n,) in rad/s at `temperature` in degC.
 
     Points in any order. Raises `InputError` as `RelaxationCurve` does.
@@ -60,6 +64,7 @@ class FrequencySweep:
     angular_frequency: Array
     storage_modulus: Array
     loss_modulus: Array
+    source: str = ""
 
     def __post_init__(self) -> None:
         units = {"angular_frequency": "rad/s", "storage_modulus": "Pa", "loss_modulus": "Pa"}

@@ -13,6 +13,7 @@ from dielast.characterise.judge import (
     check_moduli,
     judge_equilibrium,
     judge_fit,
+    of_liquid,
     share_kept,
     sorted_points,
 )
@@ -34,12 +35,13 @@ def fit_oscillation(
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
     keep: int | None = None,
+    liquid: bool = False,
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve of storage and loss modulus (Young's, Pa) over angular frequency (rad/s).
 
     All of shape (n,), in any order. Non-negative moduli are fitted to the relative errors of both moduli together, as smooth as the
-    data ask for; relaxation times, prescribed moduli (Young's, Pa) and `keep` are those of `fit_spectrum`. `equilibrium_modulus` is
-    by default fitted, too.
+    data ask for; relaxation times, prescribed moduli (Young's, Pa), `keep` and `liquid` are those of `fit_spectrum`.
+    `equilibrium_modulus` is by default fitted, too.
 
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, the storage modulus at the lowest
     frequencies being what has levelled off or not.
@@ -49,6 +51,7 @@ def fit_oscillation(
         ("storage modulus", "Pa", storage_modulus),
         ("loss modulus", "Pa", loss_modulus),
     )
+    equilibrium_modulus = of_liquid(liquid, equilibrium_modulus)
     check_counts("nnls", branches, 1, keep)
     check_ends(relaxation_time)
     time, measured = 1 / frequency[::-1], np.stack([storage, loss])[:, ::-1]
@@ -59,7 +62,8 @@ def fit_oscillation(
     tau = placed_times(curve, branches, relaxation_time, (known,), _PAST, share_kept(branches, keep))
     solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (1.0,)))
     equilibrium = float(solution.constants[0])
-    judge_equilibrium(known, equilibrium, plateau)
+    if not liquid:
+        judge_equilibrium(known, equilibrium, plateau)
 
     spectrum = Spectrum(tau[:keep], solution.strength[:keep])
     model = np.stack([spectrum.storage_modulus(1 / time, equilibrium), spectrum.loss_modulus(1 / time)])

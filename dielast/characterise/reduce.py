@@ -1,8 +1,10 @@
 """The smallest spectrum that answers like a full one over a window of times, at stated temperatures.
 
-What is asked to agree is the stress after a strain step, G(t), and at the end of a steady ramp of duration t, the mean of G from 0
-to t, for every t in the window: whatever is loaded and held within the window is made of these. The second also keeps count of
-processes faster than the window, which have no part in G(t) there but, as viscosities, in the force of a ramp.
+What is asked to agree, at every time t in the window, is the stress of a strain that began at time 0 and came as a step, G(t), or
+as a steady ramp of any duration T up to t: the mean of G from t - T to t. At the window's lower end a these are the means of G from
+any time before a to a; with G(t) after a they make up those at all later times, as the relative error of a sum of positive parts is
+no larger than that of the worst part. So these two are asked for. The means also keep count of processes faster than the window,
+which have no part in G(t) there, but in the stress soon after a ramp, and as viscosities in the stress of a ramp.
 
 For a given number of branches the relaxation times and moduli of least greatest relative error are sought by successive linear
 programmes (K. Madsen, J. Inst. Maths Applics 16 (1975) 321) from a row of relaxation times even in log time, and from one even in
@@ -19,7 +21,9 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, NumericsError
 from dielast.prony import Spectrum
+from dielast.result import TabularResult
 from dielast.shift import NoShift, ShiftLaw
+from dielast.table import Column, Table
 
 Array = NDArray[np.float64]
 
@@ -28,16 +32,18 @@ _LEAST_TOLERANCE = 1e-5  # linear programmes are solved to little more, and no s
 _ROUNDS = 40
 _WIDEST, _LEAST = 1.2, 1e-4  # a move of ln tau in one round, and one too small to go on with
 _GAIN = 1e-3  # of the error: less progress in a round is none
-_REACH = 10.0  # relaxation times are sought from the window's first time over this to its last time times this
+_REACH = 10.0  # relaxation times are sought up to the window's last time times this
+_UNFELT = 0.1  # of the tolerance: what has less part in the stress of a ramp is not looked at, nor are processes so fast sought
+_EARLIEST = 1e-9  # of the window's first time, where no spectrum has more of a part in it
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reduction:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Reduction(TabularResult):
     """A reduced `spectrum` and the proof of what it is good for.
 
     `max_relative_error` is the greatest of G(t) over the window at all temperatures, found at `temperature` (degC) and `time` (s),
-    and `max_relative_error_ramp` that of the mean modulus of a ramp. `full` and `reduced` (m,) are the moduli G (shear, Pa) that
-    were compared at `test_temperature` and `test_time`.
+    and `max_relative_error_ramp` that of the stress, within the window, of ramps that ended then or before. `full` and `reduced`
+    (m,) are the moduli G (shear, Pa) that were compared at `test_temperature` and `test_time`.
     """
 
     spectrum: Spectrum
@@ -51,6 +57,15 @@ class Reduction:
     full: Array
     reduced: Array
 
+    def columns(self) -> Table:
+        """The moduli that were compared."""
+        return [
+            Column("temperature", "degC", self.test_temperature),
+            Column("time", "s", self.test_time),
+            Column("full", "Pa", self.full),
+            Column("reduced", "Pa", self.reduced),
+        ]
+
 
 def reduce_spectrum(
     spectrum: Spectrum,
@@ -63,14 +78,18 @@ def reduce_spectrum(
 ) -> Reduction:
     """The smallest spectrum within `tolerance` of the full one over `window` (s, s) at each of `temperatures` (degC).
 
+    It holds for the stress at times in the window, counted from the beginning of a step or a ramp of strain, however long the ramp
+    takes or has taken.
+
     `temperatures` is by default the reference temperature; `equilibrium_modulus` is shear, Pa. Raises `InputError` for a window or
     tolerance that makes no sense, a temperature that the shift law does not reach, a spectrum that has relaxed to nothing within
     the window, and where no smaller spectrum will do.
     """
     temperatures = (shift.reference_temperature,) if temperatures is None else tuple(temperatures)
     log10_shift = _check(window, temperatures, tolerance, shift)
-    wanted = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE)
-    proof = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE)
+    felt = _UNFELT * tolerance
+    wanted = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE, felt)
+    proof = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE, felt / 10)
     few, many, found = 0, len(spectrum), None
     while many - few > 1:  # the least error falls with the number of branches
         number = min((few + many) // 2, 2 * few + 4)
@@ -85,7 +104,7 @@ def reduce_spectrum(
             f"no spectrum of fewer than {len(spectrum)} branches stays within {tolerance:.3g} of the full one from {window[0]:g} "
             f"to {window[1]:g} s: a larger tolerance or a narrower window is needed"
         )
-    step, ramp = np.abs(proof.error(found)).reshape(2, -1)
+    step, ramp = np.split(np.abs(proof.error(found)), [proof.time.size])
     worst, each = int(np.argmax(step)), step.size // len(temperatures)
     of_step = slice(step.size)
     return Reduction(
@@ -122,45 +141,70 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Wanted:
-    """The answers of the full spectrum (2m,), first to steps and then to ramps, at the reduced times `time` (m,)."""
+    """What the full spectrum answers, `full` (m + r,): G at reduced times `time` (m,), and its mean from `start` to `end` (r,)."""
 
     time: Array
+    start: Array
+    end: Array
     full: Array
     equilibrium: float
 
     @classmethod
-    def over(cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Array, dense: int) -> _Wanted:
+    def over(
+        cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Array, dense: int, felt: float
+    ) -> _Wanted:
+        """So `dense` (1/decade); means from times on before which less than a share `felt` of the whole integral lies."""
         count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
         time = (np.geomspace(*window, max(count, 3)) / 10 ** log10_shift[:, None]).reshape(-1)
-        full = equilibrium + _answers(time, spectrum.relaxation_time) @ spectrum.shear_modulus
-        least = 1e-12 * (equilibrium + spectrum.shear_modulus.sum())
-        if np.any(full <= least):
-            at = int(np.argmax(full <= least)) % time.size
-            raise InputError(
-                f"the full spectrum has relaxed to nothing at a reduced time of {time[at]:.3g} s: end the window before"
+        starts, ends = [], []
+        for end in window[0] / 10**log10_shift:
+            before = end * 10 ** np.arange(np.log10(_EARLIEST), -0.5 / dense, 1 / dense)
+            area = equilibrium * before - spectrum.relaxation_time * np.expm1(-before[:, None] / spectrum.relaxation_time) @ (
+                spectrum.shear_modulus
             )
-        return cls(time, full, equilibrium)
+            starts.append(np.append(0.0, before[area > felt * area[-1]]))
+            ends.append(np.full(starts[-1].size, end))
+        start, end = np.concatenate(starts), np.concatenate(ends)
+        full = equilibrium + _answers(time, start, end, spectrum.relaxation_time) @ spectrum.shear_modulus
+        least = 1e-12 * (equilibrium + spectrum.shear_modulus.sum())
+        if np.any(nothing := full[: time.size] <= least):
+            at = float(time[nothing.argmax()])
+            raise InputError(f"the full spectrum has relaxed to nothing at a reduced time of {at:.3g} s: end the window before")
+        return cls(time, start, end, full, equilibrium)
+
+    @property
+    def earliest(self) -> float:
+        """The shortest reduced time that is looked at."""
+        return float(self.start[self.start > 0].min())
+
+    def answers(self, tau: Array) -> Array:
+        """What a branch of each relaxation time and modulus 1 answers, (m + r, branches)."""
+        return _answers(self.time, self.start, self.end, tau)
 
     def error(self, spectrum: Spectrum) -> Array:
-        return (self.equilibrium + _answers(self.time, spectrum.relaxation_time) @ spectrum.shear_modulus) / self.full - 1
+        """Relative errors (m + r,) of a spectrum."""
+        return (self.equilibrium + self.answers(spectrum.relaxation_time) @ spectrum.shear_modulus) / self.full - 1
+
+    def slopes(self, tau: Array) -> Array:
+        """The derivatives of `answers` by ln tau."""
+        share, first, last = (own[:, None] / tau for own in (self.time, self.start, self.end))
+        mean = _mean(first, last)
+        return np.concatenate([share * np.exp(-share), mean + (first * np.exp(-first) - last * np.exp(-last)) / (last - first)])
 
 
-def _answers(time: Array, tau: Array) -> Array:
-    """exp(-t/tau) and its mean from 0 to t, one below the other, (2m, branches)."""
-    share = time[:, None] / tau
-    return np.concatenate([np.exp(-share), -np.expm1(-share) / share])
+def _answers(time: Array, start: Array, end: Array, tau: Array) -> Array:
+    """exp(-t/tau) at each `time` (m,), and below its mean from each `start` to its `end` (r,): (m + r, branches)."""
+    return np.concatenate([np.exp(-time[:, None] / tau), _mean(start[:, None] / tau, end[:, None] / tau)])
 
 
-def _slopes(time: Array, tau: Array) -> Array:
-    """The derivatives of `_answers` by ln tau."""
-    share = time[:, None] / tau
-    decay = np.exp(-share)
-    return np.concatenate([share * decay, -np.expm1(-share) / share - decay])
+def _mean(first: Array, last: Array) -> Array:
+    """The mean of exp(-x) from `first` to `last`."""
+    return np.asarray(np.exp(-first) * -np.expm1(first - last) / (last - first))
 
 
 def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Spectrum]:
     """Spectra of `number` branches whose greatest error no small change makes less, each from another start."""
-    low = max(float(np.log(wanted.time.min() / _REACH)), float(np.log(spectrum.relaxation_time[-1])))
+    low = max(float(np.log(wanted.earliest)), float(np.log(spectrum.relaxation_time[-1])))
     high = min(float(np.log(wanted.time.max() * _REACH)), float(np.log(spectrum.relaxation_time[0])))
     low, high = min(low, high), max(low, high)
     for start in _starts(wanted, number, spectrum, low, high):
@@ -205,22 +249,26 @@ def _programme(
     from scipy.optimize import linprog
 
     tau = np.exp(log_tau)
-    answers = _answers(wanted.time, tau) / wanted.full[:, None]
+    answers = wanted.answers(tau) / wanted.full[:, None]
     scale = 1 / answers.max(axis=0)
     columns, bounds = answers * scale, [(0.0, None)] * tau.size
     if moduli is not None:
-        columns = np.column_stack([columns, _slopes(wanted.time, tau) * moduli / wanted.full[:, None]])
+        columns = np.column_stack([columns, wanted.slopes(tau) * moduli / wanted.full[:, None]])
         bounds += [(max(low - own, -trust), min(high - own, trust)) for own in log_tau.tolist()]
     target = 1 - wanted.equilibrium / wanted.full
     ones = np.ones((target.size, 1))
-    found = linprog(
-        np.append(np.zeros(columns.shape[1]), 1.0),
-        A_ub=np.block([[columns, -ones], [-columns, -ones]]),
-        b_ub=np.concatenate([target, -target]),
-        bounds=[*bounds, (0.0, None)],
-        method="highs",
-    )
-    if found.x is None:
+    # there is always a solution, and where one method is lost to rounding another finds it
+    for method in ("highs", "highs-ipm", "highs-ds"):
+        found = linprog(
+            np.append(np.zeros(columns.shape[1]), 1.0),
+            A_ub=np.block([[columns, -ones], [-columns, -ones]]),
+            b_ub=np.concatenate([target, -target]),
+            bounds=[*bounds, (0.0, None)],
+            method=method,
+        )
+        if found.x is not None:
+            break
+    else:
         raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {found.message}")
     moved = log_tau + found.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
     # the programme holds its bounds to some 1e-7 only

@@ -31,7 +31,7 @@ def even_weights(variance: Array) -> Weights:
     return Weights(1 / total, np.ones(total.size), total, np.ones(total.size), 0.0)
 
 
-def robust_weights(variance: Array, residual: Array, parameters: int, share: Array, old: Weights) -> Weights:
+def robust_weights(variance: Array, residual: Array, parameters: float, share: Array, old: Weights) -> Weights:
     """Weights from the residuals (n,) of a fit with so many `parameters`: the floor makes the reduced chi-square one.
 
     `share` (n,) is the noise of a point's curve relative to that of all.

@@ -20,6 +20,7 @@ from dielast.characterise.judge import (
     check_moduli,
     judge_equilibrium,
     judge_fit,
+    of_liquid,
     range_of_times,
     rms,
     share_kept,
@@ -28,6 +29,8 @@ from dielast.characterise.judge import (
 from dielast.characterise.nnls import Curve, Known, Total, fit_strengths, place_times
 from dielast.errors import InputError, warn
 from dielast.prony import Spectrum
+from dielast.result import TabularResult
+from dielast.table import Column, Table
 
 Array = NDArray[np.float64]
 Method = Literal["schwarzl-staverman", "nnls"]
@@ -37,8 +40,8 @@ _ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
 _POOR_POLYNOMIAL = 0.05  # relative rms
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SpectrumFit:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SpectrumFit(TabularResult):
     """A fitted relaxation spectrum and how well it gives the curve of its `test` back.
 
     `spectrum` and `equilibrium_shear_modulus` (Pa) are shear; `reduced_time` (s) is (n,), ascending, and `measured` and `model` are
@@ -66,6 +69,24 @@ class SpectrumFit:
     test: Test = "relaxation"
     retardation: RetardationSpectrum | None = None
 
+    def columns(self) -> Table:
+        """The curve beside the model."""
+        if self.test == "oscillation":
+            ascending = slice(None, None, -1)
+            return [
+                Column("reduced_angular_frequency", "rad/s", 1 / self.reduced_time[ascending]),
+                Column("measured_storage", "Pa", self.measured[0, ascending]),
+                Column("model_storage", "Pa", self.model[0, ascending]),
+                Column("measured_loss", "Pa", self.measured[1, ascending]),
+                Column("model_loss", "Pa", self.model[1, ascending]),
+            ]
+        unit = "1/Pa" if self.test == "creep" else "Pa"
+        return [
+            Column("reduced_time", "s", self.reduced_time),
+            Column("measured", unit, self.measured),
+            Column("model", unit, self.model),
+        ]
+
     @property
     def branches(self) -> int:
         """Number of processes in the spectrum."""
@@ -83,6 +104,7 @@ def fit_spectrum(
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
     keep: int | None = None,
+    liquid: bool = False,
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve: `modulus` (Young's, Pa) over `reduced_time` (s), both (n,), in any order.
 
@@ -95,13 +117,15 @@ def fit_spectrum(
     by default read from the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa), that at the shortest times,
     is three times the sum of all moduli, the equilibrium one too, so that mu_neq of Eq. 20 is the rest; by default
     schwarzl-staverman takes the curve's largest modulus, smoothed, or H at the shortest relaxation time beside the equilibrium
-    modulus if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4).
+    modulus if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4). A
+    `liquid` has no equilibrium modulus, and no plateau is asked of it.
 
     Raises `InputError` for points or arguments that allow no fit, and where a modulus is negative by more than 2 % of G(t);
     warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau, of a plateau far above the given
     equilibrium modulus and of a poor fit.
     """
     time, measured = sorted_points(("reduced time", "s", reduced_time), ("modulus", "Pa", modulus))
+    equilibrium_modulus = of_liquid(liquid, equilibrium_modulus)
     _check_arguments(method, branches, polynomial_degree, keep)
     check_ends(relaxation_time)
     curve = Curve(time, measured[None] / 3, votes(np.log10(time)))
@@ -124,7 +148,8 @@ def fit_spectrum(
         cumulative = _cumulative(polynomial, equilibrium, tau, time)
         total = _nonequilibrium(curve, equilibrium, cumulative) if glassy_modulus is None else glassy_modulus / 3 - equilibrium
         moduli = ss.discrete_moduli(cumulative, total)
-    judge_equilibrium(known, equilibrium, plateau)
+    if not liquid:
+        judge_equilibrium(known, equilibrium, plateau)
 
     truncated = keep is not None and keep < branches
     tau, moduli = tau[:keep], moduli[:keep]

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from dielast.characterise.spectrum import SpectrumFit
 from dielast.errors import DielastWarning, InputError, NumericsError, warn
 from dielast.prony import Spectrum
+from dielast.streams import stream
 
 Array = NDArray[np.float64]
 
 DOUBTED = 2.0  # times the scatter of the draws: a misfit above is warned of
 TIMES_PER_DECADE = 8
 SMALL, RELUCTANCE = 0.01, 1e-6  # share of the modulus that a branch counts as if it is less; square of misfit per relative change
-STREAM = 3  # of the seed's random numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,7 +111,7 @@ def draw_spectra(
             f"the model misses the curve by {misfit:.2%} rms, far more than the {scatter:.2%} by which noise makes the curve "
             "uncertain: the draws allow for it, but stand about a spectrum that is off"
         )
-    share = np.random.default_rng([seed, STREAM]).standard_normal(len(curves.ordinates))[used]
+    share = stream(seed, "model error").standard_normal(len(curves.ordinates))[used]
     off = np.interp(np.log(change.time), np.log(time), missed)
     equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * off)
     if spectrum is not None and _starts(whole, spectrum):

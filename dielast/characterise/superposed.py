@@ -12,7 +12,9 @@ from dielast.characterise.doubt import Undetermined
 from dielast.characterise.gather import MeasurementName
 from dielast.characterise.shiftfit import ShiftFit
 from dielast.errors import InputError
+from dielast.result import TabularResult
 from dielast.shift import ShiftLaw
+from dielast.table import Column, Frame, Table, to_frame
 
 Array = NDArray[np.float64]
 
@@ -23,8 +25,30 @@ _ORDINATES: dict[MeasurementName, tuple[str, ...]] = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MasterCurve:
+COLUMNS: dict[MeasurementName, tuple[tuple[str, str], ...]] = {
+    "relaxation": (("time", "s"), ("reduced_time", "s"), ("relaxation_modulus", "Pa")),
+    "creep": (("time", "s"), ("reduced_time", "s"), ("creep_compliance", "1/Pa")),
+    "oscillation": (
+        ("angular_frequency", "rad/s"),
+        ("reduced_angular_frequency", "rad/s"),
+        ("storage_modulus", "Pa"),
+        ("loss_modulus", "Pa"),
+    ),
+}
+"""Names and units of the abscissa, the reduced abscissa and the ordinates."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """What is stated of a measurement, for no scatter of its points tells it: the standard error of each temperature in K, and by
+    what share the modulus of the specimen drifts from one temperature to the next, as it was measured."""
+
+    temperature_stderr: float
+    drift: float
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MasterCurve(TabularResult):
     """A master curve of m temperatures, ascending; SI units and degC.
 
     `log10_shift_factor`, its standard error (both (m,)) and its `covariance` (m, m) are measured, relative to the reference
@@ -43,6 +67,11 @@ class MasterCurve:
     `equilibrium_modulus` is the fitted modulus at the longest reduced time or lowest reduced frequency (of a compliance, its
     inverse), `glassy_modulus` its maximum. `rms_residual_decades`, of log10 modulus or compliance, is that of the fitted points,
     which are averages over 1/20 decade of time or frequency.
+
+    `stated` is what the errors of the temperatures and the drift of the specimen were said to be. `offset_spread` and
+    `tilt_spread` are the estimated standard deviations, in decades of modulus, of the vertical offsets (beyond a stated drift) and
+    tilts of whole curves; both are in the standard errors, and taken out of the smooth curves: `placed_ordinates` (c, k) are those
+    through the points as they lie. `log10_shift_factor_slope` (m,) is that over temperature, in decades per K.
     """
 
     measurement: MeasurementName
@@ -66,6 +95,31 @@ class MasterCurve:
     equilibrium_modulus: float
     glassy_modulus: float
     undetermined: tuple[Undetermined, ...]
+    stated: Stated
+    log10_shift_factor_slope: Array
+    offset_spread: float
+    tilt_spread: float
+    placed_ordinates: Array
+
+    def columns(self) -> Table:
+        """The points used."""
+        values = (self.abscissa, self.reduced_abscissa, *self.ordinates)
+        named = zip(COLUMNS[self.measurement], values, strict=True)
+        return [Column("temperature", "degC", self.point_temperature), *(Column(name, unit, own) for (name, unit), own in named)]
+
+    def shift_columns(self) -> Table:
+        """The shift factors, one temperature a row."""
+        return [
+            Column("temperature", "degC", self.temperature),
+            Column("log10_shift_factor", "1", self.log10_shift_factor),
+            Column("log10_shift_factor_stderr", "1", self.log10_shift_factor_stderr),
+            Column("log10_shift_factor_fit", "1", self.log10_shift_factor_fit),
+            Column("vertical_shift", "1", self.vertical_shift),
+        ]
+
+    def shift_to_frame(self) -> Frame:
+        """The shift factors as a data frame."""
+        return to_frame(self.shift_columns())
 
     @property
     def law(self) -> ShiftLaw:

@@ -2,11 +2,11 @@
 
 The two moduli share the shift factors, a smooth curve each. Errors of geometry and force move both alike and cancel in their ratio,
 tan delta. The scatter that they share is therefore taken out before the fit: log G'' - beta log G' stands for log G'', with beta
-such that the scatter of the two channels is uncorrelated (beta = 0: separate errors, beta = 1: tan delta). What no scatter tells,
-curves that do not superpose and vertical offsets of whole curves, is in the covariances of the fits, and the better one is taken.
+such that the scatter of the two channels is uncorrelated (beta = 0: separate errors, beta = 1: tan delta).
 
-Moduli with a common shift are one process. Where the storage modulus and tan delta contradict each other, as in a glass with a
-secondary process, or with an instrument's own losses at high frequency, the storage modulus counts: it is the larger by far.
+Both moduli together say more than their ratio or one of them, if they belong to one process. Whether they do, the points say
+themselves: each part of all curves is left out in turn and predicted from the rest. What misses them is not believed, and of
+several bases that do not miss them the one with the most to go by is taken.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from dielast.characterise.condense import Condensed
 from dielast.characterise.doubt import have_shape
 from dielast.characterise.masterfit import MasterFit, Points, fit_held, fit_master
+from dielast.characterise.overlap import matching_shifts
 from dielast.characterise.spline import Spline
 from dielast.errors import warn
 
@@ -30,19 +31,34 @@ UNKNOWN = 0.5  # decades of standard error beyond which one shift is as bad as a
 EXACT = 1e-5  # decades below which it does not matter
 CORRELATED = 3.0  # standard errors of a correlation that is believed
 OUTLIER = 3.0  # standard deviations at which a residual is cut off
-CONTRADICTION = 5.0  # standard deviations of a chi-square,
-VISIBLE = 0.1  # and decades of shift by which storage modulus and tan delta contradict each other
-ALONE = 0.3  # of the misfit of both moduli, below which the storage modulus superposes by itself
+DISAGREE = 3.0  # joint standard errors,
+NOTABLE = 0.02  # and decades, by which two bases contradict each other
+SAID: dict[Basis, str] = {"moduli": "both moduli", "tan-delta": "tan delta", "storage": "the storage modulus alone"}
+MISSED = 1.5  # mean square, in variances, by which left-out points are missed where curves do not superpose
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Superposition:
-    """A fit of all channels, storage before loss modulus, and what its shifts were taken from: `on`, points and smooth curves."""
+    """A fit of all channels, storage before loss modulus, and what its shifts were taken from: `on`, points and smooth curves.
+
+    `others` are the shifts from other bases, to compare with.
+    """
 
     fit: MasterFit
     on: Basis
     points: Points
     splines: tuple[Spline, ...]
+    others: tuple[Other, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Other:
+    """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases have a shape to go by."""
+
+    on: Basis
+    shift: Array
+    covariance: Array
+    comparable: NDArray[np.bool_]
 
 
 def points_of(data: Condensed, curves: int, beta: float = 0.0) -> Points:
@@ -59,39 +75,111 @@ def points_of(data: Condensed, curves: int, beta: float = 0.0) -> Points:
 
 
 def fit_sweeps(
-    temperature: Array, data: Condensed, start: Array, anchor: int, vertical: bool, on: Basis | Literal["auto"]
+    temperature: Array,
+    data: Condensed,
+    start: Array,
+    anchor: int,
+    vertical: bool,
+    on: Basis | Literal["auto"],
+    drift: Array | None = None,
 ) -> Superposition:
-    """Fit frequency sweeps from the starting values `start` (m,) on what `on` says, or with "auto" on what determines most."""
+    """Fit frequency sweeps on what `on` says, or with "auto" on what predicts points left out and has most to go by.
+
+    Every basis starts from the shifts of both moduli, from the starting values `start` (m,) of the storage moduli, and from where
+    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the bases that were not taken are told of,
+    too. `drift` is that of `fit_master`.
+    """
     m = temperature.size
-    raw = points_of(data, m)
+    raw, ratio = points_of(data, m), _ratio(data, m)
     storage, loss = _channel(raw, 0), _channel(raw, 1)
-    alone = fit_master(storage, start, anchor, vertical)
+    starts = [matching_shifts(m, data.curve, data.log_time, data.log_modulus, anchor), start]
+    together = fit_master(raw, starts, anchor, vertical, drift)
+    alone = fit_master(storage, [together.shift, start], anchor, vertical, drift)
+    firm = have_shape(storage, alone.splines, alone.shift, False)
+    if on != "storage":
+        rest = np.flatnonzero(~_apart(storage, loss, firm, anchor))
+        if 2 <= rest.size < m:
+            part = None if drift is None else drift[np.ix_(rest, rest)]
+            place = int(np.searchsorted(rest, anchor))
+            own = fit_sweeps(temperature[rest], _only(data, rest), start[rest], place, vertical, on, part)
+            whole = {"moduli": raw, "tan-delta": ratio, "storage": storage}[own.on]
+            others = tuple(_other_of_all(other, rest, m) for other in own.others)
+            return replace(own, fit=_spread(own.fit, rest, start), points=whole, others=others)
     if on == "storage":
         return _on_storage(alone, storage, loss, anchor)
-    apart = _apart(storage, loss, have_shape(storage, alone.splines, alone.shift, False), anchor)
-    rest = np.flatnonzero(~apart)
-    if 2 <= rest.size < m:
-        own = fit_sweeps(temperature[rest], _only(data, rest), start[rest], int(np.searchsorted(rest, anchor)), vertical, on)
-        whole = {"moduli": raw, "tan-delta": _ratio(data, m), "storage": storage}[own.on]
-        return replace(own, fit=_spread(own.fit, rest, start), points=whole)
-    fit = fit_master(raw, alone.shift, anchor, vertical)
-    beta = _common(raw, fit.residual)
-    points = points_of(data, m, beta)
+    beta = _common(raw, together.residual)
+    points, fit = raw, together
     if beta:
-        fit = fit_master(points, fit.shift, anchor, vertical)
-    moduli = _uncombined(fit, beta)
+        points = points_of(data, m, beta)
+        fit = fit_master(points, [together.shift], anchor, vertical, drift)
     if on == "moduli":
+        moduli = _uncombined(fit, beta)
         return Superposition(moduli, on, raw, moduli.splines)
-    ratio = _ratio(data, m)
-    tangent = fit_master(ratio, fit.shift, anchor, False)
-    if on == "auto":
-        shaped = have_shape(ratio, tangent.splines, tangent.shift, True)
-        if _loss_is_other(temperature, alone, moduli, tangent, shaped & have_shape(storage, alone.splines, alone.shift, False)):
-            return _on_storage(alone, storage, loss, anchor)
-        if not np.all(shaped) or _doubt(moduli) <= _doubt(tangent):
-            return Superposition(moduli, "moduli", raw, moduli.splines)
+    tangent = fit_master(ratio, [fit.shift, starts[0]], anchor, False)
+    shaped = have_shape(ratio, tangent.splines, tangent.shift, True)
+    fits: dict[Basis, MasterFit] = {"moduli": fit, "tan-delta": tangent, "storage": alone}
+    taken = on if on != "auto" else _choose(fits, bool(np.all(shaped)))
+    comparable = {"moduli": firm | shaped, "tan-delta": shaped, "storage": firm}
+    others = tuple(
+        Other(basis, other.shift, other.covariance[:m, :m], comparable[basis] & comparable[taken])
+        for basis, other in fits.items()
+        if basis != taken and on == "auto"
+    )
+    if taken == "storage":
+        return replace(_on_storage(alone, storage, loss, anchor), others=others)
+    if taken == "moduli":
+        moduli = _uncombined(fit, beta)
+        return Superposition(moduli, "moduli", raw, moduli.splines, others)
     held = _uncombined(fit_held(points, tangent, anchor, vertical), beta)
-    return Superposition(replace(held, offset_spread=moduli.offset_spread), "tan-delta", ratio, tangent.splines)
+    return Superposition(replace(held, offset_spread=fit.offset_spread), "tan-delta", ratio, tangent.splines, others)
+
+
+def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
+    """Both moduli unless they miss what is left out; else the basis that does not, or misses least, and is the most certain."""
+    if not tangent_tells:
+        fits = {basis: fit for basis, fit in fits.items() if basis != "tan-delta"}
+    missed = {basis: max(fit.left_out) for basis, fit in fits.items()}
+    if missed["moduli"] <= MISSED:
+        return "moduli"
+    good = [basis for basis in fits if missed[basis] <= MISSED]
+    doubt = {basis: _doubt(fit) + float(np.log(max(missed[basis], 1.0))) for basis, fit in fits.items()}
+    taken = min(good or list(fits), key=lambda basis: doubt[basis])
+    if taken != "moduli":
+        warn(
+            f"storage and loss modulus do not shift together: points that are left out are missed by {missed['moduli'] ** 0.5:.2g} "
+            f"standard deviations, from {SAID[taken]} by {missed[taken] ** 0.5:.2g}; the shift factors are those of {SAID[taken]}"
+        )
+    return taken
+
+
+def warn_of_others(temperature: Array, found: Superposition, weight: Array) -> None:
+    """Say where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
+    m = temperature.size
+    relative = np.eye(m) - weight
+    shift, own = relative @ found.fit.shift, np.sqrt(np.diag(relative @ found.fit.covariance[:m, :m] @ relative.T))
+    for other in found.others:
+        beside, error = relative @ other.shift, np.sqrt(np.diag(relative @ other.covariance @ relative.T))
+        known = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(own + error)
+        away = np.where(known, np.abs(shift - beside), 0.0)
+        score = away / np.maximum(np.hypot(own, error), EXACT)
+        far = np.flatnonzero((score > DISAGREE) & (away > NOTABLE))
+        if not far.size:
+            continue
+        k = far[np.argmax(score[far])]
+        more = f" (and so at {far.size - 1} more temperature{'s' if far.size > 2 else ''})" if far.size > 1 else ""
+        warn(
+            f"at {temperature[k]:g} degC {SAID[other.on]} gives another shift factor: log10 a = {beside[k]:.3g} +- {error[k]:.2g}, "
+            f"but {shift[k]:.3g} +- {own[k]:.2g} from {SAID[found.on]}, which is taken, both relative to "
+            f"{temperature[np.argmax(weight)]:g} degC{more}"
+        )
+
+
+def _other_of_all(other: Other, curves: NDArray[np.intp], m: int) -> Other:
+    """Shifts of some curves as ones of all (m,), of which nothing else is comparable."""
+    shift, comparable = np.zeros(m), np.zeros(m, dtype=bool)
+    covariance = np.zeros((m, m))
+    shift[curves], comparable[curves], covariance[np.ix_(curves, curves)] = other.shift, other.comparable, other.covariance
+    return Other(other.on, shift, covariance, comparable)
 
 
 def _channel(points: Points, channel: int) -> Points:
@@ -143,7 +231,12 @@ def _spread(fit: MasterFit, curves: NDArray[np.intp], elsewhere: Array) -> Maste
 
 def _on_storage(alone: MasterFit, storage: Points, loss: Points, anchor: int) -> Superposition:
     other = fit_held(loss, alone, anchor, False)
-    both = replace(alone, splines=alone.splines + other.splines, residual=np.concatenate((alone.residual, other.residual)))
+    both = replace(
+        alone,
+        splines=alone.splines + other.splines,
+        placed=alone.placed + other.splines,
+        residual=np.concatenate((alone.residual, other.residual)),
+    )
     return Superposition(both, "storage", storage, alone.splines)
 
 
@@ -167,10 +260,14 @@ def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
     """The fit of log G' and log G'' - beta log G' as one of log G' and log G''."""
     if not beta:
         return fit
-    one, other = fit.splines
     storage, rest = fit.residual.reshape(2, -1)
-    loss = replace(other, coefficient=other.coefficient + beta * one.coefficient)
-    return replace(fit, splines=(one, loss), residual=np.concatenate((storage, rest + beta * storage)))
+
+    def both(splines: tuple[Spline, ...]) -> tuple[Spline, ...]:
+        one, other = splines
+        return one, replace(other, coefficient=other.coefficient + beta * one.coefficient)
+
+    residual = np.concatenate((storage, rest + beta * storage))
+    return replace(fit, splines=both(fit.splines), placed=both(fit.placed), residual=residual)
 
 
 def _steps(fit: MasterFit) -> tuple[Array, Array]:
@@ -183,28 +280,3 @@ def _steps(fit: MasterFit) -> tuple[Array, Array]:
 def _doubt(fit: MasterFit) -> float:
     """Mean logarithm of the variances of the shifts."""
     return float(np.mean(np.log(np.clip(_steps(fit)[1], EXACT**2, UNKNOWN**2))))
-
-
-def _loss_is_other(
-    temperature: Array, storage: MasterFit, moduli: MasterFit, tangent: MasterFit, shaped: NDArray[np.bool_]
-) -> bool:
-    """Whether tan delta shifts otherwise than the storage modulus where both are `shaped` (m,), or only the latter superposes.
-
-    If so, says so.
-    """
-    (one, variance), (other, more) = _steps(storage), _steps(tangent)
-    away = np.abs(one - other) * (shaped[1:] & shaped[:-1])
-    score = away**2 / np.maximum(variance + more, EXACT**2)
-    count = int(np.count_nonzero(shaped[1:] & shaped[:-1]))
-    if np.sum(score) > count + CONTRADICTION * np.sqrt(2 * count) and np.max(away) > VISIBLE:
-        k = int(np.argmax(away * (score > CONTRADICTION)))
-        what = (
-            f"tan delta does not shift as the storage modulus does, most from {temperature[k]:g} to {temperature[k + 1]:g} degC "
-            f"(log10 shift factor {other[k]:+.2g} and {one[k]:+.2g})"
-        )
-    elif moduli.misfit.matters and tangent.misfit.matters and storage.misfit.rms < ALONE * moduli.misfit.rms:
-        what = "the storage moduli superpose, the loss moduli and tan delta do not"
-    else:
-        return False
-    warn(f"{what}: a second process, or losses of the instrument; the shift factors are those of the storage modulus alone")
-    return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -15,14 +16,21 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not if Ctrl-C is ignored, as in the background
         signal.signal(signal.SIGINT, leave)
     mend_streams()
+    gc.disable()  # until a run has its modules: what they are made of stays, so that there is nothing to collect
     os.environ["MPLBACKEND"] = "agg"  # files are all that is drawn, and a notebook's own would not load here
+    os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # looking for them takes as long as loading half of pydantic
     from dielast.cli.app import app
     from dielast.cli.help import UsageError, tell_usage
 
+    # typer builds every command that is registered, which takes it longer than all else that it does: the one asked for will do
+    registered = app.registered_commands
+    app.registered_commands = [one for one in registered if one.name in sys.argv[1:2]] or registered
     try:
         code = app(prog_name="dielast", standalone_mode=False)
     except UsageError as error:
         code = tell_usage(error)
     except OSError as error:  # of the help and the version, no command's
         code = tell_refusal(error)
+    finally:
+        app.registered_commands = registered
     sys.exit(code)

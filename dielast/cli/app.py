@@ -58,7 +58,13 @@ Golden = Annotated[
 Rtol = Annotated[float, typer.Option("--rtol", metavar="NUMBER", help="Relative tolerance of --golden.", min=0.0)]
 Depfile = Annotated[Path | None, typer.Option("--depfile", metavar="FILE", parser=_named, help="Write a make dependency file.")]
 Jobs = Annotated[
-    int, typer.Option("--jobs", metavar="N", help="Processes for sweeps and failure maps; the result is the same.", min=1)
+    int,
+    typer.Option(
+        "--jobs",
+        metavar="N",
+        help="Processes that share the cells of a map or the cases of a sweep; the result is the same.",
+        min=1,
+    ),
 ]
 Scheduler = Annotated[
     str | None,
@@ -83,9 +89,16 @@ def _exit_with(action: Callable[[], int]) -> None:
         for line in error.messages:
             print(line, file=sys.stderr)
         code = 3 if isinstance(error, NumericsError) else 2
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
+    except KeyboardInterrupt as interrupt:
+        from dielast.cli.progress import interrupted
+
+        print(interrupted(str(interrupt)), file=sys.stderr)
         code = 130
+    except MemoryError:
+        from dielast.sharing.memory import OUT_OF_MEMORY
+
+        print(OUT_OF_MEMORY, file=sys.stderr)
+        code = 3
     except BrokenPipeError:
         # whoever read our output has gone, and there is nobody left to tell
         give_up_output()
@@ -146,8 +159,15 @@ _command(
 )
 
 
-@app.command(cls=Command)
-def new(kind: Annotated[str, typer.Argument(metavar="KIND", hidden=True)]) -> None:
+def _kinds(incomplete: str) -> list[str]:
+    """What a shell offers for a kind that has been begun."""
+    from dielast.recipe.models import KINDS
+
+    return [kind for kind in KINDS if kind.startswith(incomplete)]
+
+
+@app.command("new", cls=Command)
+def new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)]) -> None:
     """Print a commented starter recipe that runs as it is.
 
     KIND is mastercurve, spectrum, relax, creep, actuate or failure-map.
@@ -161,11 +181,12 @@ def new(kind: Annotated[str, typer.Argument(metavar="KIND", hidden=True)]) -> No
     _exit_with(action)
 
 
-@app.command(cls=Command)
+@app.command("validate", cls=Command)
 def validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> None:
     """Check recipes and the files they name.
 
-    Nothing is run. Load files and material files can be checked by themselves.
+    Nothing is simulated or written; what spectrum would refuse is found by
+    fitting. Load files and material files can be checked by themselves.
     """
 
     def action() -> int:
@@ -176,7 +197,7 @@ def validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidd
     _exit_with(action)
 
 
-@app.command(cls=Command)
+@app.command("schema", cls=Command)
 def schema() -> None:
     """Print the JSON Schema of recipes, for editors."""
 

@@ -12,6 +12,8 @@ from typing import Any
 from typer import BadParameter
 from typer.core import TyperCommand
 
+from dielast.recipe.models import KINDS, or_kind
+
 UsageError: Any = BadParameter.__base__  # which typer has from click, or as its own
 
 # how typer and click say it -> how recipes have it
@@ -61,6 +63,10 @@ def tell_usage(error: Any) -> int:
         found = " ".join(error.format_message().replace("Value error, ", "").split()).rstrip(".")
         for pattern, words in _PLAIN.items():
             found = re.sub(pattern, words, found)
+        if wrong := re.match(r"No such command '(.*?)'", found):
+            found = f'no command "{wrong[1]}": {or_kind(wrong[1], ("new", "validate", "schema"))}'
+        elif found == "Missing argument 'KIND'":
+            found = f"a kind is needed: {', '.join(KINDS)}"
         print(f"{command}: {found[:1].lower()}{found[1:]} (see {command} --help)", file=sys.stderr)
     return int(error.exit_code)
 

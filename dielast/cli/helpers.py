@@ -7,20 +7,19 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
 
-from dielast.errors import DielastWarning, InputError
+from dielast.errors import DielastWarning, InputError, shown
 from dielast.files import Inputs, read_file
-from dielast.recipe.models import KINDS
+from dielast.recipe.models import KINDS, or_kind
 from dielast.recipe.toml import parse_toml
 
 
 def print_starter(kind: str) -> int:
     """Print the starter recipe of `kind`."""
     if kind not in KINDS:
-        raise InputError(f'"{kind}" is no kind of recipe; there are {", ".join(KINDS)}')
-    sys.stdout.write((resources.files("dielast") / "starters" / f"{kind}.toml").read_text(encoding="utf-8"))
+        raise InputError(f"{shown(kind)} is no kind of recipe: {or_kind(kind)}")
+    sys.stdout.write((Path(__file__).parents[1] / "starters" / f"{kind}.toml").read_text(encoding="utf-8"))
     return 0
 
 

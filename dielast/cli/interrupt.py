@@ -12,7 +12,7 @@ from types import FrameType
 def leave(number: int, frame: FrameType | None) -> None:
     """End the process, whatever Python is doing: an exception would surface as a traceback of whatever is loaded or torn down."""
     with suppress(OSError):
-        os.write(2, b"interrupted\n")
+        os.write(2, b"\ninterrupted\n" if os.isatty(2) else b"interrupted\n")  # after the ^C that a terminal shows
     os._exit(130)
 
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import gc
 import json
-import logging
 import math
 import os
 import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dielast.cli.interrupt import working
+from dielast.cli.progress import NOTHING_KEPT, Bar
 from dielast.cli.summary import tell
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
@@ -22,9 +23,6 @@ from dielast.recipe.cases import Case, read_cases
 from dielast.recipe.validate import settings
 from dielast.sharing.execution import Execution
 from dielast.workflow.report import Source, contents, left_over, replaced, summarise
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
@@ -60,9 +58,15 @@ def run(kind: str, path: Path, options: Options) -> int:
         check_targets([options.depfile], [path])
     if options.golden is not None:
         _check_golden(options.golden, out)
-    execution = Execution(options.jobs, out, _progress(options), options.scheduler)
+    bar = Bar(options.quiet, options.jobs)
+    execution = Execution(options.jobs, out, bar, options.scheduler, None if options.quiet else _note)
     source = Source(as_text(path.name), content, settings(options.overrides))
-    files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution, source)
+    try:
+        files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution, source)
+    except KeyboardInterrupt as interrupt:
+        raise KeyboardInterrupt(str(interrupt) or NOTHING_KEPT) from None
+    finally:
+        bar.stop()
     written = [out / name for name in files] + ([options.depfile] if options.depfile is not None else [])
     check_targets(written, [path, *inputs.paths])
     with working():
@@ -103,6 +107,7 @@ def compute(
     """Every file of the result (name -> bytes), its summary with the `source`, what was read, and the warnings on the way."""
     inputs = Inputs(path.parent)
     workflow = import_module(f"dielast.workflow.{kind.replace('-', '_')}")
+    gc.enable()
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", DielastWarning)
@@ -114,7 +119,10 @@ def compute(
             raise type(error)(*(_located(line, own) for line in error.messages)) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught)
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where its cache lies is nothing to a user of this
+    if plots:
+        import logging  # which a run without figures need not load
+
+        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where its cache lies is nothing to a user of this
     return contents(kind, report, summary, plots), summary, inputs, caught
 
 
@@ -152,30 +160,9 @@ def _check_golden(golden: Path, out: Path) -> None:
         raise InputError(f"{golden}: the result would overwrite the golden files; write it to another folder (see --out)")
 
 
-def _progress(options: Options) -> Callable[[int, int], None] | None:
-    """A progress bar on standard error, on a terminal only."""
-    if options.quiet or sys.stderr is None or not sys.stderr.isatty():
-        return None
-    bars: list[Progress] = []
-
-    def advance(done: int, of: int) -> None:
-        if not bars:
-            bars.append(_bar())
-            bars[0].start()
-        bars[0].update(bars[0].task_ids[0], completed=done, total=of)
-        if done == of:
-            bars.pop().stop()
-
-    return advance
-
-
-def _bar() -> Progress:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
-
-    bar = Progress(BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
-    bar.add_task("", total=None)
-    return bar
+def _note(line: str) -> None:
+    """Tell what a user should know of this run, but not of its result."""
+    print(f"note: {line}", file=sys.stderr)
 
 
 def _compare(files: Mapping[str, bytes], options: Options) -> int:

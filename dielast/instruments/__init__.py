@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from dielast.instruments import eplexor, proteus, rheocompass, rheology_advantage, rheoplus, trios, universal_analysis
+from dielast.instruments import eplexor, proteus, reptate, rheocompass, rheology_advantage, rheoplus, trios, universal_analysis
 from dielast.instruments.segment import Segment
 
 __all__ = ["FORMATS", "Format", "Segment", "recognise"]
@@ -31,7 +31,7 @@ class Format(Protocol):
         ...
 
 
-FORMATS: tuple[Format, ...] = (trios, rheocompass, rheoplus, universal_analysis, rheology_advantage, proteus, eplexor)
+FORMATS: tuple[Format, ...] = (trios, rheocompass, rheoplus, universal_analysis, rheology_advantage, proteus, eplexor, reptate)
 
 
 def recognise(text: str) -> Format | None:

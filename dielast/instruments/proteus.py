@@ -95,7 +95,7 @@ def _one_row_a_frequency(
         (
             line,
             [
-                *(cells[k] for k in common),
+                *(cells[k] if k < len(cells) else "" for k in common),
                 re.sub("[.,]", decimal, frequency),
                 *(cells[k] if k < len(cells) else "" for k in columns),
             ],

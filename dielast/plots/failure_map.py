@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,15 +14,16 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes, spread_indices
-from dielast.plots.style import TEMPERATURES, panels, sheet, style
+from dielast.plots.looks import MOST_BANDS
+from dielast.plots.quantities import unit_for
+from dielast.plots.style import SECONDS, TEMPERATURES, degrees, lasting, number, panels, row_legend, sheet, style
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
 Array = NDArray[np.float64]
 MOST_BESIDE_A_MAP = 4  # prestretches; the map shows them all
 FEWEST_FOR_A_MAP = 5  # prestretches
-# what contour lines show: round times
-CONTOURS = {1.0: "1 s", 60.0: "1 min", 600.0: "10 min", 3600.0: "1 h", 21600.0: "6 h", 86400.0: "24 h"}
+RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def plot_failure_map(
@@ -33,12 +35,16 @@ def plot_failure_map(
 ) -> Figure:
     """Time to failure over voltage; for many equibiaxial prestretches some of the films, and the map of the first temperature.
 
+    Without a `title`, the head says which temperatures and prestretches these are.
+
     `bounds`, lower and upper of the time to failure and of its shape, are drawn as bands, which the legend calls
     `interval`; infinite is beyond the horizon, where a band is open, as it is where it reaches down to zero.
     """
+    title = title or _head(result)
     equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
     mapped = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP and equibiaxial
-    arranged = [Panel(_beside_a_map(result))] if mapped else arrange(result)
+    most = MOST_LINES if bounds is None else MOST_BANDS
+    arranged = [Panel(_beside_a_map(result, most))] if mapped else arrange(result, most)
     films = [films_of(panel, result, lines, bounds) for panel in arranged]
     said = notes(films, None if bounds is None else interval, _left_out(result, sum(map(len, films)), mapped))
     rows, count = max(-(-len(own) // 2) for own in films), len(arranged)
@@ -52,6 +58,7 @@ def plot_failure_map(
             axes = list(figure.subplots(down, across, squeeze=False).ravel())
             for unused in axes[count:]:
                 unused.remove()
+            axes = axes[:count]
         draw_panels(axes[:count], result, films)
         for own, panel, drawn in zip(axes, arranged, films, strict=False):
             own.set_ylabel("time to failure [s]")
@@ -67,6 +74,13 @@ def plot_failure_map(
     return figure
 
 
+def _head(result: FailureMap) -> str:
+    """Temperatures and prestretches of a map, as the head of its figure has them."""
+    low, high = degrees(float(result.temperature.min())), degrees(float(result.temperature.max()))
+    least, most = number(float(result.prestretch.min())), number(float(result.prestretch.max()))
+    return f"{low if low == high else f'{low} to {high}'}, prestretch {least if least == most else f'{least} to {most}'}"
+
+
 def _left_out(result: FailureMap, drawn: int, mapped: bool) -> str | None:
     """How many films have no line, and why."""
     films = result.failure_mode[..., 0].size
@@ -74,21 +88,22 @@ def _left_out(result: FailureMap, drawn: int, mapped: bool) -> str | None:
         return None
     if not mapped:
         return f"{drawn} of {films} films: more would not be legible"
-    at = f" at {result.temperature[0]:g} °C" if result.temperature.size > 1 else ""
+    at = f" at {degrees(result.temperature[0])}" if result.temperature.size > 1 else ""
     return f"{drawn} of {films} films; (b) shows all{at}"
 
 
-def _beside_a_map(result: FailureMap) -> list[tuple[int, int]]:
+def _beside_a_map(result: FailureMap, most: int) -> list[tuple[int, int]]:
     """Temperature and prestretch of the films whose lines stand beside the map: some prestretches, or one over temperature."""
     temperatures, prestretches = result.failure_mode.shape[:2]
     if temperatures == 1:
-        return [(0, j) for j in spread_indices(prestretches, MOST_BESIDE_A_MAP)]
-    return [(i, prestretches // 2) for i in spread_indices(temperatures, MOST_LINES)]
+        return [(0, j) for j in spread_indices(prestretches, min(most, MOST_BESIDE_A_MAP))]
+    return [(i, prestretches // 2) for i in spread_indices(temperatures, most)]
 
 
 def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
     """The first temperature's map: colour and contour lines for the time, hatching for how the film fails."""
-    voltage, prestretch = result.voltage / 1e3, result.prestretch[:, 0]
+    unit, factor = unit_for("V", float(result.voltage.max()))
+    voltage, prestretch = result.voltage * factor, result.prestretch[:, 0]
     order = np.argsort(prestretch)
     time, mode = result.time_to_failure[0][order], result.failure_mode[0][order]
     prestretch = prestretch[order]
@@ -101,10 +116,7 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
         cells = np.ma.masked_invalid(shown)
         axes.pcolormesh(voltage, prestretch, cells, norm=scale, cmap=TEMPERATURES, shading="nearest", rasterized=True)
         figure.colorbar(ScalarMappable(scale, TEMPERATURES), ax=axes, label="time to failure [s]", pad=0.02, aspect=30)
-        levels = [level for level in CONTOURS if shortest < level < longest]
-        if levels and min(shown.shape) > 1:
-            contours = axes.contour(voltage, prestretch, cells, levels=levels, colors="white", linewidths=0.9)
-            axes.clabel(contours, fmt=CONTOURS, fontsize=6.5)
+        _contours(axes, voltage, prestretch, np.ma.log10(cells))
     regions = [
         ("survives", mode == "none", "0.92"),
         ("at once", time == 0, "0.6"),
@@ -126,8 +138,36 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
     if (mode == "breakdown").any() and (mode == "pull-in").any():
         handles.append(Patch(facecolor=TEMPERATURES(0.5), edgecolor="black", linewidth=0.5, label="breakdown first"))
     if handles:
-        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=len(handles))
+        columns = min(len(handles), 3)  # wider than the figure, a legend would upset its layout
+        row_legend(axes, handles, columns, loc="upper center", bbox_to_anchor=(0.5, -0.2))
     if result.temperature.size > 1:
-        axes.set_title(f"{result.temperature[0]:g} °C", loc="right")
-    axes.set_xlabel("voltage [kV]")
+        axes.set_title(degrees(result.temperature[0]), loc="right")
+    axes.set_xlabel(f"voltage [{unit}]")
     axes.set_ylabel("prestretch")
+
+
+def _contours(axes: Axes, voltage: Array, prestretch: Array, decades: Any) -> None:
+    """A contour line, with its label, for each decade of the time to failure in s between the shortest and the longest."""
+    levels = np.arange(np.ceil(decades.min()), np.floor(decades.max()) + 1)
+    if not levels.size or min(decades.shape) < 2:
+        return
+    contours = axes.contour(voltage, prestretch, decades, levels=levels, colors="white", linewidths=0.9, linestyles="solid")
+    names = {float(level): decade_name(int(level)) for level in levels}
+    named = {text.get_text() for text in axes.clabel(contours, fmt=names, fontsize=6.5)}
+    for level, path in zip(levels.tolist(), contours.get_paths(), strict=True):
+        # a line that is too short to be broken by its label has it beside
+        along = np.asarray(path.vertices)
+        if names[level] not in named and len(along):
+            middle: tuple[float, float] = tuple(along[len(along) // 2])
+            axes.annotate(names[level], middle, (2, 0), textcoords="offset points", fontsize=6.5, color="white", va="center")
+
+
+def decade_name(exponent: int) -> str:
+    """10 to this power seconds, as the label of a line has it."""
+    seconds = 10.0**exponent
+    if exponent < 3:
+        # a tenth reads better than a hundred of the next smaller unit
+        unit, name = next(((unit, name) for unit, name in SECONDS if seconds >= 0.09 * unit), SECONDS[-1])
+        return f"{number(seconds / unit)} {name}"
+    power = "1000" if exponent == 3 else "10" + str(exponent).translate(RAISED)
+    return f"{power} s ({lasting(seconds, 2)})"

@@ -10,9 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from dielast.plots.style import COLOURS, LINES, MARKERS, log_axis
+from dielast.plots.quantities import unit_for
+from dielast.plots.style import COLOURS, LINES, MARKERS, degrees, log_axis, number, row_legend
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
@@ -20,8 +22,9 @@ Array = NDArray[np.float64]
 Pair = tuple[int, int]
 MOST_LINES = 6
 MOST_PANELS = 6
-MOST_MARKERS = 13  # a line
+MOST_MARKERS = 25  # a line
 ROW = 0.04  # of the height of the axes: a film's arrows and markers beyond the times that a log axis can show
+BESIDE = 4.5  # points, from an arrow to the marker of its film
 LONGEST_BESIDE = 28  # characters of a label with another one beside it
 SHADE = 0.18  # opacity of a band
 
@@ -79,15 +82,17 @@ class Drawn:
         return np.asarray((self.time == 0) | (self.low == 0))
 
 
-def arrange(result: FailureMap) -> list[Panel]:
-    """The films over panels: all in one if they are few, else a panel for each temperature, or for each prestretch if fewer."""
+def arrange(result: FailureMap, most: int = MOST_LINES) -> list[Panel]:
+    """The films over panels, at `most` so many in each: all in one if they are few, else a panel for each temperature, or for each
+    prestretch if these are fewer.
+    """
     temperatures, prestretches = result.failure_mode.shape[:2]
-    if temperatures * prestretches <= MOST_LINES:
+    if temperatures * prestretches <= most:
         return [Panel([(i, j) for i in range(temperatures) for j in range(prestretches)])]
     by_temperature = temperatures <= prestretches
     outer, inner = sorted((temperatures, prestretches))
-    per_outer = min(-(-inner // MOST_LINES), MOST_PANELS)
-    lines = spread_indices(inner, per_outer * MOST_LINES)
+    per_outer = min(-(-inner // most), MOST_PANELS)
+    lines = spread_indices(inner, per_outer * most)
     panels = []
     for own in spread_indices(outer, MOST_PANELS // per_outer):
         for part in np.array_split(lines, per_outer):
@@ -97,7 +102,7 @@ def arrange(result: FailureMap) -> list[Panel]:
 
 
 def _shared(result: FailureMap, own: int, by_temperature: bool) -> str:
-    return f"{result.temperature[own]:g} °C" if by_temperature else _prestretch(result.prestretch[own])
+    return degrees(result.temperature[own]) if by_temperature else _prestretch(result.prestretch[own])
 
 
 def spread_indices(count: int, most: int) -> list[int]:
@@ -106,7 +111,8 @@ def spread_indices(count: int, most: int) -> list[int]:
 
 
 def _prestretch(pair: Array) -> str:
-    return f"prestretch {pair[0]:.4g}" if pair[0] == pair[1] else f"prestretch {pair[0]:.4g} x {pair[1]:.4g}"
+    sides = (number(pair[0]),) if pair[0] == pair[1] else (number(pair[0]), number(pair[1]))
+    return "prestretch " + " \N{MULTIPLICATION SIGN} ".join(sides)
 
 
 def films_of(panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bounds: tuple[Array, Array] | None) -> list[Drawn]:
@@ -114,7 +120,7 @@ def films_of(panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bo
     unknown = np.full(result.voltage.size, np.nan)
     drawn = []
     for index, (i, j) in enumerate(panel.films):
-        parts = [_prestretch(result.prestretch[j])] + [f"{result.temperature[i]:g} °C"] * (result.temperature.size > 1)
+        parts = [_prestretch(result.prestretch[j])] + [degrees(result.temperature[i])] * (result.temperature.size > 1)
         label = ", ".join(part for part in parts if part != panel.title)
         if not np.any(np.isfinite(result.time_to_failure[i, j])):
             label += ": survives" if np.all(result.failure_mode[i, j] == "none") else ": no failure found"
@@ -125,7 +131,8 @@ def films_of(panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bo
 
 def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequence[Sequence[Drawn]]) -> None:
     """Each panel's films in axes of its own, all with the same scale of time."""
-    voltage = result.voltage / 1e3
+    unit, factor = unit_for("V", float(result.voltage.max()))
+    voltage = result.voltage * factor
     every = [film for films in all_films for film in films]
     above = max(sum(bool(film.open_above.any()) for film in films) for films in all_films)
     below = max(sum(bool(film.down_to_zero.any()) for film in films) for films in all_films)
@@ -135,8 +142,8 @@ def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequenc
         axes.set_yscale("log")
         for film in films:
             _band(axes, voltage, film, *shown)
-            _times(axes, result.voltage, film)
-        axes.set_xlabel("voltage [kV]")
+            _times(axes, result.voltage, factor, film)
+        axes.set_xlabel(f"voltage [{unit}]")
         if above or below or len(all_axes) > 1:
             axes.set_ylim(*_limits(shown, above, below))
             # as many voltages in each panel, wherever its films fail
@@ -191,50 +198,49 @@ def _band(axes: Axes, voltage: Array, film: Drawn, low: float, high: float) -> N
         axes.vlines(voltage[alone], down[alone], up[alone], linewidth=4.0, **look)
 
 
-def _times(axes: Axes, voltage: Array, film: Drawn) -> None:
+def _times(axes: Axes, voltage: Array, factor: float, film: Drawn) -> None:
     """The film's times, and the line through them."""
     fails = film.fails
     if not fails.any():
         return
-    every = spread_indices(int(np.count_nonzero(fails)), MOST_MARKERS)
-    axes.plot(voltage[fails] / 1e3, film.time[fails], linestyle="none", zorder=3, markevery=every, **film.marker)
+    # every so many, as one left out here and there would look like a film that lives on
+    every = list(range(0, int(np.count_nonzero(fails)), max(1, -(-int(np.count_nonzero(fails)) // MOST_MARKERS))))
+    axes.plot(voltage[fails] * factor, film.time[fails], linestyle="none", zorder=3, markevery=every, **film.marker)
     if np.isfinite(film.line.slope):
         span = voltage[fails][[0, -1]]
         law = 10 ** (film.line.intercept + film.line.slope * span)
-        axes.plot(span / 1e3, law, linestyle=film.dashes, linewidth=0.9, color=film.colour)
+        axes.plot(span * factor, law, linestyle=film.dashes, linewidth=0.9, color=film.colour)
 
 
 def _rows(axes: Axes, voltage: Array, films: Sequence[Drawn], above: int, below: int) -> None:
-    """At the voltages themselves, a row for each film: arrows where bands are open, with its marker beside them, or markers."""
-    place: Any = {"transform": axes.get_xaxis_transform(), "linestyle": "none", "zorder": 3}
-    beside: Any = {"transform": axes.transAxes, "clip_on": False}
+    """At the voltages themselves, a row for each film: arrows where bands are open, its marker beside the first, or markers."""
     top = foot = 0
     for film in films:
-        rows = []
         if film.open_above.any():
-            up = 1 - ROW * (top + 1)
-            rows.append(up)
-            _arrows(axes, voltage[film.open_above], up, r"$\uparrow$", film, place)
+            _arrows(axes, voltage[film.open_above], 1 - ROW * (top + 1), r"$\uparrow$", film)
             top += 1
         if film.down_to_zero.any():
             up = ROW * (foot + 1)
             at_once = film.time == 0
-            down = film.down_to_zero & ~at_once
-            rows += [up] * bool(down.any())
-            _arrows(axes, voltage[down], up, r"$\downarrow$", film, place)
+            _arrows(axes, voltage[film.down_to_zero & ~at_once], up, r"$\downarrow$", film)
             along = _thinned(voltage[at_once])
-            axes.plot(along, np.full(along.size, up), **film.marker, **place)
+            if along.size:
+                place: Any = {"transform": axes.get_xaxis_transform(), "linestyle": "none", "zorder": 3}
+                axes.plot(along, np.full(along.size, up), **film.marker, **place)
             foot += 1
-        if rows:  # nothing drawn outside the axes would upset the layout
-            axes.plot(np.full(len(rows), 1.025), rows, linestyle="none", **film.marker, **beside)
     if below:
         axes.plot([0, 1], [_share(below)] * 2, color="0.5", linestyle=":", linewidth=0.8, transform=axes.transAxes)
         axes.text(-0.02, _share(below) / 2, "0", transform=axes.transAxes, ha="right", va="center", fontsize=7.5)
 
 
-def _arrows(axes: Axes, along: Array, up: float, marker: str, film: Drawn, place: Any) -> None:
-    along = _thinned(along)
-    axes.plot(along, np.full(along.size, up), marker=marker, markersize=4.8, markeredgewidth=0.2, color=film.colour, **place)
+def _arrows(axes: Axes, along: Array, up: float, marker: str, film: Drawn) -> None:
+    if not along.size:
+        return
+    along, place = _thinned(along), axes.get_xaxis_transform()
+    arrow: Any = {"marker": marker, "markersize": 4.8, "markeredgewidth": 0.2, "color": film.colour}
+    axes.plot(along, np.full(along.size, up), transform=place, linestyle="none", zorder=3, **arrow)
+    beside = place + ScaledTranslation(-BESIDE / 72, 0, axes.figure.dpi_scale_trans)
+    axes.plot(along[:1], [up], transform=beside, linestyle="none", zorder=3, **{**film.marker, "markersize": 2.8})
 
 
 def _thinned(along: Array) -> Array:
@@ -249,8 +255,8 @@ def legend(axes: Axes, films: Sequence[Drawn], said: str | None) -> None:
         handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=film.label, **film.marker))
     # wider than the figure, a legend would upset its layout
     columns = 2 if len(films) > 1 and max(len(film.label) for film in films) <= LONGEST_BESIDE else 1
-    place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2), "ncols": columns}
-    axes.legend(handles=handles, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
+    place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}
+    row_legend(axes, handles, columns, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
 
 
 def notes(all_films: Sequence[Sequence[Drawn]], interval: str | None, left_out: str | None) -> str | None:

@@ -13,12 +13,21 @@ from dielast.characterise.mastercurve import MasterCurve
 from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.plots.oscillation import plot_oscillation
 from dielast.plots.style import TEMPERATURES, degrees, log_axis, sheet, style
-from dielast.plots.superposition import MOST_IN_LEGEND, POINTS, points, shift_factors, where_determined
+from dielast.plots.superposition import (
+    MOST_IN_LEGEND,
+    POINTS,
+    captioned,
+    legend_above,
+    points,
+    shift_factors,
+    where_determined,
+)
 
 Measurement = RelaxationCurve | FrequencySweep | CreepCurve
+# label, and the factor from SI into the unit shown
 AXES = {
-    RelaxationCurve: ("time [s]", "Young's relaxation modulus [Pa]"),
-    CreepCurve: ("time [s]", "tensile creep compliance [1/Pa]"),
+    RelaxationCurve: ("Young's relaxation modulus [MPa]", 1e-6),
+    CreepCurve: ("tensile creep compliance [1/MPa]", 1e6),
 }
 
 
@@ -32,35 +41,33 @@ def plot_master_curve(result: MasterCurve, curves: Sequence[Measurement], title:
 
 def _plot_over_time(result: MasterCurve, curves: Sequence[RelaxationCurve | CreepCurve], title: str | None) -> Figure:
     with style():
-        figure = sheet(title, 2.0, 4.6)
+        figure = sheet(captioned(title, result), 2.0, 4.95)
+        up, factor = AXES.get(type(curves[0]), AXES[RelaxationCurve]) if curves else AXES[RelaxationCurve]
         parts = figure.subplot_mosaic([["raw", "shift"], ["master", "master"]], height_ratios=(1.0, 1.15))
         raw, shift, master = (parts[name] for name in ("raw", "shift", "master"))
         colour = ScalarMappable(Normalize(result.temperature.min(), result.temperature.max()), TEMPERATURES)
         for curve in sorted(curves, key=lambda curve: curve.temperature):
             index = int(np.argmin(np.abs(result.temperature - curve.temperature)))
             value = curve.compliance if isinstance(curve, CreepCurve) else curve.modulus
-            points(raw, curve.time, value, colour, curve.temperature, index)
+            points(raw, curve.time, factor * value, colour, curve.temperature, index)
         few = result.temperature.size <= MOST_IN_LEGEND
         for index, temperature in enumerate(result.temperature):
             here = result.point_temperature == temperature
             most = max(8, POINTS // result.temperature.size)
-            label = degrees(float(temperature)) if few else None
-            position, value = result.reduced_abscissa[here], result.ordinates[0][here]
-            points(master, position, value, colour, float(temperature), index, most, label)
+            position, value = result.reduced_abscissa[here], factor * result.ordinates[0][here]
+            points(master, position, value, colour, float(temperature), index, most)
         seen = where_determined(result)
-        master.plot(
-            result.smooth_abscissa[seen], result.smooth_ordinates[0][seen], "-", color="black", linewidth=0.8, label="fitted curve"
-        )
+        smooth = factor * result.smooth_ordinates[0][seen]
+        fitted = master.plot(result.smooth_abscissa[seen], smooth, "-", color="black", linewidth=0.8, label="fitted curve")
         for axes in (raw, master):
             log_axis(axes, "x")
             log_axis(axes, "y")
-        across, up = AXES.get(type(curves[0]), AXES[RelaxationCurve]) if curves else AXES[RelaxationCurve]
-        raw.set_xlabel(across)
+        raw.set_xlabel("time [s]")
         raw.set_ylabel(up)
         master.set_xlabel(f"reduced time at {degrees(result.reference_temperature)} [s]")
         shifted = not np.all(result.vertical_shift == 1)
         master.set_ylabel(up.replace(" [", ", shifted [") if shifted else up)
-        master.legend(loc="best")
+        legend_above(master, fitted, result)
         if not few:
             figure.colorbar(colour, ax=master, label="temperature [°C]", pad=0.01, aspect=25)
         shift_factors(shift, result)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
@@ -14,14 +15,24 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from dielast.characterise.mastercurve import MasterCurve
 from dielast.characterise.measurement import FrequencySweep
-from dielast.plots.style import MARKERS, TEMPERATURES, degrees, log_axis, sheet, style
-from dielast.plots.superposition import MOST_IN_LEGEND, POINTS, points, shift_factors, where_determined
+from dielast.plots.style import TEMPERATURES, degrees, log_axis, sheet, style
+from dielast.plots.superposition import (
+    MOST_IN_LEGEND,
+    POINTS,
+    captioned,
+    legend_above,
+    points,
+    shift_factors,
+    where_determined,
+)
+
+MEGA = 1e-6  # from Pa
 
 
 def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], title: str | None = None) -> Figure:
     """The measured `curves`, the shift factors with error bars and fitted law, and the master curves of moduli and tan delta."""
     with style():
-        figure = sheet(title, 2.0, 5.9)
+        figure = sheet(captioned(title, result), 2.0, 6.15)
         parts = figure.subplot_mosaic("rs;mm;tt", height_ratios=(1.0, 1.15, 0.7))
         raw, shift, moduli, tangent = (parts[name] for name in "rsmt")
         tangent.sharex(moduli)
@@ -29,20 +40,20 @@ def plot_oscillation(result: MasterCurve, curves: Sequence[FrequencySweep], titl
         for curve in sorted(curves, key=lambda curve: curve.temperature):
             index = int(np.argmin(np.abs(result.temperature - curve.temperature)))
             for filled, modulus in ((True, curve.storage_modulus), (False, curve.loss_modulus)):
-                points(raw, curve.angular_frequency, modulus, colour, curve.temperature, index, filled=filled)
+                points(raw, curve.angular_frequency, MEGA * modulus, colour, curve.temperature, index, filled=filled)
         _superposed(moduli, tangent, result, colour)
         for axes in (raw, moduli):
             log_axis(axes, "x")
             log_axis(axes, "y")
         _tangent_axis(tangent)
         raw.set_xlabel("angular frequency [rad/s]")
-        raw.set_ylabel("Young's moduli [Pa]")
+        raw.set_ylabel("Young's moduli [MPa]")
         shifted = not np.all(result.vertical_shift == 1)
-        moduli.set_ylabel("Young's moduli" + (", shifted [Pa]" if shifted else " [Pa]"))
+        moduli.set_ylabel("Young's moduli" + (", shifted [MPa]" if shifted else " [MPa]"))
         moduli.tick_params(labelbottom=False)
         tangent.set_ylabel("tan δ")
         tangent.set_xlabel(f"reduced angular frequency at {degrees(result.reference_temperature)} [rad/s]")
-        _legend(moduli, result)
+        legend_above(moduli, _entries(), result)
         if result.temperature.size > MOST_IN_LEGEND:
             figure.colorbar(colour, ax=[moduli, tangent], label="temperature [°C]", pad=0.01, aspect=40)
         shift_factors(shift, result)
@@ -68,7 +79,7 @@ def _tangent_axis(axes: Axes) -> None:
 
 
 def _superposed(moduli: Axes, tangent: Axes, result: MasterCurve, colour: ScalarMappable) -> None:
-    storage, loss = result.storage_modulus, result.loss_modulus
+    storage, loss = MEGA * result.storage_modulus, MEGA * result.loss_modulus
     most = max(8, POINTS // result.temperature.size)
     for index, temperature in enumerate(result.temperature):
         here = result.point_temperature == temperature
@@ -77,25 +88,17 @@ def _superposed(moduli: Axes, tangent: Axes, result: MasterCurve, colour: Scalar
             points(axes, across, value[here], colour, float(temperature), index, most, filled=filled)
     seen = where_determined(result)
     for axes, value in (
-        (moduli, result.smooth_ordinates[0]),
-        (moduli, result.smooth_ordinates[1]),
+        (moduli, MEGA * result.smooth_ordinates[0]),
+        (moduli, MEGA * result.smooth_ordinates[1]),
         (tangent, result.smooth_ordinates[1] / result.smooth_ordinates[0]),
     ):
         axes.plot(result.smooth_abscissa[seen], value[seen], "-", color="black", linewidth=0.8)
 
 
-def _legend(axes: Axes, result: MasterCurve) -> None:
-    """What full and open markers mean, and the temperatures if they are few, above the axes, where no point can be."""
-    entries = [
+def _entries() -> list[Artist]:
+    """What full and open markers mean."""
+    return [
         Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", label="storage"),
         Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", markerfacecolor="white", label="loss"),
         Line2D([], [], color="black", linewidth=0.8, label="fitted"),
     ]
-    if result.temperature.size <= MOST_IN_LEGEND:
-        places = (result.temperature - result.temperature[0]) / np.ptp(result.temperature)
-        for index, (temperature, place) in enumerate(zip(result.temperature, places, strict=True)):
-            own, marker = TEMPERATURES(float(place)), MARKERS[index % len(MARKERS)]
-            label = degrees(float(temperature))
-            entries.append(Line2D([], [], color=own, marker=marker, markersize=3, linestyle="none", label=label))
-    spacing = {"columnspacing": 1.0, "handletextpad": 0.2, "borderaxespad": 0.2}
-    axes.legend(handles=entries, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(entries), **spacing)

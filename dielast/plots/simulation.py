@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,49 +16,33 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.plots.style import COLOURS, LINES, MARKERS, TEMPERATURES, log_axis, panels, style
+from dielast.plots.events import SHADE, Band, Frame, Mark, Span, draw_bands, draw_marks, event_handle
+from dielast.plots.looks import Arrangement, Look, Swept, arrange
+from dielast.plots.quantities import axis_of
+from dielast.plots.style import (
+    FIXED,
+    LONGEST_LABEL,
+    MARKERS,
+    TEMPERATURES,
+    grid_of,
+    legend_below,
+    log_axis,
+    number,
+    sheet,
+    style,
+    typeset,
+)
+
+__all__ = ["Measured", "Swept", "plot_cases"]
 
 Array = NDArray[np.float64]
-# column -> axis label, and the factor that takes SI into the unit shown
-LABELS = {
-    "time [s]": ("time [s]", 1.0),
-    "stretch_1 [1]": ("stretch", 1.0),
-    "stretch_2 [1]": ("stretch in axis 2", 1.0),
-    "nominal_stress_1 [Pa]": ("nominal stress [kPa]", 1e-3),
-    "nominal_stress_2 [Pa]": ("nominal stress in axis 2 [kPa]", 1e-3),
-    "true_stress_1 [Pa]": ("true stress [kPa]", 1e-3),
-    "true_stress_2 [Pa]": ("true stress in axis 2 [kPa]", 1e-3),
-    "relaxation_modulus [Pa]": ("relaxation modulus [kPa]", 1e-3),
-    "voltage [V]": ("voltage [kV]", 1e-3),
-    "relative_stretch_1 [1]": ("relative stretch", 1.0),
-    "relative_stretch_2 [1]": ("relative stretch in axis 2", 1.0),
-    "true_field [V/m]": ("true field [MV/m]", 1e-6),
-    "stability [1]": ("stability det H / det H$_0$", 1.0),
-    "major_axis [m]": ("major axis [mm]", 1e3),
-    "minor_axis [m]": ("minor axis [mm]", 1e3),
-}
-MOST_IN_LEGEND = 7  # cases, each in a colour of its own
-MOST_NAMED = 6  # of more cases that no scale can tell apart
-MOST_WITHIN = 4  # entries of a legend for which there is room between the curves
+MOST_MARKED = 12  # points of a line, each with a marker
 MOST_TICKS = 8
-SHADE = 0.18  # opacity of a band
-BAR = 0.8  # line width of the bar through an event
-LONGEST_LABEL = 58  # characters at column width
-# crosses and circles as in the paper's Fig. 13
-EVENTS = {"breakdown": "x", "pull-in": "o", "loss-of-tension": "v"}
-
-
-@dataclass(frozen=True, slots=True)
-class Swept:
-    """A swept quantity: how an axis calls it, and its value in each case."""
-
-    label: str
-    values: tuple[float, ...]
-
-    @property
-    def steps(self) -> list[float]:
-        """Its different values, ascending."""
-        return sorted(set(self.values))
+STILL, BEFORE = 0.005, 3.0  # share of its range by which a curve moves before a log axis begins, and how much earlier that is
+DIM = 0.35  # opacity of a line after a failure
+LEAST_SHARE = 0.1  # of the widest range of y of a panel: of another one with less than that, nothing is seen on the same axis
+HEIGHTS = {1: 2.7, 2: 2.3, 3: 1.75, 4: 1.5}  # inches of a panel, by how many there are across
+ROOM = {1: 58, 2: 56, 3: 36, 4: 27}  # characters of a line of its title
 
 
 class Measured(Protocol):
@@ -82,101 +66,154 @@ def plot_cases(
     y: str,
     scales: tuple[str, str] = ("log", "linear"),
     title: str | None = None,
-    marks: Sequence[tuple[int, str, float, float]] = (),
+    marks: Sequence[Mark] = (),
     swept: Sequence[Swept] = (),
-    bands: Sequence[tuple[Array, Array, Array] | None] = (),
+    bands: Sequence[Band | None] = (),
     interval: str = "interval",
-    spans: Sequence[tuple[float, float] | None] = (),
+    spans: Sequence[Span | None] = (),
+    failed: Sequence[int | None] = (),
 ) -> Figure:
     """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers.
 
-    `marks` are events: the case, the name, and where, in the units of x and y. Many cases are told apart by a scale of colours if
-    one number is `swept`, and by line styles too if a second one is; else the legend names some of them. `bands` are x, lower and
-    upper y of what each case may be, None for a case known exactly; the legend calls them `interval`. `spans` are lower and upper x
-    of what each mark may be, infinite where it may never come.
+    `marks` are events: the case, the name, and where, in the units of x and y. A few cases share a panel, each with a colour and
+    a line style of its own; more are spread over panels by the values of what is `swept`, or told apart by a scale of colours if
+    that is one number. `bands` are x, lower and upper y of what each case may be, None for a case known exactly; the legend calls
+    them `interval`, if they are wide enough to be seen. A band whose upper end is infinite is open. `spans` are lower and upper x
+    of what each mark may be, infinite where it may never come. `failed` is the row of each case at which it failed, after which
+    its line is dimmed.
     """
+    bands = [*bands, *[None] * (len(cases) - len(bands))]
     with style():
-        looks = _looks(len(cases), swept)
-        spread = any(span is not None for span in spans)
-        handles = _handles(labels, looks, measured, marks, spread)
-        banded = any(one is not None for one in bands)
-        if banded:
-            shade: Any = {"facecolor": looks.each[0]["color"] if len(cases) == 1 else "black", "alpha": SHADE, "linewidth": 0.0}
-            handles.append(Patch(label=interval, **shade))
-        rows, columns = _shape(handles) if len(handles) > MOST_WITHIN else (0, 1)
-        figure, (axes,) = panels(1, title, height=2.7 + 0.15 * rows)
-        (x_label, x_factor), (y_label, y_factor) = (LABELS.get(header, (header, 1.0)) for header in (x, y))
-        # what is nowhere positive has no place on a log axis
-        there = [any(np.any(columns[header] > 0) for columns in cases) for header in (x, y)]
-        scales = ("log" if scales[0] == "log" and there[0] else "linear", "log" if scales[1] == "log" and there[1] else "linear")
-        for own, look in zip(cases, looks.each, strict=True):
-            shown = np.ones(own[x].size, dtype=bool)
-            for header, scale in ((x, scales[0]), (y, scales[1])):
-                shown &= (own[header] > 0) | (scale != "log")
-            axes.plot(own[x][shown] * x_factor, own[y][shown] * y_factor, linewidth=looks.width, **look)
-        for look, one in zip(looks.each, bands, strict=False):
-            if one is not None:
-                along, low, high = one
-                within = np.isfinite(low) & ((along > 0) | (scales[0] != "log")) & ((low > 0) | (scales[1] != "log"))
-                shade = {"color": look["color"], "alpha": SHADE, "linewidth": 0.0}
-                axes.fill_between(along * x_factor, low * y_factor, high * y_factor, where=within, **shade)
-        for index, points in enumerate(measured):
-            marker = _points(index, looks.each[points.case]["color"])
-            axes.plot(points.x * x_factor, points.y * y_factor, linestyle="none", **marker)
-        for case, name, across, up in marks:
-            if name in EVENTS:
-                axes.plot(across * x_factor, up * y_factor, linestyle="none", **_event(name, looks.each[case]["color"]))
-        for (case, name, _, up), span in zip(marks, spans, strict=False):
-            if name in EVENTS and span is not None and np.isfinite(span[0]):
-                _span(axes, span, x_factor, up * y_factor, looks.each[case]["color"], scales[0] == "log")
-        for which, scale in zip("xy", scales, strict=True):
-            if scale == "log":
-                log_axis(axes, which)
-        axes.set_xlabel(x_label)
-        axes.set_ylabel(y_label)
-        if looks.scale is not None:
-            _colour_bar(figure, axes, looks.scale)
-        if handles and (len(cases) > 1 or measured or marks or banded):
-            if rows:
-                legend = figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=6.5)
-            else:
-                legend = axes.legend(handles=handles, loc="best")
-            for text in legend.get_texts():
-                text.set_parse_math(False)
+        arranged = arrange(labels, swept, sum(one is not None for one in bands))
+        frame, names = _frame(cases, measured, x, y, scales)
+        handles = _legend(arranged, labels, measured)
+        more = len({name for _, name, _, _ in marks}) + any(one is not None for one in bands)
+        rows = grid_of([*handles, *[Line2D([], []) for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
+        below = 0.15 * rows if len(handles) + more > 1 or len(cases) > 1 else 0.0
+        figure, panels = _panels(arranged, title, below, _alike(arranged, frame, cases))
+        for axes, panel in zip(panels, arranged.panels, strict=True):
+            parts = typeset(panel.title).replace(" ", FIXED).replace(f",{FIXED}", ", ")
+            axes.set_title(textwrap.fill(parts, ROOM[arranged.across]).replace(FIXED, " "), loc="left", fontsize=7, pad=3)
+            for case in panel.cases:
+                failure = failed[case] if case < len(failed) else None
+                _line(axes, frame, cases[case], arranged.looks[case], arranged.width, failure)
+            for index, points in enumerate(measured):
+                if points.case in panel.cases:
+                    marker = _points(index, arranged.looks[points.case]["color"])
+                    axes.plot(points.x * frame.factors[0], points.y * frame.factors[1], linestyle="none", **marker)
+        banded = draw_bands(panels, arranged, frame, bands)
+        happened = draw_marks(panels, arranged, frame, marks, spans)
+        for which, logarithmic in zip("xy", frame.log, strict=True):
+            if logarithmic:
+                for axes in panels:
+                    log_axis(axes, which)
+        if frame.log[0] and (begins := _beginning(cases, measured, frame)) is not None:
+            panels[0].set_xlim(left=begins)
+        _name_axes(panels, arranged.across, names)
+        handles += [event_handle(name, bar, len(cases) == 1, arranged) for name, bar in happened.items()]
+        if banded is not None:
+            alone = arranged.looks[0]["color"] if len(cases) == 1 else "black"
+            handles.append(Patch(label=interval + banded, facecolor=alone, alpha=SHADE, linewidth=0.0))
+        if arranged.scale is not None:
+            _colour_bar(figure, panels, arranged.scale)
+        if len(cases) == 1 and len(handles) == 1 and arranged.named:
+            handles = []
+        if handles or len(arranged.shown) < len(cases):
+            left_out = f"{len(arranged.shown)} of {len(cases)} cases" if len(arranged.shown) < len(cases) else None
+            legend_below(figure, handles, left_out)
     return figure
 
 
-@dataclass(frozen=True, slots=True)
-class Looks:
-    """Colour and line style of `each` case, the `width` of all lines, the quantity on the colour `scale`, if any, that which the
-    line styles tell, and which cases the legend is to name.
-    """
+def _frame(
+    cases: Sequence[Mapping[str, Array]], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
+) -> tuple[Frame, tuple[str, str]]:
+    """The axes for these columns, and what they are called."""
+    along = [[case[header] for case in cases] for header in (x, y)]
+    across, up = axis_of(x, [*along[0], *(points.x for points in measured)]), axis_of(y, [*along[1], *(p.y for p in measured)])
+    # what is nowhere positive has no place on a log axis
+    log_x, log_y = (
+        scale == "log" and any(bool(np.any(column > 0)) for column in values) for scale, values in zip(scales, along, strict=True)
+    )
+    return Frame(x, y, (across[1], up[1]), (log_x, log_y)), (across[0], up[0])
 
-    each: list[dict[str, Any]]
-    width: float
-    scale: Swept | None
-    lines: Swept | None
-    named: list[int]
+
+def _beginning(cases: Sequence[Mapping[str, Array]], measured: Sequence[Measured], frame: Frame) -> float | None:
+    """Where a log axis of x begins: a little before anything is measured or happens, None if nothing does."""
+    firsts = [float(points.x[points.x > 0].min()) for points in measured if np.any(points.x > 0)]
+    for case in cases:
+        across, up = case[frame.x], case[frame.y]
+        seen = frame.seen(across, up) & (across > 0)
+        if np.any(seen):
+            moved = np.abs(up[seen] - up[seen][0]) > STILL * np.ptp(up[seen])
+            firsts.append(float(across[seen][np.argmax(moved)]) if moved.any() else np.inf)
+    first = min(firsts, default=np.inf)
+    return frame.factors[0] * first / BEFORE if np.isfinite(first) else None
 
 
-def _looks(count: int, swept: Sequence[Swept]) -> Looks:
-    """How to tell so many cases apart."""
-    if count <= MOST_IN_LEGEND:
-        each: list[dict[str, Any]] = [{"color": COLOURS[case], "linestyle": LINES[case % len(LINES)]} for case in range(count)]
-        return Looks(each, 1.2, None, None, list(range(count)))
-    quantities = sorted(swept, key=lambda one: -len(one.steps))
-    if len(quantities) == 1 or (len(quantities) == 2 and len(quantities[1].steps) <= len(LINES)):
-        scale, lines = quantities[0], quantities[1] if len(quantities) == 2 else None
-        steps, styles = scale.steps, lines.steps if lines is not None else []
-        each = []
-        dashes: Any
-        for case, value in enumerate(scale.values):
-            dashes = LINES[styles.index(lines.values[case])] if lines is not None else "-"
-            each.append({"color": TEMPERATURES(steps.index(value) / max(1, len(steps) - 1)), "linestyle": dashes})
-        return Looks(each, 0.9, scale, lines, [])
-    each = [{"color": TEMPERATURES(case / (count - 1)), "linestyle": LINES[case % len(LINES)]} for case in range(count)]
-    named = np.unique(np.linspace(0, count - 1, min(count, MOST_NAMED)).astype(int)).tolist()
-    return Looks(each, 0.9, None, None, named)
+def _alike(arranged: Arrangement, frame: Frame, cases: Sequence[Mapping[str, Array]]) -> bool:
+    """Whether the panels can share one y axis without one of them being a flat line."""
+    if frame.log[1] or len(arranged.panels) == 1:
+        return True
+    spans = []
+    for panel in arranged.panels:
+        values = np.concatenate([cases[case][frame.y] for case in panel.cases])
+        spans.append(float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else np.inf)
+    return min(spans) > LEAST_SHARE * max((span for span in spans if np.isfinite(span)), default=0.0)
+
+
+def _panels(arranged: Arrangement, title: str | None, below: float, alike: bool) -> tuple[Figure, list[Axes]]:
+    """The figure, with the axes of each panel, one y axis for all if they are `alike`, and so much room below for a legend."""
+    count, across = len(arranged.panels), arranged.across
+    down = -(-count // across)
+    figure = sheet(title, 1.0 if count == 1 else 2.0, HEIGHTS[across] * down + below)
+    grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=alike)
+    for unused in list(grid.ravel())[count:]:
+        unused.remove()
+    for place in range(count - across, count):
+        # the lowest of its column has the numbers
+        if place >= 0:
+            grid.ravel()[place].tick_params(labelbottom=True)
+    if across > 2:
+        for axes in grid.ravel()[:count]:
+            # numbers of neighbours would run into each other
+            axes.locator_params(axis="x", nbins=4)
+    return figure, list(grid.ravel()[:count])
+
+
+def _name_axes(panels: Sequence[Axes], across: int, names: tuple[str, str]) -> None:
+    for place, axes in enumerate(panels):
+        if place + across >= len(panels):
+            axes.set_xlabel(names[0])
+        if place % across == 0:
+            axes.set_ylabel(names[1])
+
+
+def _line(axes: Axes, frame: Frame, case: Mapping[str, Array], look: Look, width: float, failed: int | None) -> None:
+    """The line of a case, dimmed from the row at which it failed; few points have markers, without which one alone is not seen."""
+    across, up = case[frame.x], case[frame.y]
+    seen = frame.seen(across, up)
+    marker: Any = {}
+    if np.count_nonzero(seen) <= MOST_MARKED:
+        marker = {"marker": "o", "markersize": 3.0}
+    parts: list[tuple[slice, Any]] = [(slice(0, None), {})]
+    if failed is not None and failed < across.size - 1:
+        parts = [(slice(0, failed + 1), {}), (slice(failed, None), {"alpha": DIM})]
+    for part, more in parts:
+        here = seen[part]
+        axes.plot(
+            np.where(here, across[part], np.nan)[_trimmed(here)] * frame.factors[0],
+            np.where(here, up[part], np.nan)[_trimmed(here)] * frame.factors[1],
+            linewidth=width,
+            **marker,
+            **look,
+            **more,
+        )
+
+
+def _trimmed(seen: NDArray[np.bool_]) -> slice:
+    """From the first to the last of what is seen."""
+    where = np.flatnonzero(seen)
+    return slice(int(where[0]), int(where[-1]) + 1) if where.size else slice(0, 0)
 
 
 def _points(index: int, colour: Any) -> dict[str, Any]:
@@ -184,82 +221,37 @@ def _points(index: int, colour: Any) -> dict[str, Any]:
     return {"marker": MARKERS[index % len(MARKERS)], "color": colour, "markerfacecolor": "white", "markeredgewidth": 0.8}
 
 
-def _event(name: str, colour: Any) -> dict[str, Any]:
-    """The marker of an event."""
-    return {
-        "marker": EVENTS[name],
-        "color": colour,
-        "markersize": 5.5,
-        "markerfacecolor": "none",
-        "markeredgewidth": 1.1,
-        "zorder": 4,
-    }
-
-
-def _span(axes: Axes, span: tuple[float, float], factor: float, up: float, colour: Any, logarithmic: bool) -> None:
-    """A bar from the lower to the upper x of a mark; a tip where it goes on beyond the axes."""
-    low, high = (end * factor for end in span)
-    left, right = axes.get_xlim()
-    if logarithmic and low <= 0:
-        low = axes.dataLim.minposx
-    look: Any = {"color": colour, "linewidth": BAR, "markersize": 4.0, "zorder": 3.5}
-    open_end = not np.isfinite(high)
-    axes.plot([low, max(low, right) if open_end else high], [up, up], marker="|", markevery=[0] if open_end else [0, 1], **look)
-    if open_end:
-        axes.set_xlim(left if not logarithmic else None, max(low, right))
-        axes.plot([max(low, right)], [up], marker=">", clip_on=False, **look)
-
-
-def _handles(
-    labels: Sequence[str],
-    looks: Looks,
-    measured: Sequence[Measured],
-    marks: Sequence[tuple[int, str, float, float]],
-    spread: bool,
-) -> list[Artist]:
-    """What the legend shows: cases, what the line styles say, measured points, events."""
-    handles: list[Artist] = [Line2D([], [], label=_cut(labels[case] or "model"), **looks.each[case]) for case in looks.named]
-    if looks.named and len(looks.named) < len(looks.each):
-        handles.append(Line2D([], [], linestyle="none", label=f"and {len(looks.each) - len(looks.named)} more"))
-    if looks.lines is not None:
-        name = looks.lines.label
-        for dashes, value in zip(LINES, looks.lines.steps, strict=False):
-            look: dict[str, Any] = {"color": "black", "linestyle": dashes, "linewidth": looks.width}
-            handles.append(Line2D([], [], **look, label=f"{name} = {value:g}"))
+def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Measured]) -> list[Artist]:
+    """The entries for cases and measured points."""
+    handles: list[Artist] = []
+    count = len(labels)
+    for case, name in arranged.named.items():
+        handles.append(Line2D([], [], label=_cut(name or "model"), linewidth=arranged.width, **arranged.looks[case]))
+    if 0 < len(arranged.named) < count and len(arranged.panels) == 1:
+        handles.append(Line2D([], [], linestyle="none", label=f"and {count - len(arranged.named)} more"))
     for index, points in enumerate(measured):
-        look = _points(index, looks.each[points.case]["color"])
-        # the case first: what is cut off a long label is its end
-        case = f"{labels[points.case]}: " if len(looks.each) > 1 and labels[points.case] else ""
-        handles.append(Line2D([], [], linestyle="none", label=_cut(case + points.label), **look))
-    happened = {name for _, name, _, _ in marks}
-    alone = len(looks.each) == 1
-    for name in EVENTS:
-        if name in happened:
-            look = _event(name, looks.each[0]["color"] if alone else "black")
-            handles.append(Line2D([], [], linestyle="-" if spread else "none", linewidth=BAR, label=name, **look))
+        if points.case in arranged.shown:
+            look = _points(index, arranged.looks[points.case]["color"])
+            # the case first: what is cut off a long label is its end
+            belongs = f"{labels[points.case]}: " if count > 1 and labels[points.case] else ""
+            handles.append(Line2D([], [], linestyle="none", label=_cut(belongs + points.label), **look))
     return handles
 
 
 def _cut(label: str) -> str:
     """A label that fits the width of a column."""
+    label = typeset(label)
     return label if len(label) <= LONGEST_LABEL else label[: LONGEST_LABEL - 3] + "..."
 
 
-def _shape(handles: Sequence[Artist]) -> tuple[int, int]:
-    """Rows and columns of a legend below the axes."""
-    longest = max(len(str(handle.get_label())) for handle in handles) + 8
-    columns = max(1, min(4, len(handles), (LONGEST_LABEL + 12) // longest))
-    return -(-len(handles) // columns), columns
-
-
-def _colour_bar(figure: Figure, axes: Axes, scale: Swept) -> None:
+def _colour_bar(figure: Figure, panels: Sequence[Axes], scale: Swept) -> None:
     """The colours of the scale's steps, with as many of its values as can be read."""
-    steps = scale.steps
+    steps = scale.levels
     colours = [TEMPERATURES(index / max(1, len(steps) - 1)) for index in range(len(steps))]
     norm = BoundaryNorm(np.arange(len(steps) + 1) - 0.5, len(steps))
-    bar = figure.colorbar(ScalarMappable(norm, ListedColormap(colours)), ax=axes, pad=0.02, aspect=30)
+    bar = figure.colorbar(ScalarMappable(norm, ListedColormap(colours)), ax=list(panels), pad=0.02, aspect=30)
     bar.set_label(scale.label)
     chosen = range(0, len(steps), -(-len(steps) // MOST_TICKS))
-    bar.set_ticks(list(chosen), labels=[f"{steps[index]:.4g}" for index in chosen])
+    bar.set_ticks(list(chosen), labels=[number(steps[index]) for index in chosen])
     bar.minorticks_off()
     bar.ax.tick_params(length=0)

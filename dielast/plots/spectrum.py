@@ -10,12 +10,14 @@ from dielast.characterise.continuous import ContinuousSpectrum
 from dielast.characterise.interconversion import retardation_from_relaxation
 from dielast.characterise.reduce import Reduction
 from dielast.characterise.spectrum import SpectrumFit
-from dielast.plots.style import COLOURS, degrees, headroom, log_axis, panels, spread, style
+from dielast.plots.style import COLOURS, degrees, log_axis, panels, row_legend, spread, style
 
+MEGA = 1e-6  # from Pa
+# label, and the factor from SI into the unit shown
 ORDINATES = {
-    "relaxation": "Young's relaxation modulus [Pa]",
-    "oscillation": "Young's storage and loss modulus [Pa]",
-    "creep": "tensile creep compliance [1/Pa]",
+    "relaxation": ("Young's relaxation modulus [MPa]", MEGA),
+    "oscillation": ("Young's storage and loss modulus [MPa]", MEGA),
+    "creep": ("tensile creep compliance [1/MPa]", 1 / MEGA),
 }
 
 
@@ -32,27 +34,27 @@ def plot_spectrum(
     `reference_temperature` in degC is that of the reduced time, for its axis.
     """
     with style():
-        figure, (lines, curve) = panels(2, title)
+        figure, (lines, curve) = panels(2, title, height=3.1)
         spectrum = result.spectrum
         present = spectrum.shear_modulus > 0
-        tau, mu = spectrum.relaxation_time[present], spectrum.shear_modulus[present]
-        floor = 10 ** (np.floor(np.log10(mu.min())) - 0.5) if mu.size else 1.0
+        tau, mu = spectrum.relaxation_time[present], MEGA * spectrum.shear_modulus[present]
+        floor = 10 ** (np.floor(np.log10(mu.min())) - 0.5) if mu.size else MEGA
+        equilibrium = MEGA * result.equilibrium_shear_modulus
         lines.vlines(tau, floor, mu, color="0.6", linewidth=0.8)
         zeros = len(spectrum) - tau.size
         count = f"{len(spectrum)} branches" + (f", {zeros} of them zero" if zeros else "")
         lines.plot(tau, mu, "o", color=COLOURS[2], markersize=3.5 if tau.size <= 60 else 2.0, label=count)
-        if result.equilibrium_shear_modulus > 0:
-            lines.axhline(result.equilibrium_shear_modulus, color=COLOURS[1], linestyle="--", label="equilibrium modulus")
+        if equilibrium > 0:
+            lines.axhline(equilibrium, color=COLOURS[1], linestyle="--", label="equilibrium modulus")
         lines.set_xlabel("relaxation time [s]")
-        lines.set_ylabel("shear modulus [Pa]")
+        lines.set_ylabel("shear modulus [MPa]")
         if continuous is not None:
-            seen = continuous.density > floor
-            density = np.where(seen, continuous.density, np.nan)
+            density = np.where(MEGA * continuous.density > floor, MEGA * continuous.density, np.nan)
             lines.plot(continuous.relaxation_time, density, "-", color=COLOURS[0], label="continuous, per unit of ln time")
         if reduction is not None:
             few = reduction.spectrum
             kept = few.shear_modulus > 0
-            own, moduli = few.relaxation_time[kept], few.shear_modulus[kept]
+            own, moduli = few.relaxation_time[kept], MEGA * few.shear_modulus[kept]
             lines.vlines(own, floor, moduli, color=COLOURS[3], linewidth=0.8)
             lines.plot(own, moduli, "D", color=COLOURS[3], markersize=4.0, label=f"reduced to {len(few)}")
         _draw_fit(curve, result, reference_temperature)
@@ -61,10 +63,10 @@ def plot_spectrum(
         for axes in (lines, curve):
             log_axis(axes, "x")
             log_axis(axes, "y")
-        lines.set_ylim(floor, 1.5 * max(np.max(mu, initial=floor), result.equilibrium_shear_modulus))
-        headroom(lines, 0.2)
-        lines.legend(loc="upper right")
-        curve.legend(loc="best")
+        lines.set_ylim(floor, 1.5 * max(np.max(mu, initial=floor), equilibrium))
+        for axes in (lines, curve):
+            handles, _ = axes.get_legend_handles_labels()
+            row_legend(axes, handles, 2, loc="upper center", bbox_to_anchor=(0.5, -0.2))
         lines.set_title("(a)", loc="left")
         curve.set_title("(b)", loc="left")
     return figure
@@ -75,11 +77,12 @@ def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | No
     sweep = result.test == "oscillation"
     abscissa = 1 / result.reduced_time if sweep else result.reduced_time
     shown = spread(np.log10(abscissa), 80)
+    label, factor = ORDINATES[result.test]
     names = ("storage", "loss") if sweep else ("master curve",)
     for index, (measured, name) in enumerate(zip(np.atleast_2d(result.measured), names, strict=True)):
         axes.plot(
             abscissa[shown],
-            measured[shown],
+            factor * measured[shown],
             "os"[index],
             color="0.45",
             markerfacecolor="white",
@@ -89,10 +92,10 @@ def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | No
         )
     # lines last, so that the legend names what was measured first
     for index, model in enumerate(np.atleast_2d(result.model)):
-        axes.plot(abscissa, model, "-", color=COLOURS[0], label=None if index else "discrete model")
+        axes.plot(abscissa, factor * model, "-", color=COLOURS[0], label=None if index else "discrete model")
     at = "" if reference_temperature is None else f" at {degrees(reference_temperature)}"
     axes.set_xlabel(f"reduced angular frequency{at} [rad/s]" if sweep else f"reduced time{at} [s]")
-    axes.set_ylabel(ORDINATES[result.test])
+    axes.set_ylabel(label)
 
 
 def _draw_reduced(axes: Axes, result: SpectrumFit, reduction: Reduction) -> None:
@@ -115,4 +118,4 @@ def _draw_reduced(axes: Axes, result: SpectrumFit, reduction: Reduction) -> None
     abscissa = 1 / seen if result.test == "oscillation" else seen
     label = f"reduced to {len(spectrum)}, in its window"
     for index, each in enumerate(np.atleast_2d(model)):
-        axes.plot(abscissa, each, "--", color=COLOURS[3], linewidth=1.6, label=None if index else label)
+        axes.plot(abscissa, ORDINATES[result.test][1] * each, "--", color=COLOURS[3], linewidth=1.6, label=None if index else label)

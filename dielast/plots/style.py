@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
@@ -11,19 +12,24 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 # Okabe and Ito's colours, ordered so that neighbours differ in lightness too: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
-LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
+LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (9, 2)), (0, (1, 3)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 # viridis without its lightest end, which is lost on white: the lightness still tells the order in grey
 TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))
 COLUMN_WIDTH = 3.4  # inches, one column of a journal page: 86 mm
+SECONDS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "\N{MICRO SIGN}s"), (1e-9, "ns"))
+FIXED = "\N{NO-BREAK SPACE}"
+LONGEST_LABEL = 58  # characters at column width
 
 STYLE: Any = {
     "font.size": 8,
@@ -71,12 +77,14 @@ def panels(
 
 
 def sheet(title: str | None, columns: float, height: float) -> Figure:
-    """An empty figure of so many column widths, `height` in inches without the title; call within `style()`."""
-    lines = textwrap.wrap(title or "", int(56 * columns))
+    """An empty figure of so many column widths, `height` in inches without the `title`, whose lines are kept apart, and not broken
+    at spaces that are not to be. Call within `style()`.
+    """
+    lines = [line for own in typeset(title or "").splitlines() for line in textwrap.wrap(own, int(56 * columns))]
     figure = Figure(figsize=(COLUMN_WIDTH * columns, height + 0.17 * len(lines)), layout="constrained")
     if lines:
         # a dollar sign is money here, not mathematics
-        figure.suptitle("\n".join(lines), fontsize=8, parse_math=False)
+        figure.suptitle("\n".join(lines).replace(FIXED, " "), fontsize=8, parse_math=False)
     return figure
 
 
@@ -90,20 +98,67 @@ def log_axis(axes: Axes, which: str) -> None:
         axis.set_major_locator(LogLocator(base=10 ** int(np.ceil(decades / 7)), numticks=20))
         axis.set_minor_locator(LogLocator(base=10, numticks=60))
     else:
-        axis.set_minor_locator(LogLocator(base=10, subs=tuple(np.arange(2, 10) / 10), numticks=60))
-    if decades >= 1.5:
+        axis.set_minor_locator(LogLocator(base=10, subs=tuple(range(2, 10)), numticks=60))
+    if decades >= 2:
         axis.set_minor_formatter(NullFormatter())
+        return
+
+    def plain(value: float, _: float | None = None) -> str:
+        first = f"{value:.12e}"[0]
+        return number(value) if decades < 0.8 or first in "125" else ""
+
+    axis.set_major_formatter(plain)
+    axis.set_minor_formatter(plain)
 
 
-def headroom(axes: Axes, share: float) -> None:
-    """Raise the upper end of a log y axis, so that this share of its height is free for a legend."""
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, low * (high / low) ** (1 / (1 - share)))
+def typeset(text: str) -> str:
+    """Text as print has it: minus signs before numbers and in exponents, °C."""
+    text = re.sub(r"(?<![\w.)\]])-(?=\.?\d)|(?<=\de)-(?=\d)|(?<=\^)-(?=\d)", "\N{MINUS SIGN}", text)
+    return text.replace("degC", "°C").replace("degF", "°F")
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number to so many digits as a label says it."""
+    return typeset(f"{value + 0.0:.{digits}g}")
 
 
 def degrees(temperature: float) -> str:
     """A temperature as a label says it, to a tenth of a degree."""
-    return f"{round(temperature, 1) + 0.0:g} °C"
+    return f"{number(round(temperature, 1), 6)} °C"
+
+
+def lasting(seconds: float, digits: int = 3) -> str:
+    """A time as a label says it, in the largest unit of which it is at least one."""
+    for unit, name in ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), *SECONDS):
+        if seconds >= unit * (1 - 1e-9):
+            return f"{number(seconds / unit, digits)} {name}"
+    return f"{number(seconds, digits)} s"
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist], title: str | None = None) -> Legend:
+    """A legend below all axes, where no curve can be."""
+    _, columns = grid_of(handles, figure.get_figwidth() / COLUMN_WIDTH)
+    return row_legend(figure, handles, columns, loc="outside lower center", fontsize=6.5, title=title, title_fontsize=7)
+
+
+def row_legend(owner: Figure | Axes, handles: Sequence[Artist], columns: int, **place: Any) -> Legend:
+    """A legend of so many columns that reads row by row; by itself, one fills its columns one after the other."""
+    order = [index for first in range(columns) for index in range(first, len(handles), columns)]
+    legend = owner.legend(handles=[handles[index] for index in order], ncols=columns, **place)
+    told: tuple[list[Any], list[Any]] = (legend.texts, legend.legend_handles)
+    for entries in told:
+        entries[:] = [entries[order.index(index)] for index in range(len(order))]
+    for text in legend.texts:
+        # a dollar sign is money here, not mathematics
+        text.set_parse_math(False)
+    return legend
+
+
+def grid_of(handles: Sequence[Artist], widths: float = 1.0) -> tuple[int, int]:
+    """Rows and columns of a legend below a figure of so many column widths."""
+    longest = max((len(str(handle.get_label())) for handle in handles), default=0) + 8
+    columns = max(1, min(int(4 * widths), len(handles), int((LONGEST_LABEL + 12) * widths) // longest))
+    return -(-len(handles) // columns), columns
 
 
 def spread(position: NDArray[np.float64], count: int = 60) -> NDArray[np.intp]:

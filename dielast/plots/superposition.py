@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from dielast.characterise.mastercurve import MasterCurve
-from dielast.plots.style import COLOURS, MARKERS, spread
+from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, number, spread
 from dielast.shift import WLF, Arrhenius, ShiftLaw
 
 Array = NDArray[np.float64]
 MOST_IN_LEGEND = 6  # temperatures; more are told by a colour bar
+HEIGHT = 95.0  # points, about, of the axes of the shift factors
 POINTS = 300  # about so many on the master curve, so that they do not run together
 
 
@@ -54,21 +60,37 @@ def points(
     )
 
 
+def captioned(title: str | None, result: MasterCurve) -> str:
+    """The title with a line below it that says which temperatures were measured."""
+    low, high = degrees(float(result.temperature.min())), degrees(float(result.temperature.max()))
+    measured = f"{result.temperature.size} temperatures from {low} to {high}" if low != high else low
+    line = f"{measured}, reference temperature {degrees(result.reference_temperature)}"
+    return f"{title}\n{line}" if title else line
+
+
+def legend_above(axes: Axes, entries: Sequence[Artist], result: MasterCurve) -> None:
+    """A legend above the axes, where no point can be, of these entries and of the temperatures if they are few."""
+    entries = list(entries)
+    if result.temperature.size <= MOST_IN_LEGEND:
+        places = (result.temperature - result.temperature[0]) / max(float(np.ptp(result.temperature)), 1e-300)
+        for index, (temperature, place) in enumerate(zip(result.temperature, places, strict=True)):
+            own, marker = TEMPERATURES(float(place)), MARKERS[index % len(MARKERS)]
+            label = degrees(float(temperature))
+            entries.append(Line2D([], [], color=own, marker=marker, markersize=3, linestyle="none", label=label))
+    spacing = {"columnspacing": 1.0, "handletextpad": 0.2, "borderaxespad": 0.2}
+    axes.legend(handles=entries, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(entries), **spacing)
+
+
 def shift_factors(axes: Axes, result: MasterCurve) -> None:
-    """Draw the measured shift factors with their intervals, and the law."""
+    """Draw the measured shift factors, with their intervals where these are wider than the markers, and the law."""
     known = np.isfinite(result.log10_shift_factor) & np.isfinite(result.log10_shift_factor_stderr)
+    size = 3.0 if result.temperature.size < 30 else 2.0
+    half = 1.96 * result.log10_shift_factor_stderr[known]
+    shifts = result.log10_shift_factor[known]
+    seen = bool(half.size) and bool(np.max(half) > 0.5 * size / HEIGHT * max(float(np.ptp(shifts)), 1e-300))
+    marker: Any = {"fmt": "o", "color": "black", "markersize": size, "markerfacecolor": "white", "markeredgewidth": 0.7}
     measured = axes.errorbar(
-        result.temperature[known],
-        result.log10_shift_factor[known],
-        1.96 * result.log10_shift_factor_stderr[known],
-        fmt="o",
-        color="black",
-        markersize=3 if result.temperature.size < 30 else 2,
-        markerfacecolor="white",
-        markeredgewidth=0.7,
-        elinewidth=0.8,
-        capsize=1.5,
-        zorder=3,
+        result.temperature[known], shifts, half if seen else None, elinewidth=0.8, capsize=1.5, zorder=3, **marker
     )
     law = result.shift_fit.law
     span = np.linspace(result.temperature[0], result.temperature[-1], 200)
@@ -76,14 +98,16 @@ def shift_factors(axes: Axes, result: MasterCurve) -> None:
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes.set_xlabel("temperature [°C]")
     axes.set_ylabel("log$_{10}$ shift factor")
-    axes.legend([measured, line], ["measured, with 95 % interval", _law(law)], loc="upper right")
+    names = ["measured, with 95 % interval" if seen else "measured", _law(law)]
+    place: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+    axes.legend([measured, line], names, **place)
 
 
 def _law(law: ShiftLaw) -> str:
     match law:
         case WLF():
-            return f"WLF, $C_1$ = {law.C1:.4g}, $C_2$ = {law.C2:.4g} K"
+            return f"WLF, $C_1$ = {number(law.C1)}, $C_2$ = {number(law.C2)} K"
         case Arrhenius():
-            return f"Arrhenius, $E_a$ = {law.activation_energy / 1e3:.4g} kJ/mol"
+            return f"Arrhenius, $E_a$ = {number(law.activation_energy / 1e3)} kJ/mol"
         case _:
             return "linear in between"

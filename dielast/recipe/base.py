@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import BreakdownFields, Permittivity, Section
+from dielast.recipe.fields import BreakdownFields, Permittivity, Section, SheetName
 from dielast.units import Dimension, conversion
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ class TextTable(Section):
     decimal: Literal[".", ","] | None = Field(None, description="Decimal mark; sniffed if left out.")
     encoding: str | None = Field(None, description="Such as utf-8 or latin-1; sniffed if left out.")
     skip_rows: int = Field(0, ge=0, description="Lines to pass over at the top of the file.")
+    sheet: SheetName | None = Field(None, description="Of a workbook (Excel, OpenDocument); left out: the first.")
 
     @field_validator("separator")
     @classmethod
@@ -57,7 +58,7 @@ class TextTable(Section):
 
         from dielast.measured import TextFormat
 
-        return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows)
+        return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows, self.sheet)
 
 
 def units_of(**roles: Dimension | None) -> AfterValidator:
@@ -79,13 +80,13 @@ def units_of(**roles: Dimension | None) -> AfterValidator:
 
 
 class BreakdownField(Section):
-    """Breakdown field, one for every prestretch or interpolated over prestretch."""
+    """Breakdown field, one for every prestretch, or interpolated over prestretch and beyond its ends that of the nearest."""
 
     prestretch: list[Annotated[float, Field(ge=1)]] | None = Field(
         None, description="Ascending equibiaxial prestretches, one for each field; left out: one field for all."
     )
     field: BreakdownFields = Field(
-        description="True field that the film breaks down at, for each prestretch; interpolated in between."
+        description="True field that the film breaks down at, for each prestretch; interpolated in between, the nearest beyond."
     )
 
     @model_validator(mode="after")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.files import EXAMPLE, read_file
+from dielast.files import EXAMPLE, read_file, resolve
 from dielast.material import Material
 from dielast.prony import Spectrum
 from dielast.recipe.material import draws_file, parse_material
@@ -76,13 +76,16 @@ def beside(source: str, name: str) -> str:
 
 
 def read_draws(path: str | Path) -> tuple[Material, ...]:
-    """The draws of the material in a material file; raises `InputError` with a line for every mistake, and if it has none."""
-    content = read_file(Path(path), str(path))
+    """The draws of the material in a material file, as `read_material` finds it.
+
+    Raises `InputError` with a line for every mistake, and if it has none.
+    """
+    content = read_file(resolve(Path(), path), str(path))
     material, name = parse_material(content, str(path)), draws_file(content, str(path))
     if name is None:
         raise InputError(f"{path}: a material without draws: mastercurve and spectrum with [uncertainty] make them")
     table = beside(str(path), name)
-    return parse_draws(read_file(Path(table), table), table, material)
+    return parse_draws(read_file(resolve(Path(), table), table), table, material)
 
 
 def _constants(law: ShiftLaw) -> dict[tuple[str, str], float]:

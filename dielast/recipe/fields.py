@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -33,7 +33,7 @@ class Section(BaseModel):
     `ELSEWHERE` says of keys that are known in other recipes why they are not here.
     """
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
     ELSEWHERE: ClassVar[Mapping[str, str]] = {}
 
 
@@ -88,6 +88,7 @@ PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0, within=units.TIM
 RelaxationTime = Annotated[float, Quantity(units.TIME, above=0.0)]
 Temperature = Annotated[float, Quantity(units.TEMPERATURE, above=-units.ZERO_CELSIUS)]
 TemperatureDifference = Annotated[float, Quantity(units.TEMPERATURE_DIFFERENCE, above=0.0)]
+TemperatureError = Annotated[float, Quantity(units.TEMPERATURE_DIFFERENCE, at_least=0.0)]
 ThermalExpansion = Annotated[float, Quantity(units.THERMAL_EXPANSION)]
 Modulus = Annotated[float, Quantity(units.STRESS, at_least=0.0)]
 PositiveModulus = Annotated[float, Quantity(units.STRESS, above=0.0)]
@@ -115,6 +116,20 @@ _MAKERS = {
     "actuate.csv": "actuate",
     "failure-map.csv": "failure-map",
 }
+
+
+def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
+    """Numbers and the unit of them all, or None unless all values are numbers or quantities of one dimension."""
+    found = []
+    for value in values:
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            return None
+        try:
+            found.append(units.recognise(value) if isinstance(value, str) else (float(value), "1"))
+        except InputError:
+            return None
+    units_found = {unit for _, unit in found}
+    return ([number for number, _ in found], units_found.pop()) if len(units_found) == 1 else None
 
 
 def mistake_at(key: str | int, told: str, value: Any) -> ValidationError:
@@ -199,6 +214,11 @@ ColumnName = Annotated[
     str | int,
     PlainValidator(partial(_name_or_number, "column")),
     WithJsonSchema({**_NAME_OR_NUMBER, "description": "A column's header, its name without the unit, or its number from 1."}),
+]
+SheetName = Annotated[
+    str | int,
+    PlainValidator(partial(_name_or_number, "sheet")),
+    WithJsonSchema({**_NAME_OR_NUMBER, "description": "A sheet's name, or its number from 1."}),
 ]
 Step = Annotated[
     str | int,

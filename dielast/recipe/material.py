@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dielast.errors import InputError
-from dielast.files import read_file
+from dielast.files import read_file, resolve
 from dielast.gent import Gent
 from dielast.material import VACUUM_PERMITTIVITY, Breakdown, Material
 from dielast.prony import Spectrum
@@ -158,8 +158,11 @@ def draws_file(content: bytes, source: str) -> str | None:
 
 
 def read_material(path: str | Path) -> Material:
-    """The material in a material file; raises `InputError` with a line for every mistake."""
-    return parse_material(read_file(Path(path), str(path)), str(path))
+    """The material in a material file, or in one that ships with dielast, `example:vhb4905`.
+
+    Raises `InputError` with a line for every mistake.
+    """
+    return parse_material(read_file(resolve(Path(), path), str(path)), str(path))
 
 
 def write_material(material: Material, draws: str | None = None) -> bytes:

@@ -17,12 +17,17 @@ from dielast.recipe.fields import (
     Step,
     Temperature,
     TemperatureDifference,
+    TemperatureError,
     Time,
 )
+from dielast.recipe.specimen import Specimen, unmeasured
+from dielast.recipe.uncertainty import Share
 from dielast.units import (
     ANGULAR_FREQUENCY,
     COMPLIANCE,
+    FORCE,
     FREQUENCY,
+    LENGTH,
     NUMBER,
     STRAIN,
     STRESS,
@@ -38,7 +43,10 @@ ROLES = {
     "time": TIME,
     "modulus": STRESS,
     "strain": STRAIN,
+    "stretch": NUMBER,
     "stress": STRESS,
+    "extension": LENGTH,
+    "force": FORCE,
     "compliance": COMPLIANCE,
     "frequency": FREQUENCY,
     "angular_frequency": ANGULAR_FREQUENCY,
@@ -48,7 +56,7 @@ ROLES = {
     "complex_modulus": STRESS,
     "complex_viscosity": VISCOSITY,
 }
-OVER_TIME = ("time", "modulus", "strain", "stress", "compliance")
+OVER_TIME = ("time", "modulus", "strain", "stretch", "stress", "extension", "force", "compliance")
 OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
 MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
 """What the two moduli of a sweep can be told from."""
@@ -65,8 +73,11 @@ class Columns(Section):
     )
     time: ColumnName | None = Field(None, description='Time since the start of the test; left out: "time".')
     modulus: ColumnName | None = Field(None, description="Relaxation modulus.")
-    strain: ColumnName | None = Field(None, description="With stress, instead of modulus or compliance.")
-    stress: ColumnName | None = Field(None, description="Nominal, with strain.")
+    strain: ColumnName | None = Field(None, description="With stress or force, instead of modulus or compliance.")
+    stretch: ColumnName | None = Field(None, description="1 + strain, instead of strain.")
+    stress: ColumnName | None = Field(None, description="Nominal, with strain, stretch or extension.")
+    extension: ColumnName | None = Field(None, description="A length, instead of strain; needs specimen.gauge_length.")
+    force: ColumnName | None = Field(None, description="Instead of stress; needs specimen.width and thickness.")
     compliance: ColumnName | None = Field(None, description="Creep compliance.")
     frequency: ColumnName | None = Field(None, description="Frequency of a sweep, in Hz.")
     angular_frequency: ColumnName | None = Field(None, description="Angular frequency of a sweep, in rad/s.")
@@ -113,12 +124,18 @@ class Columns(Section):
 
 
 def _check_over_time(given: dict[str, str | int]) -> None:
-    if ("strain" in given) != ("stress" in given):
-        raise InputError("strain and stress go together")
-    found = [role for role in ("modulus", "stress", "compliance") if role in given]
+    strains, stresses = (
+        [role for role in pair if role in given] for pair in (("strain", "stretch", "extension"), ("stress", "force"))
+    )
+    for pair in (strains, stresses):
+        if len(pair) > 1:
+            raise InputError(f"{' and '.join(pair)} say the same: one of them is needed")
+    if len(strains) != len(stresses):
+        raise InputError("strain (or stretch, or extension) and stress (or force) go together")
+    found = [role for role in ("modulus", *stresses, "compliance") if role in given]
     if not found:
         raise InputError(
-            "either modulus, or strain and stress, is needed; for creep compliance; "
+            "either modulus, or strain and stress, is needed (or extension and force); for creep compliance; "
             "for a sweep storage and loss over frequency or angular_frequency"
         )
     if len(found) > 1:
@@ -136,15 +153,10 @@ def _check_sweep(given: dict[str, str | int]) -> None:
         raise InputError("frequency (in Hz) or angular_frequency (in rad/s) is needed")
 
 
-class MeasurementData(TextTable):
-    """Measurements at several temperatures: one file with a temperature column, one file for each, or an instrument's export."""
+class MeasuredData(TextTable):
+    """What was measured in a test: which column is what, in which units, of which specimen."""
 
-    file: InputFile | None = Field(None, description="One file with a temperature column, or an instrument's export.")
-    files: InputFiles | None = Field(None, description="A list of files, or a glob pattern relative to the recipe.")
-    temperatures: list[Temperature] | None = Field(None, description="Temperature of each of files, in their order.")
-    temperature_in_name: str | None = Field(
-        None, description="Where a file's name states its temperature: text with {degC} or {K} in the number's place."
-    )
+    file: InputFile | None = Field(None, description="A table of numbers or an instrument's export.")
     measurement: MeasurementName | None = Field(None, description="What was measured; told from the columns if left out.")
     columns: Columns | None = Field(None, description="Which column is what; an instrument's export says it itself.")
     steps: list[Step] | None = Field(
@@ -154,6 +166,7 @@ class MeasurementData(TextTable):
     units: Annotated[dict[str, str], units_of(**ROLES)] = Field(
         {}, description="Units by column, where the header does not say them."
     )
+    specimen: Specimen | None = Field(None, description="What extension and force are measured on.")
     test: Literal["tension", "shear"] | None = Field(
         None,
         description="A shear modulus is written as Young's, three times as much. Left out: tension, or what an export says.",
@@ -171,7 +184,7 @@ class MeasurementData(TextTable):
     @property
     def names(self) -> tuple[str, ...]:
         """The files, in their order."""
-        return (self.file,) if self.file is not None else self.files or ()
+        raise NotImplementedError
 
     @property
     def first_time(self) -> float:
@@ -184,33 +197,100 @@ class MeasurementData(TextTable):
         return self.format == "table" or self.separator is not None or self.skip_rows > 0
 
     @model_validator(mode="after")
+    def _one_measurement(self) -> Self:
+        found = self.columns.measurement if self.columns is not None else None
+        given = self.columns.by_role if self.columns is not None else {}
+        stressed = "stress" in given or "force" in given
+        if self.measurement is not None and found not in (None, self.measurement) and not stressed:
+            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{found}"')
+        if self.measurement == "oscillation" and stressed:
+            raise InputError('measurement = "oscillation", but strain and stress are columns of a test over time')
+        kind = self.measurement or found
+        if kind == "oscillation" and (self.ramp is not None or self.discard_before > 0):
+            raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
+        return self
+
+    @model_validator(mode="after")
+    def _a_specimen_of_tension(self) -> Self:
+        given = self.columns.by_role if self.columns is not None else {}
+        machine = [role for role in ("stretch", "extension", "force") if role in given]
+        if machine and self.test == "shear":
+            raise InputError(
+                f"{' and '.join(machine)} are of a test in tension: of one in shear, state strain and stress, or modulus"
+            )
+        if lacking := unmeasured(machine, self.specimen):
+            raise InputError(lacking)
+        return self
+
+
+class MeasurementData(MeasuredData):
+    """Measurements at several temperatures: one file with a temperature column, one file for each, or an instrument's export."""
+
+    file: InputFile | None = Field(
+        None, description="One file with a temperature column, or with columns for each temperature, or an instrument's export."
+    )
+    files: InputFiles | None = Field(None, description="A list of files, or a glob pattern relative to the recipe.")
+    temperatures: list[Temperature] | None = Field(None, description="Temperature of each of files, in their order.")
+    temperature_in_name: str | None = Field(
+        None, description="Where a file's name states its temperature: text with {degC} or {K} in the number's place."
+    )
+    layout: Literal["long", "wide"] | None = Field(
+        None,
+        description="Wide: columns of their own for each temperature, which their headers or a row above state; long: the same "
+        "columns for all. Left out: wide where headers state several temperatures and nothing else states any.",
+    )
+
+    temperature_stderr: TemperatureError = Field(
+        0.1,
+        validate_default=False,
+        description='Standard error of each temperature by itself; it is in the standard errors and the draws. "0 K" for none.',
+    )
+    drift: Share | None = Field(
+        None,
+        description="By how much the specimen's modulus changes from one temperature to the next, as a standard deviation, such as "
+        '"2 %": a random walk in the order in which they stand in the data, in the standard errors and the draws. Left out: only '
+        "offsets of whole curves that show are allowed for.",
+    )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The files, in their order."""
+        return (self.file,) if self.file is not None else self.files or ()
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the recipe itself says how the text is laid out, so that it is no instrument's export."""
+        return super().is_plain or self.layout is not None
+
+    @property
+    def sources(self) -> str:
+        """Where the temperatures may be stated."""
+        return "columns.temperature" if self.file else "one of columns.temperature, temperatures, temperature_in_name"
+
+    @property
+    def states_temperatures(self) -> bool:
+        """Whether the recipe says where the temperatures are."""
+        in_column = self.columns is not None and self.columns.temperature is not None
+        return in_column or self.temperatures is not None or self.temperature_in_name is not None
+
+    @model_validator(mode="after")
     def _one_source(self) -> Self:
         if (self.file is None) == (self.files is None):
             raise InputError("either file or files is needed")
         stated = [name for name in ("temperatures", "temperature_in_name") if getattr(self, name) is not None]
         if self.columns is not None and self.columns.temperature is not None:
             stated.insert(0, "columns.temperature")
-        allowed = "columns.temperature" if self.file else "one of columns.temperature, temperatures, temperature_in_name"
-        enough = len(stated) == 1 or (self.columns is None and not stated)
-        if not enough or (self.file and stated not in ([], ["columns.temperature"])):
-            raise InputError(f"temperatures are needed from {allowed}" + (f", not from {' and '.join(stated)}" if stated else ""))
+        headed = self.columns is None or self.file is not None or self.layout == "wide"  # perhaps, which reading tells
+        if len(stated) + headed == 0 or len(stated) > 1 or (self.file and stated not in ([], ["columns.temperature"])):
+            raise InputError(
+                f"temperatures are needed from {self.sources}" + (f", not from {' and '.join(stated)}" if stated else "")
+            )
+        if self.layout == "wide" and stated:
+            raise InputError(f'layout = "wide": the headers state the temperatures, so leave out {stated[0]}')
+        if self.columns is None and self.is_plain and self.layout != "wide":
+            raise InputError("columns are needed for a plain table")
         if self.files is not None and self.temperatures is not None and len(self.files) != len(self.temperatures):
             raise InputError(f"{len(self.files)} files but {len(self.temperatures)} temperatures")
         if self.temperature_in_name is not None and not any(mark in self.temperature_in_name for mark in ("{degC}", "{K}")):
             raise InputError('temperature_in_name needs {degC} or {K} where the number stands, such as "dma_{degC}C.csv"')
-        return self
-
-    @model_validator(mode="after")
-    def _one_measurement(self) -> Self:
-        if self.columns is None and self.is_plain:
-            raise InputError("columns are needed for a plain table")
-        found = self.columns.measurement if self.columns is not None else None
-        given = self.columns.by_role if self.columns is not None else {}
-        if self.measurement is not None and found not in (None, self.measurement) and "stress" not in given:
-            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{found}"')
-        if self.measurement == "oscillation" and "stress" in given:
-            raise InputError('measurement = "oscillation", but strain and stress are columns of a test over time')
-        kind = self.measurement or found
-        if kind == "oscillation" and (self.ramp is not None or self.discard_before > 0):
-            raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
         return self

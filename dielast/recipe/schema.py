@@ -103,6 +103,8 @@ def _table(field: Mapping[str, Any], definitions: Mapping[str, Any]) -> tuple[Ma
         target = option.get("items", option)
         if "$ref" in target:
             return definitions[target["$ref"].split("/")[-1]], "items" in option
+        if "properties" in target:
+            return target, False
     return None, False
 
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from dielast.errors import InputError
-from dielast.recipe.base import BreakdownField, Dielectric, RecipeBase, TextTable, units_of
+from dielast.recipe.base import BreakdownField, Dielectric, RecipeBase
 from dielast.recipe.export import Export
 from dielast.recipe.fields import (
-    ColumnName,
     InputFile,
     InputFolder,
     Modulus,
@@ -21,58 +20,40 @@ from dielast.recipe.fields import (
     Temperature,
     Temperatures,
 )
-from dielast.recipe.measurements import ROLES as MEASURED
-
-OVER_TIME = ("time", "modulus", "compliance")
-OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta")
-ROLES = {role: MEASURED[role] for role in (*OVER_TIME, *OVER_FREQUENCY)}
+from dielast.recipe.measurements import Columns, MeasuredData
 
 
-class CurveColumns(Section):
-    """Columns of a relaxation modulus or a creep compliance over reduced time, or of storage and loss over reduced frequency."""
-
-    time: ColumnName | None = Field(None, description='Reduced time; left out: "time".')
-    modulus: ColumnName | None = Field(None, description='Relaxation modulus; left out with all others: "modulus".')
-    compliance: ColumnName | None = Field(None, description="Creep compliance, instead of modulus.")
-    frequency: ColumnName | None = Field(None, description="Reduced frequency in Hz.")
-    angular_frequency: ColumnName | None = Field(None, description="Reduced angular frequency in rad/s.")
-    storage: ColumnName | None = Field(None, description="Storage modulus.")
-    loss: ColumnName | None = Field(None, description="Loss modulus.")
-    tan_delta: ColumnName | None = Field(None, description="Loss over storage modulus, instead of loss.")
+class CurveColumns(Columns):
+    """Columns of a test or a master curve at one temperature, over time or frequency, reduced or not."""
 
     @property
-    def measurement(self) -> Literal["relaxation", "oscillation", "creep"]:
-        """What was measured."""
-        if any(getattr(self, role) is not None for role in OVER_FREQUENCY):
-            return "oscillation"
-        return "relaxation" if self.compliance is None else "creep"
-
-    @model_validator(mode="after")
-    def _one_measurement(self) -> Self:
-        given = [role for role in ROLES if getattr(self, role) is not None]
-        if self.modulus is not None and self.compliance is not None:
-            raise InputError("either modulus or compliance is needed, not both")
-        if self.measurement != "oscillation":
-            return self
-        if strangers := [role for role in OVER_TIME if role in given]:
-            raise InputError(f"{' and '.join(strangers)} cannot stand beside the columns of a frequency sweep")
-        if "storage" not in given or ("loss" in given) == ("tan_delta" in given):
-            raise InputError("storage, and either loss or tan_delta, are needed of a frequency sweep")
-        if ("frequency" in given) == ("angular_frequency" in given):
-            raise InputError("either frequency (in Hz) or angular_frequency (in rad/s) is needed")
-        return self
+    def by_role(self) -> dict[str, str | int]:
+        """The columns given, by their role; where nothing else is measured, the modulus is called modulus."""
+        given = super().by_role
+        return given if given.keys() - {"temperature", "set", "time"} else {**given, "modulus": "modulus"}
 
 
-class CurveData(TextTable):
-    """A master curve from elsewhere: one file of a relaxation, creep or oscillation curve."""
+class CurveData(MeasuredData):
+    """One test at one temperature, or a master curve from elsewhere: relaxation, creep or oscillation."""
 
-    file: InputFile = Field(description="The curve, a table of numbers.")
-    columns: CurveColumns = Field(CurveColumns(), description="Which column is what.")
-    units: Annotated[dict[str, str], units_of(**ROLES)] = Field(
-        {}, description="Units of the columns, where the header does not say them."
+    ELSEWHERE: ClassVar = {
+        "files": "files of several temperatures are for mastercurve; a spectrum has one file",
+        "temperatures": "several temperatures are for mastercurve; a spectrum has one: reference_temperature",
+        "temperature": "the temperature of the test is reference_temperature",
+    }
+
+    file: InputFile = Field(description="The test or the curve, a table of numbers or an instrument's export.")
+    columns: CurveColumns | None = Field(
+        None, description='Which column is what; an instrument\'s export says it itself, other columns are "time" and "modulus".'
     )
-    test: Literal["tension", "shear"] = Field("tension", description="Whether moduli are Young's or shear.")
-    reference_temperature: Temperature = Field(description="Where the curve holds; it comes without a shift law.")
+    reference_temperature: Temperature | None = Field(
+        None, description="Where the test or curve holds, which has no shift law; left out: the temperature that the data state."
+    )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The file."""
+        return (self.file,)
 
 
 class RelaxationTimes(Section):
@@ -103,7 +84,14 @@ class Fit(Section):
     glassy_modulus: PositiveModulus | None = Field(
         None, description="Young's, that of all springs together; by default from the curve's short-time end."
     )
+    liquid: bool = Field(False, description="Whether the material is a melt, which flows: its equilibrium modulus is then 0.")
     continuous: bool = Field(False, description="Whether to write the continuous spectrum H(ln tau), too.")
+
+    @model_validator(mode="after")
+    def _liquid_or_solid(self) -> Self:
+        if self.liquid and self.equilibrium_modulus:
+            raise InputError("liquid = true and an equilibrium_modulus above 0 contradict each other: state one of them")
+        return self
 
 
 class Truncate(Section):
@@ -116,7 +104,10 @@ class Reduce(Section):
     """The smallest spectrum that answers like the whole one over a window of times."""
 
     window: list[PositiveTime] = Field(
-        min_length=2, max_length=2, description="The times from and to which a step or ramp of strain must come out alike."
+        min_length=2,
+        max_length=2,
+        description="The times from and to which the stress must come out alike, counted from the beginning of a step of strain, "
+        "or of a ramp, however long.",
     )
     temperatures: Temperatures | None = Field(None, description="Where the window holds; left out: the reference temperature.")
     tolerance: float = Field(0.01, gt=0, lt=1, description="Greatest relative error of the stress against the whole spectrum's.")
@@ -153,7 +144,7 @@ class SpectrumRecipe(RecipeBase):
 
     kind: Literal["spectrum"] = Field(description="The subcommand that runs this recipe.")
     mastercurve: InputFolder | None = Field(None, description="A folder written by mastercurve.")
-    data: CurveData | None = Field(None, description="Instead of mastercurve: a curve from elsewhere.")
+    data: CurveData | None = Field(None, description="Instead of mastercurve: a test at one temperature or a curve from elsewhere.")
     fit: Fit = Field(Fit(), description="How the spectrum is found.")
     truncate: Truncate | None = Field(None, description="Keep only the slowest branches.")
     reduce: Reduce | None = Field(None, description="Keep as few branches as a window of times needs.")

@@ -106,7 +106,8 @@ class FilmUncertainty(Uncertainty):
         gt=0,
         lt=1,
         description="Probability that an interval holds. A time without upper bound may be never; voltage, stretches and field of "
-        "an event are told of the films to which it happens.",
+        "an event are told of the films to which it happens. Over time, a film that has failed counts as beyond every upper bound "
+        "of stretches and field, and every lower one of stress and stability: where too many have failed, there is no such bound.",
     )
     breakdown_field: FieldScatter | None = Field(None, description="Scatter of the breakdown field from film to film.")
     thickness: Share | None = Field(

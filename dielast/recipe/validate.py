@@ -16,8 +16,8 @@ from pydantic_core import ErrorDetails
 from dielast.errors import InputError, as_toml, shown, shown_path
 from dielast.files import read_file
 from dielast.recipe.fields import Section
-from dielast.recipe.models import KINDS, recipe_model
-from dielast.recipe.paths import read_setting, set_key
+from dielast.recipe.models import KINDS, or_kind, recipe_model
+from dielast.recipe.paths import read_path, read_setting, set_key
 from dielast.recipe.toml import load, parse_toml
 from dielast.units import decimal_comma
 
@@ -67,14 +67,10 @@ def read_values(
             wrong += error.messages
     stated = values.get("kind")
     if stated not in KINDS:
-        known = ", ".join(KINDS)
-        near = difflib.get_close_matches(str(stated), KINDS, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"one of {known} is needed"
-        raise InputError(
-            *wrong, f"{path}: kind: {shown(stated)}: {hint}" if "kind" in values else f"{path}: kind: is needed: one of {known}"
-        )
+        needed = f"is needed: one of {', '.join(KINDS)}"
+        raise InputError(*wrong, f"{path}: kind: " + (f"{shown(stated)}: {or_kind(str(stated))}" if "kind" in values else needed))
     if kind is not None and stated != kind:
-        raise InputError(*wrong, f'{path}: kind: this is a "{stated}" recipe: run it with "dielast {stated}"')
+        raise InputError(*wrong, f'{path}: kind: the recipe is one of "{stated}": run it with "dielast {stated}"')
     return values, wrong
 
 
@@ -89,7 +85,10 @@ def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Pa
 def examine(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model | list[Mistake]:
     """`values` as a `model`, as `check` has it, or every mistake in them."""
     try:
-        return model.model_validate(values, context={"folder": folder, "columns": getattr(model, "COLUMNS", ())})
+        sweep = values.get("sweep")
+        swept = {shown_path(read_path(key) or (key,)): own for key, own in sweep.items()} if isinstance(sweep, dict) else {}
+        context = {"folder": folder, "columns": getattr(model, "COLUMNS", ()), "swept": swept}
+        return model.model_validate(values, context=context)
     except ValidationError as error:
         return [(problem["loc"], f"{source}: {_line(model, problem)}") for problem in error.errors(include_url=False)]
 

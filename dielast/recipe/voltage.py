@@ -49,8 +49,20 @@ def _prestretch(value: Any) -> tuple[float, float]:
         entry for entry in pair if isinstance(entry, int | float) and not isinstance(entry, bool) and 1 <= entry <= float_info.max
     ]
     if len(pair) != 2 or len(numbers) != 2:
-        raise InputError(f"{shown(value)}: a prestretch of at least 1 is needed, or a pair such as [3.0, 1.0]")
+        strain = next((strain for entry in pair if (strain := _strain(entry)) is not None), None)
+        hint = "" if strain is None else f"; a prestretch is 1 + strain: if that is a strain, write {1 + strain:g}"
+        raise InputError(f"{shown(value)}: a prestretch of at least 1 is needed, or a pair such as [3.0, 1.0]{hint}")
     return float(pair[0]), float(pair[1])
+
+
+def _strain(value: Any) -> float | None:
+    """The strain that a value looks like: a number between 0 and 1, or per cent."""
+    if isinstance(value, str):
+        try:
+            return parse(value, STRAIN)
+        except InputError:
+            return None
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < 1 else None
 
 
 def _prestretches(value: Any) -> tuple[tuple[float, float], ...]:
@@ -115,8 +127,8 @@ class PullIn(Section):
 
     timescale: TimeScale = Field(
         default_factory=lambda: (0.01, True),
-        description="How long a disturbance is watched: a share of the time since the voltage came on, or a time; "
-        "0 s is det H = 0 to the letter.",
+        description="How long a disturbance is watched: a share of the time since the size of the voltage last began to rise, "
+        "after a hold or a fall; or a time; 0 s is det H = 0 to the letter.",
         json_schema_extra={"default": "1 %"},
     )
 
@@ -134,28 +146,12 @@ class VoltageStep(HistoryStep):
 
     voltage: Voltage | None = Field(None, description="Voltage to reach.")
     rate: VoltageRate | None = Field(None, description="Of the voltage; negative to lower it.")
-    waveform: Literal["triangle", "sine"] | None = Field(None, description="Cycles between low and high, starting from low.")
     low: Voltage | None = Field(None, description="Of a waveform; by default 0 V.")
     high: Voltage | None = Field(None, description="Of a waveform.")
-    period: PositiveTime | None = Field(None, description="Of a waveform.")
-    cycles: int | None = Field(None, ge=1, le=100_000, description="Of a waveform; by default 1.")
 
     def aim(self) -> Aim | None:
         """The voltage."""
         return None if self.voltage is None else Aim("voltage", self.voltage, self.rate, VOLTAGE.unit)
-
-    def details(self) -> tuple[str, ...]:
-        """Keys that go with a waveform."""
-        return ("low", "high", "period", "cycles")
-
-    @model_validator(mode="after")
-    def _whole_waveform(self) -> Self:
-        stated = [key for key in self.details() if getattr(self, key) is not None]
-        if self.waveform is None and stated:
-            raise InputError(f"{stated[0]} goes with waveform")
-        if self.waveform is not None and (missing := [key for key in ("high", "period") if key not in stated]):
-            raise InputError(f"a waveform needs {' and '.join(missing)}")
-        return self
 
 
 class FilmBase(Section):

@@ -30,8 +30,11 @@ class Batch(Protocol[Result_co]):
         """The result of each member."""
 
 
-def solve_batches(batches: Sequence[Batch[Result]], execution: Execution = LOCAL) -> list[Result]:
-    """The result of every case, by number; raises the error of the first batch that has one, whoever comes upon it first."""
+def solve_batches(batches: Sequence[Batch[Result]], execution: Execution = LOCAL, what: str = "cases") -> list[Result]:
+    """The result of every case, by number; raises the error of the first batch that has one, whoever comes upon it first.
+
+    `what` says to whoever hears of progress what is counted.
+    """
     count = sum(len(batch.members) for batch in batches)
     results: dict[int, Result] = {}
     waiting: dict[int, _Solved[Result]] = {}
@@ -48,7 +51,7 @@ def solve_batches(batches: Sequence[Batch[Result]], execution: Execution = LOCAL
                 results.update(zip(batch.members, ready.results, strict=True))
                 following += 1
             if execution.progress is not None and len(batches) > 1:
-                execution.progress(done, count)
+                execution.progress(done, count, what)
     return [results[number] for number in range(count)]
 
 

@@ -9,18 +9,21 @@ from typing import TypeVar
 
 Plan = TypeVar("Plan")
 Solved = TypeVar("Solved")
+Progress = Callable[[int, int, str], None]
+"""Hears how many are done, of how many, and of what: cells, cases or draws."""
 
 
 @dataclass(frozen=True, slots=True)
 class Execution:
     """How a run is carried out, which no result depends on: processes, a folder for unfinished work, who hears of progress, the
-    Dask scheduler of the cluster to use instead of processes.
+    Dask scheduler of the cluster to use instead of processes, and who hears what a user should know of the run.
     """
 
     jobs: int = 1
     folder: Path | None = None
-    progress: Callable[[int, int], None] | None = None
+    progress: Progress | None = None
     scheduler: str | None = None
+    note: Callable[[str], None] | None = None
 
 
 def share_out(

@@ -43,6 +43,8 @@ def solve_in_processes(
         # it would end its other workers with a signal that they ignore, and wait for them
         for child in set(multiprocessing.active_children()).difference(others):
             child.kill()
+        # the thread that looks after them closes what the interpreter would write to as it ends
+        pool.shutdown(wait=True)
         raise NumericsError("a worker process was killed, for want of memory perhaps") from None
     finally:
         pool.shutdown(wait=False)

@@ -13,13 +13,15 @@ from dielast.events import Happened, Kind, Watch
 from dielast.gent import Floats
 from dielast.integrate import Status
 from dielast.material import Breakdown, Material
+from dielast.result import TabularResult
+from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.film import programme
-from dielast.simulate.history import REASONS, Outcome
-from dielast.simulate.output import ending, given_times
+from dielast.simulate.follow import REASONS, Outcome
+from dielast.simulate.record import Recorder, Wanted, check_cycles, check_end, ending, given_times, kept_cycles
 from dielast.simulate.setup import Setup, set_up
-from dielast.simulate.trace import ROWS, Grid, Trace
-from dielast.simulate.voltage import VoltageStep, some_of, voltage_pieces
-from dielast.stability import ONE_PERCENT, TimeScale
+from dielast.simulate.voltage import VoltageStep, some_of, spanning, voltage_pieces
+from dielast.stability import ONE_PERCENT, TimeScale, stability
+from dielast.table import Column, Frame, Table, case_table, to_frame
 
 NAMES = {
     Kind.BREAKDOWN: "breakdown",
@@ -44,8 +46,8 @@ class Event:
     true_field: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ActuationHistory:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ActuationHistory(TabularResult):
     """What films did under voltage: arrays (cases, times) in s, V, Pa and V/m, `temperature` (cases,) in degC.
 
     Time starts with the voltage programme; the relative stretch is that over the prestretch; the nominal stress is mechanical;
@@ -67,11 +69,54 @@ class ActuationHistory:
     stability: Floats
     events: tuple[tuple[Event, ...], ...]
     outcome: tuple[Outcome, ...]
+    cycles: CycleTable | None = None
+
+    def case(self, row: int) -> dict[str, Floats]:
+        """The columns of a case up to where it ended, (rows,), by their headers."""
+        columns = {
+            "time [s]": self.time,
+            "voltage [V]": self.voltage,
+            "stretch_1 [1]": self.stretch_1,
+            "stretch_2 [1]": self.stretch_2,
+            "relative_stretch_1 [1]": self.relative_stretch_1,
+            "relative_stretch_2 [1]": self.relative_stretch_2,
+            "nominal_stress_1 [Pa]": self.nominal_stress_1,
+            "nominal_stress_2 [Pa]": self.nominal_stress_2,
+            "true_field [V/m]": self.true_field,
+            "stability [1]": self.stability,
+        }
+        reached = np.isfinite(self.stretch_1[row])
+        return {header: values[row][reached] for header, values in columns.items()}
+
+    def columns(self) -> Table:
+        """All cases, one below the other."""
+        return case_table(self.temperature.tolist(), [self.case(row) for row in range(self.time.shape[0])])
+
+    def events_to_frame(self) -> Frame:
+        """The events as a data frame, by case and time."""
+        return to_frame(event_columns(self.events))
 
     @property
     def completed(self) -> bool:
         """Whether every case came to its end or to the event it was to stop at."""
         return all(outcome.completed for outcome in self.outcome)
+
+
+def event_columns(events: Sequence[Sequence[Event]]) -> Table:
+    """The table of the events of each case, in order of time."""
+    flat = [(case, event) for case, own in enumerate(events) for event in own]
+    numbers = {
+        ("time", "s"): [event.time for _, event in flat],
+        ("voltage", "V"): [event.voltage for _, event in flat],
+        ("stretch_1", "1"): [event.stretch_1 for _, event in flat],
+        ("stretch_2", "1"): [event.stretch_2 for _, event in flat],
+        ("true_field", "V/m"): [event.true_field for _, event in flat],
+    }
+    return [
+        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
+        Column("event", None, [event.name for _, event in flat]),
+        *(Column(name, unit, np.array(values, dtype=float)) for (name, unit), values in numbers.items()),
+    ]
 
 
 def actuate(
@@ -91,6 +136,7 @@ def actuate(
     points_per_decade: int = 30,
     with_end: bool | None = None,
     rtol: float = 1e-6,
+    cycles: str | Sequence[int] | None = None,
 ) -> ActuationHistory:
     """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the voltage `steps` from 0 V.
 
@@ -99,8 +145,9 @@ def actuate(
     nominal stress reached, or "clamped". `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
     material's by default. A run ends with the first event `stop_at`, "breakdown" or "pull-in", or goes through them all to the
     "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol` as in
-    `creep`. The history of a run that stops ends `with_end`, with the film as it was at the event, by default unless `times` are
-    given. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome.
+    `creep`, and the `cycles` of waveforms, which are about the relative stretch of axis 1. The history of a run that stops ends
+    `with_end`, with the film as it was at the event, by default unless `times` are given. Raises `InputError` for anything wrong
+    with the arguments; numerics that give up are an outcome.
     """
     if stop_at not in STOPS:
         raise InputError(f"stop at {stop_at!r}: it must be one of {', '.join(STOPS)}")
@@ -109,7 +156,7 @@ def actuate(
     setup = set_up(
         material,
         prestretch,
-        spanning=[value for step in steps for value in (step.voltage, step.rate, step.duration) if value is not None],
+        spanning=spanning(steps),
         thickness=thickness,
         prestretch_rate=prestretch_rate,
         relax=relax,
@@ -121,24 +168,42 @@ def actuate(
     )
     cases = setup.temperature.size
     pieces = voltage_pieces(steps, setup.controls, setup.thickness, cases)
-    grid = Grid.over(pieces, setup.points, None if times is None else given_times(times, cases), points_per_decade)
-    values, begin = np.empty((ROWS, *grid.time.shape)), np.empty((3, cases))
-    happened, reached, status = Happened.nothing(cases), np.empty(cases), np.empty(cases, dtype=np.intp)
-    for part in setup.groups():
+    wanted = Wanted(None if times is None else given_times(times, cases), points_per_decade, kept_cycles(cycles))
+    check_cycles(wanted.cycles, pieces)
+    lasts = [piece.resolve(np.zeros((3, cases))).duration for piece in pieces]
+    check_end(wanted.times, np.sum(lasts, axis=0), "programme")
+    parts, runs = setup.groups(), []
+    begin, happened, reached, status = (
+        np.empty((3, cases)),
+        Happened.nothing(cases),
+        np.empty(cases),
+        np.empty(cases, dtype=np.intp),
+    )
+    for part in parts:
         film = setup.film(part, rtol)
-        watch = Watch(setup.controls, setup.breakdown_field[part], pull_in_timescale, STOPS[stop_at], rtol)
-        trace = Trace.on(grid.take(part), watch)
-        relaxed = film.condition
+        watch = Watch(setup.controls, setup.breakdown_field[part], pull_in_timescale, STOPS[stop_at])
+        relaxed, zero = film.condition, np.zeros(part.size)
         begin[:2, part] = np.exp(0.5 * relaxed.log_squared_stretch)
-        zero = np.zeros(part.size)
-        begin[2, part] = watch.determinant(
-            film.points, relaxed.internal, relaxed.log_squared_stretch, relaxed.nominal_stress, zero, zero
-        )
-        reached[part], status[part] = programme(film, some_of(pieces, part), watch, rtol=rtol, trace=trace)
-        values[:, part] = trace.values
+        begin[2, part] = stability(
+            film.points,
+            watch.held_modulus(film.points, zero),
+            setup.controls,
+            relaxed.internal,
+            relaxed.log_squared_stretch,
+            relaxed.nominal_stress,
+            zero,
+        ).determinant
+        recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch)
+        meter = CycleMeter(film.points.permittivity, begin[0, part], False)
+        reached[part], status[part] = programme(film, some_of(pieces, part), watch, rtol=rtol, recorder=recorder, meter=meter)
         happened.put(part, watch.happened)
+        runs.append((*recorder.collect()[:2], meter.collect()))
+    time, values = np.empty((cases, runs[0][0].shape[1])), np.empty((*runs[0][1].shape[:1], cases, runs[0][1].shape[2]))
+    for part, (rows, filled, _) in zip(parts, runs, strict=True):
+        time[part], values[:, part] = rows, filled
     ends = times is None if with_end is None else with_end
-    return _history(setup, grid.time, values, begin, happened, reached, status, stop_at, ends)
+    table = CycleTable.assembled(parts, [metered for _, _, metered in runs], cases)
+    return _history(setup, time, values, begin, happened, reached, status, stop_at, ends, table)
 
 
 def _history(
@@ -151,12 +216,16 @@ def _history(
     status: NDArray[np.intp],
     stop_at: str,
     with_end: bool,
+    cycles: CycleTable | None,
 ) -> ActuationHistory:
     """Results in the user's terms, nothing of which is after the end of its case."""
     stopped = status == Status.STOPPED
     if stopped.any():
         kind = STOPS[stop_at][0]
         reached = np.where(stopped, happened.time[kind], reached)
+    # an equilibrium that ends where the numerics give up may end a little later
+    latest = np.max(np.where(np.isnan(happened.time), 0.0, happened.time), axis=0)
+    reached = np.where(stopped, reached, np.maximum(reached, latest))
     # a time that was asked for may lie beyond the end by rounding
     values = np.where(time > reached[:, None] * (1 + 1e-12), np.nan, values)
     if stopped.any() and with_end:
@@ -182,6 +251,7 @@ def _history(
         stability=values[5] / begin[2, :, None],
         events=tuple(_events(happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
         outcome=outcome,
+        cycles=cycles,
     )
 
 

@@ -8,28 +8,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.ensemble import Sample
 from dielast.errors import InputError, NumericsError
 from dielast.events import Kind, Watch
 from dielast.gent import Floats
 from dielast.integrate import Status
-from dielast.load import Control, Piece
+from dielast.load import Piece
 from dielast.material import Breakdown, Material
+from dielast.result import Result, TabularResult
 from dielast.simulate.film import Film, programme
-from dielast.simulate.history import REASONS
+from dielast.simulate.follow import REASONS
 from dielast.simulate.setup import Setup, set_up
+from dielast.span import Control
 from dielast.stability import ONE_PERCENT, TimeScale
+from dielast.table import Column, Table
+
+if TYPE_CHECKING:
+    from dielast.ensemble import Sample
 
 CHUNK = 2048  # cells
 DRAWN_RTOL = 5e-4  # of draws, unless it is stated: their times are then exact to 0.1 %, commonly far less than they differ by
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FailureMap:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FailureMap(TabularResult):
     """Times in s, arrays (temperatures, prestretches, voltages), NaN where it does not happen within the `horizon` or is not known.
 
     `failure_mode` is breakdown, pull-in, none, or unfinished where the numerics gave up before the film failed; `outcome` is
@@ -47,6 +53,20 @@ class FailureMap:
     time_to_failure: Floats
     failure_mode: NDArray[np.str_]
     outcome: NDArray[np.str_]
+
+    def columns(self) -> Table:
+        """One row for each cell: temperatures, then prestretches, then voltages."""
+        t, p, v = (index.ravel() for index in np.indices(self.failure_mode.shape))
+        return [
+            Column("temperature", "degC", self.temperature[t]),
+            Column("prestretch_1", "1", self.prestretch[p, 0]),
+            Column("prestretch_2", "1", self.prestretch[p, 1]),
+            Column("voltage", "V", self.voltage[v]),
+            Column("time_to_breakdown", "s", self.time_to_breakdown.ravel()),
+            Column("time_to_pull_in", "s", self.time_to_pull_in.ravel()),
+            Column("time_to_failure", "s", self.time_to_failure.ravel()),
+            Column("failure_mode", None, self.failure_mode.ravel().tolist()),
+        ]
 
     @property
     def completed(self) -> bool:
@@ -67,8 +87,8 @@ class Group:
     rtol: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MapPlan:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MapPlan(Result):
     """All that is needed to solve any cell of a map; cells are numbered through groups, films and voltages, the last running
     fastest.
     """
@@ -248,7 +268,7 @@ def _groups(setup: Setup, first: int, rtol: float) -> tuple[Group, ...]:
     """The films of a setup, numbered from `first`."""
     groups = []
     for columns in setup.groups():
-        own = np.unique(columns)
+        own = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
         groups.append(Group(setup.film(columns, rtol), first + own, setup.breakdown_field[own], setup.thickness[own], rtol))
     return tuple(groups)
 
@@ -265,7 +285,7 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     column, volt = np.divmod(np.resize(np.arange(first - begin, end - begin), max(2, count)), plan.voltage.size)
     field = plan.voltage[volt] / group.thickness[column]
     both = (Kind.BREAKDOWN, Kind.PULL_IN)
-    watch = Watch(plan.controls, group.breakdown_field[column], plan.timescale, both, group.rtol, tension=False)
+    watch = Watch(plan.controls, group.breakdown_field[column], plan.timescale, both, tension=False)
     pieces = [Piece(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
     if plan.horizon > plan.ramp:
         pieces.append(Piece(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
@@ -301,8 +321,8 @@ def _map(plan: MapPlan, breakdown: Floats, pull_in: Floats, status: NDArray[np.i
     gave_up = ~np.isin(status, (Status.COMPLETED, Status.STOPPED))
     mode = np.select([breakdown == failure, pull_in == failure, gave_up], ["breakdown", "pull-in", "unfinished"], default="none")
     outcome = np.full(status.shape, "completed", dtype=object)
-    for state in np.unique(status[gave_up]):
-        outcome[status == state] = REASONS[Status(int(state))]
+    for state in sorted(set(status[gave_up].tolist())):
+        outcome[status == state] = REASONS[Status(state)]
     return FailureMap(
         plan.temperature,
         plan.prestretch,

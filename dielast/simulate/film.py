@@ -8,23 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.events import Films, Kind, Watch
+from dielast.events import Kind, Watch
 from dielast.gent import Cases, Floats
-from dielast.integrate import Status, Stride, integrate
+from dielast.integrate import Status
 from dielast.jump import jump
-from dielast.load import Control, Piece, Ramp
-from dielast.point import LoadedPoints, Points
-from dielast.simulate.history import apply_at_once, at_rest, prescribed
-from dielast.simulate.output import Condition
-from dielast.simulate.trace import PieceTrace, Trace
-from dielast.stability import damped
-from dielast.symmetric import EQUIBIAXIAL, SymmetricPoints
+from dielast.load import Piece
+from dielast.point import Points
+from dielast.simulate.cycles import CycleMeter
+from dielast.simulate.follow import Condition, follow
+from dielast.simulate.record import Recorder
+from dielast.span import Control, Controls
+from dielast.stability import Fold, damped
+from dielast.symmetric import EQUIBIAXIAL, Symmetry
 
-NUDGE = 0.05  # in Lambda: a load applied at once that moves the film further is followed in smaller shares
+MAX_MOVE = 0.05  # in Lambda: a load applied at once that moves the film further is followed in smaller shares
 SMALLEST_SHARE = 1e-7  # of a load; where no smaller one has an equilibrium nearby, none has
 
 
@@ -36,18 +38,14 @@ class Film:
     condition: Condition
     alike: bool
 
+    @property
+    def symmetry(self) -> Symmetry | None:
+        """The symmetry that they keep."""
+        return EQUIBIAXIAL if self.alike else None
+
     def take(self, cases: Cases) -> Film:
         """The same for some of the cases."""
-        c = self.condition
-        some = Condition(
-            c.internal[:, :, cases],
-            c.log_squared_stretch[:, cases],
-            c.nominal_stress[:, cases],
-            c.field[cases],
-            c.time[cases],
-            c.next_step[cases],
-        )
-        return Film(self.points.take(cases), some, self.alike)
+        return Film(self.points.take(cases), self.condition.take(cases), self.alike)
 
 
 def prestretch(
@@ -60,27 +58,18 @@ def prestretch(
     rtol: float,
 ) -> tuple[Film, NDArray[np.intp]]:
     """Films stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free, and held for `relax`
-    s; and the `Status` (cases,) of each, which is worth nothing unless completed.
+    s; and the `Status` (cases,) of each. Use a film only where its status is COMPLETED.
     """
-    controls = tuple(Control.STRESS if target is None else Control.STRETCH for target in stretch)
+    first, second = (Control.STRESS if target is None else Control.STRETCH for target in stretch)
     zero = np.zeros_like(duration)
     targets = tuple(zero if target is None else target for target in stretch)
-    pieces = [Piece((controls[0], controls[1]), (targets[0], targets[1], None), duration)]
+    pieces = [Piece((first, second), (targets[0], targets[1], None), duration)]
     if relax > 0:
-        pieces.append(Piece((controls[0], controls[1]), (None, None, None), np.full_like(duration, relax)))
-    condition, status = at_rest(points), np.zeros(duration.size, dtype=np.intp)
+        pieces.append(Piece((first, second), (None, None, None), np.full_like(duration, relax)))
     # only the viscous stretches at the end matter, not the stress on the way
     relaxing = replace(points, stress_floor=np.full_like(points.stress_floor, np.inf))
-    for piece in pieces:
-        present = prescribed(condition, piece.controls)
-        end, lasting = piece.resolve(present)
-        at_once = (lasting == 0) & np.any(end != present, axis=0)
-        condition, lost = apply_at_once(points, piece.controls, end, condition, at_once)
-        ramp = Ramp.between(piece.controls, np.where(at_once, end, present), end, lasting)
-        status = np.where(lost, Status.STEP_VANISHED, status)
-        alive = status == Status.COMPLETED
-        condition, ended = _traverse(_system(relaxing, ramp, alike), condition, np.where(alive, lasting, 0.0), rtol, None, None)
-        status = np.where(alive, ended, status)
+    symmetry = EQUIBIAXIAL if alike else None
+    condition, status, _ = follow(relaxing, pieces, Condition.at_rest(points), symmetry=symmetry, rtol=rtol)
     damper = condition.log_squared_stretch[:, None]
     internal = np.concatenate((condition.internal, damper), axis=1)
     condition = replace(condition, internal=internal, time=zero, next_step=zero)
@@ -88,54 +77,48 @@ def prestretch(
 
 
 def programme(
-    film: Film, pieces: Sequence[Piece], watch: Watch, *, rtol: float, trace: Trace | None = None
+    film: Film,
+    pieces: Sequence[Piece],
+    watch: Watch,
+    *,
+    rtol: float,
+    recorder: Recorder | None = None,
+    meter: CycleMeter | None = None,
 ) -> tuple[Floats, NDArray[np.intp]]:
     """Run films through a voltage programme: how far each came, in s, and its `Status`: completed, stopped by `watch`, or given
     up.
     """
-    points, condition = film.points, film.condition
-    status = np.zeros(condition.time.size, dtype=np.intp)
-    for index, piece in enumerate(pieces):
-        present = prescribed(condition, piece.controls)
-        end, duration = piece.resolve(present)
-        alive = status == Status.COMPLETED
-        at_once = alive & (duration == 0) & np.any(end != present, axis=0)
-        condition = _at_once(points, piece, present, end, condition, at_once, watch, status)
-        ramp = Ramp.between(piece.controls, np.where(duration == 0, end, present), end, duration)
-        system = _system(points, ramp, film.alike)
-        state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
-        alive = status == Status.COMPLETED
-        watch.begin(system, state, condition.time, alive & (at_once | (index == 0)))
-        piece_trace = None if trace is None else trace.pieces[index]
-        if piece_trace is not None:
-            piece_trace.start(system, state, alive)
-        status[alive & watch.done] = Status.STOPPED
-        alive = status == Status.COMPLETED
-        condition, ended = _traverse(system, condition, np.where(alive, duration, 0.0), rtol, watch, piece_trace)
-        status = np.where(alive, ended, status)
-        watch.finish(system)
+    condition, status, _ = follow(
+        film.points,
+        pieces,
+        film.condition,
+        symmetry=film.symmetry,
+        rtol=rtol,
+        at_once=partial(_at_once, film.points, watch),
+        watch=watch,
+        recorder=recorder,
+        meter=meter,
+    )
     return condition.time, status
 
 
 def _at_once(
     points: Points,
-    piece: Piece,
+    watch: Watch,
+    controls: Controls,
     present: Floats,
     end: Floats,
     condition: Condition,
     at_once: NDArray[np.bool_],
-    watch: Watch,
     status: NDArray[np.intp],
 ) -> Condition:
     """The condition after a voltage applied at once to some cases. Where the film cannot hold it, that is a pull-in, and the
     damper holds it first.
     """
     some = np.flatnonzero(at_once)
-    if not some.size:
-        return condition
     jumped = connected_jump(
         points.take(some),
-        piece.controls,
+        controls,
         present[:, some],
         end[:, some],
         condition.internal[:, :, some],
@@ -168,12 +151,13 @@ def _at_once(
             new = which & ~watch.seen(kind, lost)
             cases = lost[new]
             film = points.take(cases), condition.internal[:, :, cases], where[:, new], stressed[:, new], at[new]
-            watch.note(kind, cases, condition.time[cases], *film)
+            time = condition.time[cases]
+            watch.note(kind, cases, time, watch.age(cases, time), *film)
         lost = np.resize(lost, max(2, lost.size))  # numbers in a lone column round differently
-        log_squared, nominal, found = jump(points.take(lost), piece.controls, end[:, lost], internal[:, :, lost], stretch[:, lost])
+        log_squared, nominal, found = jump(points.take(lost), controls, end[:, lost], internal[:, :, lost], stretch[:, lost])
         vanished = lost[~found]
         # a film to which all that is asked for has happened need not go on
-        status[vanished] = np.where(watch.done[vanished], Status.STOPPED, Status.STEP_VANISHED)
+        status[vanished] = np.where(watch.done[vanished], Status.STOPPED, Status.NO_START)
         stretch[:, lost[found]], stress[:, lost[found]] = log_squared[:, found], nominal[:, found]
     return Condition(internal, stretch, stress, field, condition.time, np.where(at_once, 0.0, condition.next_step))
 
@@ -197,7 +181,7 @@ class ConnectedJump:
 
 def connected_jump(
     points: Points,
-    controls: tuple[Control, Control],
+    controls: Controls,
     present: Floats,
     end: Floats,
     internal: Floats,
@@ -229,7 +213,7 @@ def connected_jump(
         load = load_at(np.resize(wanted, pair.size), pair)
         moved, stress, found = jump(bare.take(pair), controls, load, internal[:, :, pair], log_squared[:, pair])
         moved, stress, found = moved[:, : going.size], stress[:, : going.size], found[: going.size]
-        near = found & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= NUDGE)
+        near = found & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= MAX_MOVE)
         true_field = np.abs(load[2, : going.size]) * np.exp(0.5 * np.sum(moved, axis=0))
         breaks = near & np.isnan(breakdown_at[going]) & (true_field >= breakdown_field[going])
         met = breaks & (share[going] < 2 * SMALLEST_SHARE)  # as closely as the load can be divided
@@ -240,32 +224,20 @@ def connected_jump(
         log_squared[:, there], nominal[:, there], reached[there] = moved[:, near], stress[:, near], wanted[near]
         share[going] = np.where(met, 1.0, np.where(near, share[going], 0.5 * share[going]))
         going = going[(reached[going] < 1) & (share[going] >= SMALLEST_SHARE)]
+    ends = np.flatnonzero((reached > 0) & (reached < 1))
+    if ends.size:  # where the equilibrium ends, exactly
+        pair = np.resize(ends, max(2, ends.size))  # numbers in a lone column round differently
+        frozen = replace(bare.take(pair), rate=np.zeros((modulus.shape[0], pair.size)))
+        fold = Fold(
+            frozen,
+            controls,
+            lambda share: load_at(share, pair),
+            lambda _: frozen.modulus,
+            internal[:, :, pair],
+            log_squared[:, pair],
+            reached[pair],
+        )
+        share, _, moved, stress = (part[..., : ends.size] for part in fold.find())
+        reached[ends], log_squared[:, ends], nominal[:, ends] = np.minimum(share, 1 - 1e-15), moved, stress
     limit = load_at(reached, np.arange(count))[2]
     return ConnectedJump(log_squared, nominal, limit, reached >= 1, breakdown_at, broken, stressed)
-
-
-def _system(points: Points, ramp: Ramp, alike: bool) -> Films:
-    """The equations under one smooth piece of load."""
-    return SymmetricPoints(points, ramp, EQUIBIAXIAL) if alike else LoadedPoints(points, ramp)
-
-
-def _traverse(
-    system: Films, condition: Condition, duration: Floats, rtol: float, watch: Watch | None, trace: PieceTrace | None
-) -> tuple[Condition, NDArray[np.intp]]:
-    """The condition after a smooth piece of load, and each case's status."""
-    if not duration.any():
-        return condition, np.zeros(duration.size, dtype=np.intp)
-
-    def observe(stride: Stride) -> NDArray[np.bool_] | None:
-        if trace is not None:
-            trace(stride)
-        return watch(stride) if watch is not None else None
-
-    state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
-    result = integrate(system, state, duration, rtol=rtol, observe=observe, first_step=condition.next_step)
-    driven = system.load.value(result.time)
-    log_squared, nominal = system.membrane(result.state, driven)
-    reached = Condition(
-        system.internal(result.state), log_squared, nominal, driven[2], condition.time + result.time, result.next_step
-    )
-    return reached, result.status

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dielast.result import Result
 from dielast.simulate.failure_map import FailureMap
+from dielast.table import Column, Frame, Table, to_frame
 
 
-@dataclass(frozen=True, slots=True)
-class LifetimeLine:
+@dataclass(frozen=True, slots=True, repr=False)
+class LifetimeLine(Result):
     """log10(time to failure in s) = `intercept` + `slope` V (1/V) at one temperature (degC) and prestretch, over so many `points`.
 
     `rms_residual` is in decades. What fewer than two points cannot tell is NaN.
@@ -25,7 +27,35 @@ class LifetimeLine:
     points: int
 
 
-def fit_lifetime(result: FailureMap) -> tuple[LifetimeLine, ...]:
+class LifetimeLines(tuple[LifetimeLine, ...]):
+    """Lines by temperature and prestretch, which are a table, too."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        slopes = f": slope={self[0].slope:.5g} ... {self[-1].slope:.5g}" if self else ""
+        return f"LifetimeLines(<{len(self)}{slopes}>)"
+
+    def columns(self) -> Table:
+        """The straight line of log10(time_to_failure) over voltage for each temperature and prestretch."""
+        numbers = {
+            ("temperature", "degC"): [line.temperature for line in self],
+            ("prestretch_1", "1"): [line.prestretch[0] for line in self],
+            ("prestretch_2", "1"): [line.prestretch[1] for line in self],
+            ("slope", "1/V"): [line.slope for line in self],
+            ("intercept", "1"): [line.intercept for line in self],
+            ("rms_residual", "1"): [line.rms_residual for line in self],
+            ("r_squared", "1"): [line.r_squared for line in self],
+        }
+        columns = [Column(name, unit, np.array(values, dtype=float)) for (name, unit), values in numbers.items()]
+        return [*columns, Column("points", None, np.array([line.points for line in self], dtype=np.int64))]
+
+    def to_frame(self) -> Frame:
+        """The table as a data frame."""
+        return to_frame(self.columns())
+
+
+def fit_lifetime(result: FailureMap) -> LifetimeLines:
     """A least-squares line for each temperature and prestretch, through the films that fail after 0 s and within the horizon."""
     lines = []
     for i, temperature in enumerate(result.temperature):
@@ -46,4 +76,4 @@ def fit_lifetime(result: FailureMap) -> tuple[LifetimeLine, ...]:
                 r_squared = 1 - float(off @ off) / spread if spread > 0 else np.nan
             pair = (float(prestretch[0]), float(prestretch[1]))
             lines.append(LifetimeLine(float(temperature), pair, slope, intercept, residual, r_squared, count))
-    return tuple(lines)
+    return LifetimeLines(lines)

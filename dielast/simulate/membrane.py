@@ -11,19 +11,26 @@ from numpy.typing import ArrayLike, NDArray
 from dielast import kinematics
 from dielast.errors import InputError
 from dielast.gent import Floats, SpringLaw
+from dielast.integrate import Status
 from dielast.load import Mode, Step, case_count, numbers, pieces
 from dielast.material import Material
 from dielast.point import Points
-from dielast.simulate.history import Outcome, run
-from dielast.simulate.output import given_times
+from dielast.result import TabularResult
+from dielast.simulate.cycles import CycleMeter, CycleTable
+from dielast.simulate.follow import REASONS, Condition, Outcome, follow
+from dielast.simulate.reach import check_reach, symmetry_of
+from dielast.simulate.record import Recorder, Wanted, check_cycles, check_end, given_times, kept_cycles
+from dielast.span import Control
+from dielast.table import Table, case_table
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MembraneHistory:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MembraneHistory(TabularResult):
     """What a membrane did: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, one `outcome` a case.
 
     Where an outcome is not completed, everything after its time is NaN. `viscous_stretch` (2, branches, cases, times) is None
-    unless it was asked for.
+    unless it was asked for, `cycles` unless there is a waveform; they are about the nominal stress where the stretch is
+    prescribed, and else about the stretch.
     """
 
     temperature: Floats
@@ -36,6 +43,25 @@ class MembraneHistory:
     steps: NDArray[np.intp]
     viscous_stretch: Floats | None
     points: Points
+    cycles: CycleTable | None = None
+
+    def case(self, row: int) -> dict[str, Floats]:
+        """The columns of a case up to where it ended, (rows,), by their headers."""
+        columns = {
+            "time [s]": self.time,
+            "stretch_1 [1]": self.stretch_1,
+            "stretch_2 [1]": self.stretch_2,
+            "nominal_stress_1 [Pa]": self.nominal_stress_1,
+            "nominal_stress_2 [Pa]": self.nominal_stress_2,
+            "true_stress_1 [Pa]": self.true_stress_1,
+            "true_stress_2 [Pa]": self.true_stress_2,
+        }
+        reached = np.isfinite(self.stretch_1[row])
+        return {header: np.asarray(values[row][reached]) for header, values in columns.items()}
+
+    def columns(self) -> Table:
+        """All cases, one below the other, without `relaxation_modulus`, which is that of uniaxial relaxation alone."""
+        return case_table(self.temperature.tolist(), [self.case(row) for row in range(self.time.shape[0])])
 
     @property
     def true_stress_1(self) -> Floats:
@@ -93,6 +119,7 @@ def simulate(
     points_per_decade: int = 30,
     rtol: float = 1e-6,
     internal: bool = False,
+    cycles: str | Sequence[int] | None = None,
 ) -> MembraneHistory:
     """A membrane at rest under `steps`; arguments, result and errors as in `creep`."""
     materials = [material] if isinstance(material, Material) else list(material)
@@ -112,25 +139,40 @@ def simulate(
     cases = case_count(steps, temperature, np.zeros(len(materials)))
     temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
     points = Points.of(materials, temperature, rtol)
-    record = run(
+    course = pieces(steps, mode, cases)
+    check_reach(points, course)
+    stressed = any(control is Control.STRETCH for piece in course if piece.path is not None for control in piece.controls[:1])
+    wanted = Wanted(None if times is None else given_times(times, cases), points_per_decade, kept_cycles(cycles), internal)
+    check_cycles(wanted.cycles, course)
+    recorder = Recorder(wanted, cases, points.rate.shape[0])
+    meter = CycleMeter(points.permittivity, np.ones(cases), stressed)
+    condition, status, tries = follow(
         points,
-        pieces(steps, mode, cases),
-        times=None if times is None else given_times(times, cases),
-        points_per_decade=points_per_decade,
+        course,
+        Condition.at_rest(points),
+        symmetry=symmetry_of(course),
         rtol=rtol,
-        internal=internal,
+        recorder=recorder,
+        meter=meter,
     )
-    stretch = np.exp(0.5 * record.log_squared_stretch)
-    viscous = None if record.internal is None else np.exp(0.5 * record.internal[:, 1:])
+    outcome = tuple(
+        Outcome(state == Status.COMPLETED, float(time), REASONS.get(Status(state), ""))
+        for state, time in zip(status.tolist(), condition.time, strict=True)
+    )
+    check_end(wanted.times, np.where(status == Status.COMPLETED, condition.time, np.inf), "history")
+    time, values, inner = recorder.collect()
+    stretch = np.exp(0.5 * values[:2])
+    viscous = None if inner is None else np.exp(0.5 * inner[:, 1:])
     return MembraneHistory(
         temperature=temperature,
-        time=record.time,
+        time=time,
         stretch_1=stretch[0],
         stretch_2=stretch[1],
-        nominal_stress_1=record.nominal_stress[0],
-        nominal_stress_2=record.nominal_stress[1],
-        outcome=record.outcome,
-        steps=record.steps,
+        nominal_stress_1=values[2],
+        nominal_stress_2=values[3],
+        outcome=outcome,
+        steps=tries,
         viscous_stretch=viscous,
         points=points,
+        cycles=meter.collect(),
     )

@@ -21,6 +21,7 @@ def relax(
     points_per_decade: int = 30,
     rtol: float = 1e-6,
     internal: bool = False,
+    cycles: str | Sequence[int] | None = None,
 ) -> MembraneHistory:
     """Stress of a membrane at rest whose stretch follows `steps`; arguments and result as in `creep`.
 
@@ -35,4 +36,5 @@ def relax(
         points_per_decade=points_per_decade,
         rtol=rtol,
         internal=internal,
+        cycles=cycles,
     )

@@ -11,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError, NumericsError
 from dielast.gent import Floats
 from dielast.integrate import Status
-from dielast.load import Control, of_case
+from dielast.load import of_case
 from dielast.material import Breakdown, Material
 from dielast.point import Points
 from dielast.simulate.film import Film, prestretch
-from dielast.simulate.history import REASONS, out_of_reach
+from dielast.simulate.follow import REASONS
+from dielast.simulate.reach import or_per_cent, out_of_reach
+from dielast.span import Control
 
 Prestretch = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]
 
@@ -109,9 +111,9 @@ def set_up(
     beyond, limit = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
     if beyond.any():
         case = int(np.argmax(beyond))
-        raise InputError(
-            f"{of_case(case, cases)}prestretch {_pair(first, second, case)} is beyond the Gent limit, J_lim = {limit[case]:g}"
-        )
+        largest = max(float(axis[case]) for axis in (first, second) if axis is not None)
+        limited = f"is beyond the Gent limit, J_lim = {limit[case]:g}{or_per_cent(largest)}"
+        raise InputError(f"{of_case(case, cases)}prestretch {_pair(first, second, case)} {limited}")
     return Setup(
         points,
         temperatures,
@@ -187,22 +189,10 @@ def _breakdown_field(
         own = slice(None) if len(materials) == 1 else slice(index, index + 1)
         known = field or each.breakdown
         if known is not None:
-            if np.any(outside := _outside(known, equibiaxial[own])):
-                case = index + int(np.argmax(outside))
-                raise InputError(
-                    f"{of_case(case, cases)}prestretch {_pair(first, second, case)}: the breakdown field is known for prestretches "
-                    f"of {known.prestretch[0]:g} to {known.prestretch[-1]:g}, not of {equibiaxial[case]:g}"
-                )
-            fields[own] = np.interp(equibiaxial[own], known.prestretch, known.field)
+            fields[own] = known.at(equibiaxial[own])
         elif needed:
             raise InputError(f"a breakdown field is needed: material {each.name!r} has none, and none is given")
     return fields
-
-
-def _outside(breakdown: Breakdown, prestretch: Floats) -> NDArray[np.bool_]:
-    """Which equibiaxial prestretches (cases,) the breakdown field is not known for."""
-    known = np.asarray(breakdown.prestretch)
-    return np.asarray((known.size > 1) & ((prestretch < known[0] * (1 - 1e-9)) | (prestretch > known[-1] * (1 + 1e-9))))
 
 
 def _spread(value: ArrayLike, cases: int, name: str) -> Floats:

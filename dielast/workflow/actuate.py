@@ -16,37 +16,36 @@ from dielast.recipe.material import breakdown
 from dielast.recipe.voltage import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe
 from dielast.sharing.batches import solve_batches
 from dielast.sharing.execution import Execution
-from dielast.simulate.actuate import ActuationHistory, Event, actuate
+from dielast.simulate.actuate import ActuationHistory, Event, actuate, event_columns
 from dielast.simulate.voltage import VoltageStep
 from dielast.stability import TimeScale
-from dielast.table import Column
-from dielast.workflow.bounds import FilmResult, band, bounded_event_columns, bounded_films, some_fail
 from dielast.workflow.cases import (
     CaseResult,
     SimulationBatch,
     axes_of,
     case_columns,
     compare_headline,
+    cycle_columns,
+    cycles_of,
     divided,
     each,
     failures,
     given_up,
-    labels,
     last,
     matches,
     one_or_all,
     read_materials,
     result_columns,
-    swept,
     temperature_of,
 )
 from dielast.workflow.doubts import doubt_films
-from dielast.workflow.history import Entry, in_recipe_terms, output_times, values_of
+from dielast.workflow.history import Entry, in_recipe_terms, target_of, values_of
+from dielast.workflow.memory import check_series
 from dielast.workflow.report import Report
-from dielast.workflow.uncertainty import interval_label, samples_of, uncertainty_headline
 from dielast.workflow.waveform import voltage_entries
 
 if TYPE_CHECKING:
+    from dielast.workflow.bounds import FilmResult
     from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
@@ -57,14 +56,26 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     """Simulate every case, report."""
     recipe = cases[0].recipe
     materials = read_materials(cases, inputs)
+    check_series(cases, 12, inputs, execution.jobs)
     films = solve_batches(film_batches(cases, materials, inputs), execution)
     results, events = [result for result, _ in films], [own for _, own in films]
     doubt_films(cases, materials, results, events, [voltage_entries(case.recipe, inputs) for case in cases])
-    samples = samples_of(cases, materials, inputs)
-    bounds = bounded_films(
-        cases, samples, films, lambda own, drawn, thickness: film_batches(own, drawn, inputs, thickness), execution
-    )
-    told, told_events = [result for result, _ in bounds], [own for _, own in bounds]
+    told, happened = results, event_columns(events)
+    intervals: dict[str, dict[str, Any]] = {}
+    spans: list[tuple[float, float]] = []
+    if any(case.recipe.uncertainty is not None for case in cases):
+        from dielast.workflow.bounds import bounded_event_columns, bounded_films
+        from dielast.workflow.uncertainty import samples_of, uncertainty_headline
+
+        samples = samples_of(cases, materials, inputs)
+        bounds = bounded_films(
+            cases, samples, films, lambda own, drawn, thickness: film_batches(own, drawn, inputs, thickness), execution
+        )
+        told, told_events = [result for result, _ in bounds], [own for _, own in bounds]
+        spans = [one.span for own in told_events for one in own if one.event is not None]
+        if recipe.uncertainty is not None:
+            happened = bounded_event_columns(told_events)
+        intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
     columns = [result.columns for result in results]
     seen = [dict(own) | electrode_axes(case.recipe, own) for case, own in zip(cases, columns, strict=True)]
 
@@ -76,38 +87,28 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
         return dict(repeated) | electrode_axes(one, repeated)
 
     found = matches(recipe, seen, inputs, again)
-    x, y, scales = axes_of(recipe, seen[0], MEASURED, time_scale="linear")
+    x, y, scales = axes_of(cases, seen[0], MEASURED, time_scale="linear")
 
     def figure() -> Any:
-        from dielast.plots.simulation import plot_cases
+        from dielast.workflow.bounds import band
+        from dielast.workflow.pictures import FilmEvent, picture
+        from dielast.workflow.uncertainty import interval_label
 
-        marks, drawn = [], []
-        for index, (case, own) in enumerate(zip(cases, seen, strict=True)):
-            points = [(event, _at(event, own, x, case.recipe), _at(event, own, y, case.recipe)) for event in events[index]]
-            marks += [(index, event.name, across, up) for event, across, up in points]
-            # the line goes through its events, however sparse the rows of the table are there
-            order = np.argsort(np.append(own["time [s]"], [event.time for event, _, _ in points]), kind="stable")
-            extra = {x: [across for _, across, _ in points], y: [up for _, _, up in points]}
-            drawn.append({header: np.append(own[header], values)[order] for header, values in extra.items()})
-        return plot_cases(
-            drawn,
-            labels(cases, materials),
-            [entry for entry in found if entry.headers == (x, y)],
-            x,
-            y,
-            scales,
-            recipe.title,
-            marks,
-            swept(cases),
-            [band(one.columns, x, y) for one in told],
-            interval_label([case.recipe for case in cases]) + " of the films that survive" * any(some_fail(one) for one in told),
-            [one.span for own in told_events for one in own if one.event is not None] if x == "time [s]" else (),
-        )
+        across = "time [s]" if x in cases[0].settings else x
+        marks = [
+            [
+                FilmEvent(event.name, event.time, _at(event, own, across, case.recipe), _at(event, own, y, case.recipe))
+                for event in events[index]
+            ]
+            for index, (case, own) in enumerate(zip(cases, seen, strict=True))
+        ]
+        bands, called = [band(one.columns, across, y) for one in told], interval_label([case.recipe for case in cases])
+        return picture(cases, materials, seen, found, (x, y, scales), bands, called, marks, spans if x == "time [s]" else ())
 
-    happened = event_columns(events) if recipe.uncertainty is None else bounded_event_columns(told_events)
     tables = {"actuate.csv": result_columns(told), "events.csv": happened, "cases.csv": case_columns(cases)}
-    sections = headline(cases, results, events, found) | uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
-    return Report(tables, sections, figure, failures=failures(results))
+    if (cycling := cycle_columns(results)) is not None:
+        tables["cycles.csv"] = cycling
+    return Report(tables, headline(cases, results, events, found) | intervals, figure, failures=failures(results))
 
 
 def _at(event: Event, columns: Mapping[str, Array], header: str, recipe: ActuateRecipe) -> float:
@@ -154,23 +155,6 @@ def headline(
     return sections
 
 
-def event_columns(events: Sequence[Sequence[Event]]) -> list[Column]:
-    """The table of events, by case and time."""
-    flat = [(case, event) for case, own in enumerate(events) for event in own]
-    numbers = {
-        ("time", "s"): [event.time for _, event in flat],
-        ("voltage", "V"): [event.voltage for _, event in flat],
-        ("stretch_1", "1"): [event.stretch_1 for _, event in flat],
-        ("stretch_2", "1"): [event.stretch_2 for _, event in flat],
-        ("true_field", "V/m"): [event.true_field for _, event in flat],
-    }
-    return [
-        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
-        Column("event", None, [event.name for _, event in flat]),
-        *(Column(name, unit, np.array(values, dtype=float)) for (name, unit), values in numbers.items()),
-    ]
-
-
 def electrode_axes(recipe: ActuateRecipe, columns: Mapping[str, Array]) -> dict[str, Array]:
     """Axes in m of an electrode that was a circle on the prestretched film, if its diameter is stated."""
     diameter = recipe.film.electrode_diameter
@@ -194,7 +178,7 @@ def film_batches(
     for index, (case, programme) in enumerate(zip(cases, programmes, strict=True)):
         recipe = case.recipe
         film, output = recipe.film, recipe.output
-        times = output_times(output, programme, 0.0)
+        times = None if output.times is None else tuple(output.times)
         limits = breakdown(recipe.breakdown)
         key = (
             film.prestretch_rate is None,
@@ -205,7 +189,7 @@ def film_batches(
             recipe.stop.at,
         )
         shape = tuple(entry.shape for entry in programme)
-        asked = (output.times is None, output.points_per_decade)
+        asked = (output.points_per_decade, output.cycles)
         groups.setdefault((key, times, asked, recipe.solver.rtol, shape), []).append(index)
     batches = []
     for (_, times, _, _, shape), members in groups.items():
@@ -233,6 +217,7 @@ def film_batches(
                 points_per_decade=recipe.output.points_per_decade,
                 with_end=recipe.output.times is None,
                 rtol=recipe.solver.rtol,
+                cycles=recipe.output.cycles,
             )
             result = partial(_case, materials=own, boundary=recipe.film.boundary)
             told = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
@@ -242,23 +227,11 @@ def film_batches(
 
 def _joined(entries: Sequence[Entry]) -> VoltageStep:
     """The same step of several cases as one, with arrays as in `values_of`."""
-    return VoltageStep(values_of(entries, "target"), rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
+    return VoltageStep(target_of(entries), rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
 
 def _case(history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str]) -> FilmResult:
-    reached = np.isfinite(history.stretch_1[row])
-    columns = {
-        "time [s]": history.time,
-        "voltage [V]": history.voltage,
-        "stretch_1 [1]": history.stretch_1,
-        "stretch_2 [1]": history.stretch_2,
-        "relative_stretch_1 [1]": history.relative_stretch_1,
-        "relative_stretch_2 [1]": history.relative_stretch_2,
-        "nominal_stress_1 [Pa]": history.nominal_stress_1,
-        "nominal_stress_2 [Pa]": history.nominal_stress_2,
-        "true_field [V/m]": history.true_field,
-        "stability [1]": history.stability,
-    }
     failure = given_up(history.outcome[row], materials[row], "dead-load" in boundary)
-    kept = {name: values[row][reached] for name, values in columns.items()}
-    return CaseResult(float(history.temperature[row]), kept, failure), history.events[row]
+    return CaseResult(float(history.temperature[row]), history.case(row), failure, cycles_of(history.cycles, row)), history.events[
+        row
+    ]

@@ -32,6 +32,8 @@ Told = TypeVar("Told")
 
 STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
 SURVIVING = "surviving [1]"
+FAILURES = ("breakdown", "pull-in")
+RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")  # towards a failure; all else grows
 NUMBERS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}  # of an event
 LINE = ("slope", "intercept", "rms_residual", "r_squared")
 
@@ -87,7 +89,7 @@ def bounded_cases(
             with _said_of_a_draw(name):
                 own = batches([case] * len(sample), sample.materials)
             drawn[number] = Drawn([len(drawn)], name, own, partial(bounded, result, level=case.recipe.uncertainty.level))
-    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution), strict=True))
+    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [told.get(number, result) for number, result in enumerate(results)]
 
 
@@ -116,13 +118,14 @@ def bounded_films(
             one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
             own = batches([one] * len(sample), materials, sample.thickness_factor)
         drawn[number] = Drawn([len(drawn)], name, own, partial(_bounded_film, film, level=wanted.level))
-    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution), strict=True))
+    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [told.get(number, (result, ())) for number, (result, _) in enumerate(films)]
 
 
 def _bounded_film(film: FilmResult, drawn: Sequence[FilmResult], level: float) -> BoundedFilm:
     result, events = film
-    told = bounded(result, [own for own, _ in drawn], level, failing=True)
+    failed = [any(event.name in FAILURES for event in own) for _, own in drawn]
+    told = bounded(result, [own for own, _ in drawn], level, failed)
     return told, bounded_events(events, [own for _, own in drawn], level)
 
 
@@ -150,23 +153,28 @@ def _said_of_a_draw(case: str) -> Iterator[None]:
         raise type(error)(*(f"{case}uncertainty: in a draw: {line}" for line in error.messages)) from None
 
 
-def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, *, failing: bool = False) -> CaseResult:
+def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, failed: Sequence[bool] | None = None) -> CaseResult:
     """The result of a case with lower and upper columns beside each that the draws differ in.
 
-    With `failing` films, a column tells the share of the draws that had not failed by each time; the bounds are those of the rest.
+    Of films, `failed` says which draws end because they fail. Such a draw is from then on beyond every bound on the side that it
+    failed towards: above in stretches and field, below in the stress that the film carries and in its stability. A bound that is
+    among those is infinite. A column tells the share of the draws that had not failed by each time; a draw that ends for another
+    reason is none from then on.
     """
     time = result.columns["time [s]"]
     there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
-    told = there & ~_passed(time) if failing else there
+    lost = ~there & np.array(failed if failed is not None else [False] * len(drawn))[:, None]
+    told = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
     columns: dict[str, Array] = {}
     for header, values in result.columns.items():
         columns[header] = values
         if header not in STATED:
             table = _stacked([each.columns[header] for each in drawn], time.size)
-            low, high = interval(np.where(told, table, np.nan), level)
+            beyond = -np.inf if header in RUNS_DOWN else np.inf
+            low, high = interval(np.where(told, np.where(lost, beyond, table), np.nan), level)
             columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
-    if failing:
-        columns[SURVIVING] = np.mean(there, axis=0)
+    if failed is not None:
+        columns[SURVIVING] = np.sum(there, axis=0) / np.maximum(np.sum(there | lost, axis=0), 1)
     return replace(result, columns=columns)
 
 
@@ -175,11 +183,6 @@ def band(columns: Mapping[str, Array], x: str, y: str) -> Band | None:
     if x not in STATED or _beside(y, "lower") not in columns:
         return None
     return columns[x], columns[_beside(y, "lower")], columns[_beside(y, "upper")]
-
-
-def some_fail(result: CaseResult) -> bool:
-    """Whether the bounds of a case are, at some of its times, of those films only that are still there."""
-    return bool(np.any(result.columns.get(SURVIVING, np.ones(1)) < 1))
 
 
 def _beside(header: str, which: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,14 +17,14 @@ from dielast.files import Inputs
 from dielast.material import Material
 from dielast.plausible import doubt_material
 from dielast.recipe.cases import Case
+from dielast.recipe.fields import on_one_scale
 from dielast.recipe.material import parse_material
-from dielast.recipe.simulation import Comparison, SimulationRecipe
-from dielast.simulate.history import Outcome
-from dielast.table import Column
-from dielast.units import recognise
+from dielast.recipe.simulation import Comparison, HistoryStep, SimulationRecipe
+from dielast.simulate.cycles import CycleTable, cycle_table
+from dielast.simulate.follow import Outcome
+from dielast.table import Column, Table, case_table
 
 if TYPE_CHECKING:
-    from dielast.plots.simulation import Swept
     from dielast.workflow.compare import Match
 
 Array = NDArray[np.float64]
@@ -36,11 +35,14 @@ FINE = 4000  # points along a history that a comparison over anything but time i
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
-    """One case: its table's `columns` (times,) by header, up to where it was finished, and why it was not."""
+    """One case: its table's `columns` (times,) by header, up to where it was finished, and why it was not; and what each of its
+    cycles was like, columns (cycles,) by header, if it had any.
+    """
 
     temperature: float
     columns: Mapping[str, Array]
     failure: str | None
+    cycles: Mapping[str, Array] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,17 +90,20 @@ def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
     return materials[0] if all(material is materials[0] for material in materials) else list(materials)
 
 
-def result_columns(results: Sequence[CaseResult]) -> list[Column]:
+def result_columns(results: Sequence[CaseResult]) -> Table:
     """The table of all cases, one below the other."""
-    counts = [result.columns["time [s]"].size for result in results]
-    columns = [
-        Column("case", None, np.repeat(np.arange(len(results)), counts)),
-        Column("temperature", "degC", np.repeat([result.temperature for result in results], counts)),
-    ]
-    for header in results[0].columns:
-        name, unit = header.rstrip("]").split(" [")
-        columns.append(Column(name, unit, np.concatenate([result.columns[header] for result in results])))
-    return columns
+    return case_table([result.temperature for result in results], [result.columns for result in results])
+
+
+def cycles_of(table: CycleTable | None, row: int) -> Mapping[str, Array] | None:
+    """The cycles that one case finished, by header."""
+    return None if table is None else table.case(row)
+
+
+def cycle_columns(results: Sequence[CaseResult]) -> Table | None:
+    """The table of all cycles of all cases, None if there are none."""
+    cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
+    return cycle_table(cycling) if cycling else None
 
 
 def given_up(outcome: Outcome, material: Material, pulled: bool) -> str | None:
@@ -150,7 +155,7 @@ def matches(
             wanted = np.union1d(rows, np.linspace(0.0, end, FINE)) if times is None else times[times <= end]
             return simulate(case, wanted) if wanted.size else {header: np.zeros(0) for header in columns[case]}
 
-        found.append(match(comparison, own, inputs, fine, f"compare[{index}]"))
+        found.append(match(comparison, own, inputs, fine, f"compare[{index}]", getattr(recipe, "specimen", None)))
     return found
 
 
@@ -186,17 +191,32 @@ def compare_headline(found: Sequence[Match]) -> dict[str, Any]:
 
 
 def axes_of(
-    recipe: SimulationRecipe, columns: Mapping[str, Array], measured: str, time_scale: str = "log"
+    cases: Sequence[Case[SimulationRecipe]], columns: Mapping[str, Array], measured: str, time_scale: str = "log"
 ) -> tuple[str, str, tuple[str, str]]:
-    """Columns for x and y of the figure, and their scales; y is by default what is `measured`."""
+    """Columns for x and y of the figure, x being a swept key perhaps, and their scales; y is by default what is `measured`.
+
+    `columns` are those of the first case. A history that goes on after a hold is not drawn over the logarithm of time: its later
+    steps would be one line.
+    """
+    recipe, swept = cases[0].recipe, cases[0].settings
     stated = recipe.compare[0] if recipe.compare and recipe.plot.x is None and recipe.plot.y is None else None
     x, y = recipe.plot.x or "time [s]", recipe.plot.y or measured
     if stated is not None:
         x, y = stated.x, stated.y
     for header in (x, y):
-        if header not in columns:
+        if header not in columns and not (header == x and header in swept):
             raise InputError(f'plot: "{header}" is no column of the result; there are {", ".join(columns)}')
+    if goes_on(recipe):
+        time_scale = "linear"
     return x, y, (recipe.plot.x_scale or (time_scale if x == "time [s]" else "linear"), recipe.plot.y_scale)
+
+
+def goes_on(recipe: SimulationRecipe) -> bool:
+    """Whether something happens after a hold, or after one load has been reached, or again and again."""
+    steps: Sequence[HistoryStep] = getattr(recipe, "step", ())
+    aims = [step for step in steps if step.aim() is not None]
+    cycles = any(getattr(step, "waveform", None) is not None for step in steps)
+    return len(aims) > 1 or cycles or any(step.hold is not None for step in steps[:-1])
 
 
 def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
@@ -204,7 +224,7 @@ def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
     columns = [Column("case", None, np.arange(len(cases)))]
     for key in cases[0].settings:
         values = [case.settings[key] for case in cases]
-        quantities = _quantities(values)
+        quantities = on_one_scale(values)
         if quantities is None:
             columns.append(Column(key, None, [_spelled(value) for value in values]))
         else:
@@ -212,77 +232,8 @@ def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
     return columns
 
 
-def _quantities(values: Sequence[Any]) -> tuple[list[float], str] | None:
-    """Numbers and the unit of them all, or None unless all values are numbers or quantities of one dimension."""
-    found = []
-    for value in values:
-        if isinstance(value, bool) or not isinstance(value, str | int | float):
-            return None
-        try:
-            found.append(recognise(value) if isinstance(value, str) else (float(value), "1"))
-        except InputError:
-            return None
-    units = {unit for _, unit in found}
-    return ([number for number, _ in found], units.pop()) if len(units) == 1 else None
-
-
 def _spelled(value: Any) -> str:
     """A recipe's value as TOML has it, text without its quotes, and a path without folders that are this machine's own."""
     if isinstance(value, str):
         return Path(value).name if Path(value).is_absolute() else value
     return as_toml(value)
-
-
-def swept(cases: Sequence[Case[SimulationRecipe]]) -> list[Swept]:
-    """The swept quantities for the scales of a figure, in the recipe's own unit; none if one of them is not on one scale."""
-    from dielast.plots.simulation import Swept
-
-    found = []
-    for key, name in _short(list(cases[0].settings)).items():
-        values = [case.settings[key] for case in cases]
-        if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-            found.append(Swept(name, tuple(float(value) for value in values)))
-            continue
-        stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", value) if isinstance(value, str) else None for value in values]
-        units = {one[2] for one in stated if one is not None}
-        quantities = _quantities(values)
-        if quantities is None:
-            return []
-        numbers, unit = quantities
-        if len(units) == 1 and None not in stated:
-            numbers, unit = [float(one[1]) for one in stated if one is not None], units.pop()
-        found.append(Swept(f"{name} [{_typeset(unit)}]", tuple(numbers)))
-    return found
-
-
-def _short(keys: Sequence[str]) -> dict[str, str]:
-    """What a figure calls the keys: their last part, if that tells them apart."""
-    ends = [key.split(".")[-1] for key in keys]
-    short = zip(keys, ends, strict=True)
-    return {key: (end if ends.count(end) == 1 else key.replace(".", " ")).replace("_", " ") for key, end in short}
-
-
-def _typeset(text: str) -> str:
-    return text.replace("degC", "°C").replace("degF", "°F")
-
-
-def labels(cases: Sequence[Case[SimulationRecipe]], materials: Sequence[Material]) -> list[str]:
-    """What tells each case from the others, for a legend; a material by what its name does not share with the others."""
-    parts = [material.name.split(", ") for material in materials]
-    while all(len(own) > 1 and own[0] == parts[0][0] for own in parts):
-        parts = [own[1:] for own in parts]
-    names = [", ".join(own) for own in parts]
-    telling = len(set(names)) == len({case.recipe.material for case in cases})
-
-    short = _short(list(cases[0].settings))
-
-    def label(case: Case[SimulationRecipe], name: str) -> str:
-        said = []
-        for key, value in case.settings.items():
-            if key == "material" and telling:
-                said.append(name)
-            else:
-                said.append(_typeset(f"{short[key]} = {_spelled(value)}"))
-        return ", ".join(said)
-
-    return [label(case, name) for case, name in zip(cases, names, strict=True)]

@@ -13,13 +13,16 @@ from dielast.errors import InputError, warn
 from dielast.files import Inputs
 from dielast.measured import MeasuredTable, read_measured
 from dielast.plausible import doubt_measured_stretch
-from dielast.recipe.simulation import Comparison
+from dielast.recipe.simulation import Comparison, roles_of
+from dielast.recipe.specimen import Specimen
 from dielast.table import split_header
-from dielast.units import FIELD, LENGTH, NUMBER, STRESS, TIME, VOLTAGE
+from dielast.units import FIELD, FORCE, LENGTH, NUMBER, STRESS, TIME, VOLTAGE, kind_of
+from dielast.workflow.specimen import KNOWN_AS, read_as, role_in
 
 Array = NDArray[np.float64]
 DIMENSIONS = {dimension.unit: dimension for dimension in (TIME, STRESS, VOLTAGE, FIELD, LENGTH, NUMBER)}
-
+# columns of the result that a testing machine measures in another way
+QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
 
 Fine = Callable[[Array | None], Mapping[str, Array]]
 """A case's columns at these times in s, or without times closely enough to draw straight lines between them."""
@@ -54,8 +57,17 @@ class Match:
         return self.rms_error / level if level > 0 else np.nan
 
 
-def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, fine: Fine, key: str = "compare[0]") -> Match:
+def match(
+    comparison: Comparison,
+    columns: Mapping[str, Array],
+    inputs: Inputs,
+    fine: Fine,
+    key: str = "compare[0]",
+    specimen: Specimen | None = None,
+) -> Match:
     """The measured points of `comparison`, the recipe's `key`, beside its case, whose result has the `columns` (times,) by header.
+
+    `specimen` is the recipe's, for a comparison that states none.
 
     The model is evaluated anew where it was measured, so that the misfit does not depend on the rows of the table.
 
@@ -64,7 +76,7 @@ def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, 
     for axis, header in (("x", comparison.x), ("y", comparison.y)):
         if header not in columns:
             raise InputError(f'{key}.{axis}: "{header}" is no column of the result; there are {", ".join(columns)}')
-    x, y = read_points(comparison, inputs)
+    x, y = read_points(comparison, inputs, specimen)
     found = fine(measured_times(x) if comparison.x == "time [s]" else None)
     model = _interpolate(comparison, x, found[comparison.x], found[comparison.y])
     missed = int(np.count_nonzero(np.isnan(model)))
@@ -77,17 +89,53 @@ def match(comparison: Comparison, columns: Mapping[str, Array], inputs: Inputs, 
     return Match(comparison.label or _label(comparison), comparison.case, (comparison.x, comparison.y), x, y, model)
 
 
-def read_points(comparison: Comparison, inputs: Inputs) -> tuple[Array, Array]:
-    """The measured x and y (n,) of a comparison in SI; raises `InputError` naming file and line, column or what `where` misses."""
+def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | None = None) -> tuple[Array, Array]:
+    """The measured x and y (n,) of a comparison in SI, extension as stretch and force as nominal stress of the `specimen`, unless
+    the comparison states its own.
+
+    Raises `InputError` naming file and line, column or what `where` misses.
+    """
     table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
     rows = _rows(table, comparison)
-    found = []
-    for role, header, own in (("x", comparison.x, comparison.x_column), ("y", comparison.y, comparison.y_column)):
-        name, unit = split_header(header)
-        found.append(table.column(own or name, role, DIMENSIONS.get(unit or "1", NUMBER), rows))
-        if "stretch" in name:
-            doubt_measured_stretch(table.names[table.find(own or name, role)], found[-1], comparison.file)
-    return found[0], found[1]
+    known = comparison.specimen or specimen
+    x = _axis(table, comparison, "x", comparison.x, comparison.x_column, known, rows)
+    return x, _axis(table, comparison, "y", comparison.y, comparison.y_column, known, rows)
+
+
+def _axis(
+    table: MeasuredTable,
+    comparison: Comparison,
+    axis: str,
+    header: str,
+    column: str | None,
+    specimen: Specimen | None,
+    rows: NDArray[np.bool_],
+) -> Array:
+    name, unit = split_header(header)
+    quantity = QUANTITIES.get(header)
+    wanted: str | int = column or name
+    if quantity == "time" and column is None:
+        wanted = comparison.columns.time or name
+    elif quantity is not None and quantity != "time":
+        stated = bool(roles_of(header) & comparison.columns.by_role.keys())
+        if stated or (column is None and not table.has(name) and any(map(table.has, KNOWN_AS[quantity]))):
+            role, wanted = role_in(table, quantity, comparison.columns)
+        else:
+            role = _told_by_unit(table, wanted, axis, quantity)
+        if role != quantity:
+            return read_as(table, role, wanted, specimen, rows, axis)
+    values = table.column(wanted, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
+    if "stretch" in name:
+        doubt_measured_stretch(table.names[table.find(wanted, axis)], values, comparison.file)
+    return values
+
+
+def _told_by_unit(table: MeasuredTable, wanted: str | int, axis: str, quantity: str) -> str:
+    """As what a column holds a stretch or a stress: an extension is a length, a force a force."""
+    unit = table.units[table.find(wanted, axis)] or (table.stated_units or {}).get(axis)
+    kind = kind_of(unit) if unit is not None else None
+    machine = {"stretch": ("extension", LENGTH), "stress": ("force", FORCE)}[quantity]
+    return machine[0] if kind is machine[1] else quantity
 
 
 def _label(comparison: Comparison) -> str:

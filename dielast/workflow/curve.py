@@ -1,4 +1,4 @@
-"""Master curves as `spectrum` reads them: a folder that `mastercurve` wrote, or a table from elsewhere."""
+"""Curves as `spectrum` reads them: a folder that `mastercurve` wrote, a test at one temperature, a master curve from elsewhere."""
 
 from __future__ import annotations
 
@@ -10,18 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.characterise.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.characterise.spectrum import Test
-from dielast.errors import InputError
+from dielast.errors import InputError, warn
 from dielast.files import Inputs
-from dielast.measured import MeasuredTable, read_measured
-from dielast.plausible import doubt_tension
-from dielast.recipe.measurements import MECHANICAL
-from dielast.recipe.spectrum import ROLES, CurveData
+from dielast.recipe.spectrum import CurveData
 from dielast.recipe.toml import parse_toml
 from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 from dielast.table import number_columns
 
 Array = NDArray[np.float64]
+SEVERAL = 1.25  # times as large at the same time is no scatter of one test
 
 # the columns of mastercurve.csv that are fitted, the abscissa first
 FITTED: dict[str, list[str]] = {
@@ -36,13 +35,15 @@ class Curve:
     """A master curve to be fitted: its `test`, the shift law, and `columns` (n,) with the abscissa first.
 
     Young's relaxation modulus (Pa) or tensile creep compliance (1/Pa) over reduced time (s), or Young's storage and loss modulus
-    over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range it was measured in, if that is known.
+    over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range it was measured in, if that is known, `data`
+    what the summary says of an instrument's export.
     """
 
     test: Test
     columns: tuple[Array, ...]
     shift: ShiftLaw
     measured_temperature: tuple[float, float] | None = None
+    data: Mapping[str, Any] | None = None
 
 
 def read_master_curve(folder: str, inputs: Inputs) -> Curve:
@@ -89,26 +90,58 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
 
 
 def read_curve(data: CurveData | None, inputs: Inputs) -> Curve:
-    """A master curve from elsewhere, without a shift law; raises `InputError` naming file and line or column."""
+    """A test at one temperature, or a master curve from elsewhere, without a shift law; all runs of it together.
+
+    Raises `InputError` naming file and line, column or step, or if there are several temperatures.
+    """
+    from dielast.workflow.isotherms import WIDEST
+    from dielast.workflow.measurements import read_all  # which no master curve's folder needs
+    from dielast.workflow.parts import TABLE
+
     assert data is not None
-    table = read_measured(inputs.read(data.file), data.file, data.text_format(), data.units)
-    youngs = 3.0 if data.test == "shear" else 1.0
-    if "test" not in data.model_fields_set:
-        named = [(role, getattr(data.columns, role, None)) for role in MECHANICAL]
-        doubt_tension([table.names[table.find(column, role)] for role, column in named if column is not None], data.file)
-    columns, shift = data.columns, NoShift(data.reference_temperature)
-    if columns.measurement == "oscillation":
-        hertz = columns.frequency is not None
-        frequency = _column(table, data, "frequency") * 2 * math.pi if hertz else _column(table, data, "angular_frequency")
-        storage = _column(table, data, "storage")
-        loss = _column(table, data, "loss") if columns.tan_delta is None else storage * _column(table, data, "tan_delta")
-        return Curve("oscillation", (frequency, storage * youngs, loss * youngs), shift)
-    time = _column(table, data, "time")
-    if columns.measurement == "creep":
-        return Curve("creep", (time, _column(table, data, "compliance") / youngs), shift)
-    return Curve("relaxation", (time, _column(table, data, "modulus") * youngs), shift)
+    reading = read_all(data, inputs)
+    temperature = [one.temperature for one in reading.measurements]
+    if max(temperature) - min(temperature) > data.temperature_tolerance:
+        found = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
+        raise InputError(f'{data.file}: {found}, and a spectrum is made of one temperature: "dielast mastercurve" joins several')
+    measured, stated = round(math.fsum(temperature) / len(temperature), 6), data.reference_temperature
+    if stated is not None and abs(measured - stated) > WIDEST * data.temperature_tolerance:
+        raise InputError(
+            f"{data.file}: the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out"
+        )
+    columns = _positive(np.concatenate([np.stack(_columns(one)) for one in reading.measurements], axis=1), data.file)
+    _warn_of_several(columns, data.file)
+    at = measured if stated is None else stated
+    exported = set(reading.formats) != {TABLE}  # of a plain table the recipe says it all
+    read = {**reading.summary, "temperature_degC": at, "points": int(columns.shape[1])} if exported else None
+    return Curve(reading.measurement, tuple(columns), NoShift(at), data=read)
 
 
-def _column(table: MeasuredTable, data: CurveData, role: str) -> Array:
-    """A column in its role's unit, by default called by the role."""
-    return table.column(getattr(data.columns, role) or role, role, ROLES[role])
+def _columns(measurement: Measurement) -> tuple[Array, ...]:
+    """Abscissa and ordinates."""
+    match measurement:
+        case RelaxationCurve():
+            return measurement.time, measurement.modulus
+        case CreepCurve():
+            return measurement.time, measurement.compliance
+        case FrequencySweep():
+            return measurement.angular_frequency, measurement.storage_modulus, measurement.loss_modulus
+
+
+def _warn_of_several(columns: Array, source: str) -> None:
+    """Warn of other values at the same times or frequencies: of several tests, perhaps, that are taken for one."""
+    order = np.argsort(columns[0], kind="stable")
+    x, y = columns[0, order], np.log(columns[1, order])
+    starts = np.flatnonzero(np.append(True, np.diff(x) > 0))
+    apart = np.exp(np.maximum.reduceat(y, starts) - np.minimum.reduceat(y, starts))
+    if np.any(far := apart > SEVERAL):
+        found = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
+        warn(f"{source}: {found}: are these several tests? Leave the rows of one in the file")
+
+
+def _positive(columns: Array, source: str) -> Array:
+    """The points whose ordinates are all positive; of the others, as a noise floor gives them, few enough, it warns."""
+    below = np.any(columns[1:] <= 0, axis=0)
+    if np.any(below):
+        warn(f"{source}: {np.count_nonzero(below)} of {below.size} points are zero or negative (noise floor) and left out")
+    return columns[:, ~below]

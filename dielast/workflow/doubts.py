@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from dielast.plausible import (
     doubt_field,
     doubt_material,
     doubt_paces,
+    doubt_prestretches,
     doubt_stretch,
     doubt_thickness,
     doubt_use,
@@ -27,12 +29,14 @@ from dielast.plausible import (
 )
 from dielast.recipe.cases import Case
 from dielast.recipe.material import breakdown
-from dielast.recipe.simulation import CreepRecipe, SimulationRecipe
-from dielast.recipe.voltage import ActuateRecipe, FailureMapRecipe
-from dielast.simulate.actuate import Event
-from dielast.simulate.failure_map import FailureMap, MapPlan
+from dielast.recipe.simulation import CreepRecipe, RelaxRecipe
 from dielast.workflow.cases import CaseResult, last
-from dielast.workflow.history import Entry, Recipe, lasting
+from dielast.workflow.history import Entry, Recipe, aims, corners, lasting, reached
+
+if TYPE_CHECKING:
+    from dielast.recipe.voltage import ActuateRecipe, FailureMapRecipe
+    from dielast.simulate.actuate import Event
+    from dielast.simulate.failure_map import FailureMap, MapPlan
 
 WHOLE = 0.5  # of the range of a step through many points: a run of them that goes so far one way is a load of its own
 EARLY = 1e-3  # of what follows a load at once: nobody looks at what is earlier, though tables begin there
@@ -51,14 +55,15 @@ def doubt_membranes(
     rest = 1.0 if cases[0].recipe.kind == "relax" else 0.0
     _doubt_use(materials, results)
     doubt_paces(_paces(cases, materials, results, histories, rest))
-    targets = [[entry.target for entry in entries if entry.target is not None] for entries in histories]
+    targets = [aims(entries) for entries in histories]
     if cases[0].recipe.kind == "relax":
         doubt_stretch(min(min(own, default=rest) for own in targets), max(max(own, default=rest) for own in targets))
         _doubt_slack(results)
         return
     recipes = [case.recipe for case in cases]
     specimens = [recipe.specimen for recipe in recipes if isinstance(recipe, CreepRecipe) and recipe.specimen is not None]
-    doubt_thickness([specimen.thickness for specimen in specimens], "specimen", THICKEST_SPECIMEN)
+    thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
+    doubt_thickness(thickness, "specimen", THICKEST_SPECIMEN)
     loaded = [(material, result.columns) for material, result, own in zip(materials, results, targets, strict=True) if any(own)]
     if loaded:
         first, second = (np.concatenate([columns[f"stretch_{axis} [1]"] for _, columns in loaded]) for axis in (1, 2))
@@ -80,9 +85,10 @@ def doubt_films(
     films = [case.recipe.film for case in cases]
     limits = [breakdown(case.recipe.breakdown) or own.breakdown for case, own in zip(cases, materials, strict=True)]
     doubt_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
+    doubt_prestretches([film.prestretch for film in films], limits)
     doubt_thickness([film.thickness for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
-    voltage = [max((abs(entry.target) for entry in own if entry.target is not None), default=0.0) for own in histories]
+    voltage = [max(map(abs, aims(own)), default=0.0) for own in histories]
     field = np.array(voltage) * area / np.array([film.thickness for film in films])
     known = np.array([_limit(*each) for each in zip(limits, area.tolist(), field.tolist(), strict=True)])
     doubt_field(field, known)
@@ -108,6 +114,7 @@ def doubt_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> No
     doubt_material(material)
     doubt_use(material, plan.temperature)
     doubt_breakdown(plan.breakdown_field)
+    doubt_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     doubt_thickness(recipe.film.thickness)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
     doubt_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
@@ -164,7 +171,7 @@ def _limit(known: Breakdown | None, area: float, field: float) -> float:
     """The breakdown field in V/m of a film of this prestretched area; where none is known, that of films next to `field`."""
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
-    return float(np.interp(np.sqrt(area), known.prestretch, known.field))
+    return float(known.at(np.sqrt(area)))
 
 
 def _and_more(cases: Sequence[int]) -> str:
@@ -177,7 +184,7 @@ def _of_case(index: int, cases: int) -> str:
 
 
 def _paces(
-    cases: Sequence[Case[SimulationRecipe]],
+    cases: Sequence[Case[RelaxRecipe | CreepRecipe | ActuateRecipe]],
     materials: Sequence[Material],
     results: Sequence[CaseResult],
     histories: Iterable[Sequence[Entry]],
@@ -187,12 +194,12 @@ def _paces(
     for index, (case, material, result, entries) in enumerate(zip(cases, materials, results, histories, strict=True)):
         temperature, recipe = result.temperature, case.recipe
         fastest, of_case = fastest_branch(material, temperature), _of_case(index, len(cases))
-        if isinstance(recipe, ActuateRecipe):
-            film = recipe.film
+        if isinstance(recipe, RelaxRecipe | CreepRecipe):
+            times = recipe.output.times
+        else:
+            film, times = recipe.film, None  # a film under voltage may fail at any time, whatever is asked for
             took = _prestretching(film.prestretch, film.prestretch_rate, film.relax)
             yield Pace(f"{of_case}prestretch and relaxation take", took, fastest, temperature)
-        # a film under voltage may fail at any time, whatever is asked for
-        times = None if isinstance(recipe, ActuateRecipe) else recipe.output.times
         for what, took in _loads(entries, rest, last(result.columns["time [s]"]), times):
             yield Pace(of_case + what, took, fastest, temperature)
 
@@ -212,8 +219,9 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[fl
     for number, own in enumerate(groups):
         values, durations = [present], list[float]()
         for entry in own:
-            durations.append(lasting(entry, values[-1]))
-            values.append(values[-1] if entry.target is None else entry.target)
+            for value, lasts in corners(entry, values[-1]):
+                durations.append(lasts)
+                values.append(value)
         moves, times = np.diff(values), start + np.append(0.0, np.cumsum(durations))
         at_once = np.array(durations) == 0
         # runs of points that go one way
@@ -224,10 +232,10 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[fl
         moved = np.abs(at[last_of] - at[first])
         whole = (moved > 0) & (moved >= WHOLE * np.ptp(at)) & ~(times[first] >= end)
         for a, b in zip(first[whole].tolist(), last_of[whole].tolist(), strict=True):
-            step, begins, ends = f"step[{own[a].origin}]", float(times[a]), float(times[b])
+            step, begins, ends = f"step[{own[0].origin}]", float(times[a]), float(times[b])
             seen = next((time - begins for time in asked or () if time > begins), None)
             if ends > begins:
-                one = "takes" if b - a == len(own) else "goes up or down within"
+                one = "takes" if b - a == moves.size else "goes up or down within"
                 took = min(ends, end) - begins
                 if seen is not None and seen >= took:
                     yield f"{step} is first looked at after", seen
@@ -246,5 +254,5 @@ def _following(at: float, own_end: float, later: Sequence[Sequence[Entry]], pres
     if follows == 0 and later:
         for entry in later[0]:
             follows += lasting(entry, present)
-            present = present if entry.target is None else entry.target
+            present = reached(entry, present)
     return min(follows, end - at)

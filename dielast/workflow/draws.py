@@ -16,8 +16,7 @@ from dielast.errors import InputError
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.prony import Spectrum
-from dielast.recipe.draws import beside, constant_headers, draw_columns, parse_draws, with_constants
-from dielast.recipe.material import draws_file, parse_material
+from dielast.recipe.draws import constant_headers, draw_columns, with_constants
 from dielast.recipe.toml import parse_toml
 from dielast.shift import ShiftLaw
 from dielast.table import Column, Table, number_columns
@@ -34,9 +33,8 @@ ORDINATES = {
 UNITS = {"C2": "K", "activation_energy": "J/mol"}
 
 
-def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, list[Column]]:
+def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, Table]:
     """The tables of the draws of a master curve by file name: shift factors, law and smooth curve of each."""
-    count, m = draws.log10_shift_factor.shape
     (abscissa, unit), ordinates = ORDINATES[measurement]
     curves = [Column(abscissa, unit, draws.smooth_abscissa)]
     for channel, (name, own_unit) in enumerate(ordinates):
@@ -46,12 +44,7 @@ def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, list[Co
         Column(name, UNITS.get(name, "1"), values) for name, values in zip(draws.law_names, draws.law_parameters.T, strict=True)
     ]
     return {
-        DRAWS: [
-            Column("draw", None, np.repeat(draws.number, m)),
-            Column("temperature", "degC", np.tile(draws.temperature, count)),
-            Column("log10_shift_factor", "1", draws.log10_shift_factor.ravel()),
-            Column("vertical_shift", "1", draws.vertical_shift.ravel()),
-        ],
+        DRAWS: draws.columns(),
         LAWS: [Column("draw", None, draws.number), *laws],
         CURVES: curves,
     }
@@ -140,13 +133,3 @@ def drawn_materials(
         "model_misfit": spectra.misfit,
     }
     return DrawnMaterials(draw_columns(read.number[spectra.used], members), headline)
-
-
-def read_members(name: str, inputs: Inputs) -> tuple[Material, ...]:
-    """The draws of the material in a material file, none if it names no table of them."""
-    content = inputs.read(name)
-    file = draws_file(content, name)
-    if file is None:
-        return ()
-    table = beside(name, file)
-    return parse_draws(inputs.read(table), table, parse_material(content, name))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.ensemble import Sample
 from dielast.errors import InputError, NumericsError
 from dielast.files import Inputs
 from dielast.material import Material
@@ -19,14 +18,15 @@ from dielast.sharing.execution import Execution
 from dielast.simulate.failure_map import FailureMap, MapPlan, assemble_all, plan_failure_map
 from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
 from dielast.stability import TimeScale
-from dielast.table import Column
-from dielast.workflow.bounds import bounded_line_columns, bounded_map_columns, map_bounds
 from dielast.workflow.cases import first_of_each
 from dielast.workflow.doubts import doubt_failures, doubt_map
 from dielast.workflow.history import in_keys
+from dielast.workflow.memory import check_cells
 from dielast.workflow.partial import fingerprint, solve
 from dielast.workflow.report import Report
-from dielast.workflow.uncertainty import interval_label, sample_of, uncertainty_headline
+
+if TYPE_CHECKING:
+    from dielast.ensemble import Sample
 
 MODES = ("breakdown", "pull-in", "none", "unfinished")
 
@@ -35,7 +35,14 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     """Plan the map, solve its cells, report."""
     recipe = cases[0].recipe
     material, wanted = parse_material(inputs.read(recipe.material), recipe.material), recipe.uncertainty
-    sample = None if wanted is None else sample_of(recipe.material, material, wanted, inputs)
+    sample = None
+    if wanted is not None:
+        from dielast.workflow.uncertainty import sample_of
+
+        sample = sample_of(recipe.material, material, wanted, inputs)
+    temperatures = recipe.temperature or [material.reference_temperature]
+    films = len(temperatures) * len(recipe.film.prestretch)
+    check_cells(films * voltages(recipe.voltage).size, 0 if sample is None else len(sample))
     plan = _plan(recipe, material, sample)
     doubt_map(recipe, material, plan)
     result, *drawn = assemble_all(plan, solve(plan, fingerprint(recipe, inputs), execution))
@@ -44,9 +51,13 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
     def figure() -> Any:
         from dielast.plots.failure_map import plot_failure_map
+        from dielast.workflow.bounds import map_bounds
+        from dielast.workflow.naming import titled
+        from dielast.workflow.uncertainty import interval_label
 
         bounds = None if wanted is None else map_bounds(drawn, wanted.level)["time_to_failure"]
-        return plot_failure_map(result, lines, recipe.title, bounds, interval_label([recipe]))
+        title = titled(recipe.title, cases, [material])
+        return plot_failure_map(result, lines, title, bounds, interval_label([recipe]))
 
     unfinished = np.argwhere(result.outcome != "completed")
     failures = [
@@ -57,11 +68,15 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         )
         for i, j, k in unfinished
     ]
-    cells, fits = map_columns(result), fit_columns(lines)
+    cells, fits = result.columns(), lines.columns()
+    sections = headline(result, lines)
     if wanted is not None:
+        from dielast.workflow.bounds import bounded_line_columns, bounded_map_columns
+        from dielast.workflow.uncertainty import uncertainty_headline
+
         cells = bounded_map_columns(cells, drawn, wanted.level)
         fits = bounded_line_columns(fits, [fit_lifetime(each) for each in drawn], wanted.level)
-    sections = headline(result, lines) | uncertainty_headline([wanted], [sample])
+        sections |= uncertainty_headline([wanted], [sample])
     return Report({"failure-map.csv": cells, "fit.csv": fits}, sections, figure, failures=first_of_each(failures, "cells"))
 
 
@@ -106,36 +121,6 @@ def voltages(axis: VoltageAxis) -> np.ndarray:
     if axis.values is not None:
         return np.array(axis.values)
     return np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
-
-
-def map_columns(result: FailureMap) -> list[Column]:
-    """One row for each cell: temperatures, then prestretches, then voltages."""
-    t, p, v = (index.ravel() for index in np.indices(result.failure_mode.shape))
-    return [
-        Column("temperature", "degC", result.temperature[t]),
-        Column("prestretch_1", "1", result.prestretch[p, 0]),
-        Column("prestretch_2", "1", result.prestretch[p, 1]),
-        Column("voltage", "V", result.voltage[v]),
-        Column("time_to_breakdown", "s", result.time_to_breakdown.ravel()),
-        Column("time_to_pull_in", "s", result.time_to_pull_in.ravel()),
-        Column("time_to_failure", "s", result.time_to_failure.ravel()),
-        Column("failure_mode", None, result.failure_mode.ravel().tolist()),
-    ]
-
-
-def fit_columns(lines: Sequence[LifetimeLine]) -> list[Column]:
-    """The straight line of log10(time_to_failure) over voltage for each temperature and prestretch."""
-    numbers = {
-        ("temperature", "degC"): [line.temperature for line in lines],
-        ("prestretch_1", "1"): [line.prestretch[0] for line in lines],
-        ("prestretch_2", "1"): [line.prestretch[1] for line in lines],
-        ("slope", "1/V"): [line.slope for line in lines],
-        ("intercept", "1"): [line.intercept for line in lines],
-        ("rms_residual", "1"): [line.rms_residual for line in lines],
-        ("r_squared", "1"): [line.r_squared for line in lines],
-    }
-    columns = [Column(name, unit, np.array(values, dtype=float)) for (name, unit), values in numbers.items()]
-    return [*columns, Column("points", None, np.array([line.points for line in lines], dtype=np.int64))]
 
 
 def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dict[str, Any]]:

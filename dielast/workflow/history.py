@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.files import Inputs
-from dielast.load import Step
-from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, Output, RelaxRecipe, StretchStep
-from dielast.simulate.output import HOLD_DECADES, RAMP_DECADES
-from dielast.units import FORCE, NUMBER, STRESS, TIME, TIMES
+from dielast.load import Path, Step, Track, Waveform
+from dielast.recipe.simulation import CreepRecipe, HistoryStep, LoadStep, RelaxRecipe, StretchStep
+from dielast.units import FORCE, TIME, TIMES
 
 if TYPE_CHECKING:
     from dielast.measured import MeasuredTable
@@ -27,12 +26,10 @@ KEYS = {
     "prestretch rate": "film.prestretch_rate",
     "prestretch": "film.prestretch",
     "output time": "output.times",
+    "cycle": "output.cycles",
     "temperature": "temperature",
     "material": "material",
 }
-# columns of a table of load, the first that is there being followed: a user's names, then those of dielast's own results
-STRETCHES = {"stretch": NUMBER, "stretch_1": NUMBER}
-LOADS = {"force": FORCE, "stress": STRESS, "nominal_stress_1": STRESS}
 OWN = ("stretch_1", "nominal_stress_1")
 Recipe = RelaxRecipe | CreepRecipe
 
@@ -43,30 +40,49 @@ class Entry:
 
     origin: int
     control: str | None
-    target: float | None
-    rate: float | None
-    duration: float | None
+    target: float | Path | None
+    rate: float | None = None
+    duration: float | None = None
     still: bool = False
     """Whether the target is what is there already."""
 
     @property
     def shape(self) -> tuple[Any, ...]:
         """What entries must share to be run together."""
-        return (self.control, self.rate is None, self.duration is None, self.duration == 0, self.still)
+        path: tuple[Any, ...] = ()
+        if isinstance(self.target, Waveform):
+            path = (self.target.shape, self.target.cycles)
+        elif isinstance(self.target, Track):
+            path = (np.asarray(self.target.time).tobytes(), np.asarray(self.target.value).tobytes())
+        return (self.control, self.rate is None, self.duration is None, self.duration == 0, self.still, path)
 
 
 def values_of(entries: Sequence[Entry], name: str) -> Array | None:
     """One value of the same step of several cases, as an array (cases,), or () if it is one case again and again."""
-    if getattr(entries[0], name) is None:
+    first = getattr(entries[0], name)
+    if first is None:
         return None
-    if all(entry is entries[0] for entry in entries):
-        return np.array(getattr(entries[0], name))
-    return np.array([getattr(entry, name) for entry in entries])
+    alike = all(entry is entries[0] for entry in entries)
+    return np.array(first) if alike else np.array([getattr(entry, name) for entry in entries])
+
+
+def target_of(entries: Sequence[Entry]) -> Array | Path | None:
+    """Where the same step of several cases goes, as in `values_of`, or the path of all of them."""
+    first = entries[0].target
+    if isinstance(first, Track):
+        return first
+    if isinstance(first, Waveform):
+        if all(entry is entries[0] for entry in entries):
+            return first
+        waves = [entry.target for entry in entries if isinstance(entry.target, Waveform)]
+        low, high, period = ([getattr(wave, part) for wave in waves] for part in ("low", "high", "period"))
+        return Waveform(low, high, period, first.cycles, first.shape)
+    return values_of(entries, "target")
 
 
 def joined(entries: Sequence[Entry]) -> Step:
     """The same step of several cases as one, with arrays as in `values_of`."""
-    targets = {} if entries[0].control is None else {entries[0].control: values_of(entries, "target")}
+    targets = {} if entries[0].control is None else {entries[0].control: target_of(entries)}
     return Step(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
 
@@ -80,35 +96,13 @@ def solver_steps(recipe: Recipe, inputs: Inputs) -> list[Entry]:
             entries.append(Entry(index, None, None, None, step.hold))
         elif step.table is not None:
             entries += _followed(index, step, step.table, recipe, inputs)
+        elif step.waveform is not None:
+            entries.append(_cycling(index, step, recipe))
         elif isinstance(step, StretchStep):
             entries.append(Entry(index, "stretch", step.stretch, step.rate, step.duration))
         elif isinstance(step, LoadStep):
             entries.append(_loaded(index, step, recipe))
     return marked_still(entries, 1.0 if recipe.kind == "relax" else 0.0)
-
-
-def output_times(output: Output, entries: Sequence[Entry], rest: float) -> tuple[float, ...] | None:
-    """The times at which a history is put out, or None where the solver's own are right: log-spaced from the start of each entry.
-
-    A recipe's step that takes many entries, a table or a waveform, is one series all the same, and shows each of its points.
-    `rest` is the value that is prescribed to begin with.
-    """
-    if output.times is not None:
-        return tuple(output.times)
-    if len({entry.origin for entry in entries}) == len(entries):
-        return None
-    times, start, present = [np.zeros(1)], 0.0, rest
-    for _, group in groupby(entries, key=lambda entry: entry.origin):
-        own = list(group)
-        ends: list[float] = []
-        for entry in own:
-            ends.append(lasting(entry, present) + (ends[-1] if ends else 0.0))
-            present = present if entry.target is None else entry.target
-        decades = HOLD_DECADES if len(own) == 1 and own[0].still else RAMP_DECADES
-        spaced = ends[-1] * np.logspace(-decades, 0, decades * output.points_per_decade + 1)
-        times += [start + spaced, start + np.array(ends)]
-        start += ends[-1]
-    return tuple(np.unique(np.concatenate(times)).tolist())
 
 
 def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
@@ -122,13 +116,40 @@ def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
         if entry.rate is not None and took > 0 and not TIMES[0] <= took <= TIMES[1]:
             needed = f"from {TIMES[0]:g} to {TIMES[1]:g} s is needed"
             raise InputError(f"step[{entry.origin}].rate: the step takes {took:.3g} s; {needed}")
-        marked.append(replace(entry, still=entry.target is None or entry.target == present))
-        present = present if entry.target is None else entry.target
+        marked.append(replace(entry, still=not isinstance(entry.target, Path) and entry.target in (None, present)))
+        present = reached(entry, present)
     return marked
+
+
+def reached(entry: Entry, present: float) -> float:
+    """What is prescribed after an entry."""
+    if isinstance(entry.target, Path):
+        return float(np.asarray(entry.target.last))
+    return present if entry.target is None else entry.target
+
+
+def corners(entry: Entry, present: float) -> list[tuple[float, float]]:
+    """The values that an entry goes to one after another, of a waveform those of its first cycle, and how long each takes in s."""
+    target = entry.target
+    if isinstance(target, Track):
+        time, values = np.asarray(target.time), np.asarray(target.value)
+        return list(zip(values.tolist(), np.diff(time, prepend=0.0).tolist(), strict=True))
+    if isinstance(target, Waveform):
+        low, half = reached(entry, present), 0.5 * float(np.asarray(target.period))
+        turns = [(low, 0.0), (float(np.asarray(target.high)), half), (low, half)]
+        return turns if target.cycles == 1 else [*turns, (low, 2 * half * (target.cycles - 1))]
+    return [(reached(entry, present), lasting(entry, present))]
+
+
+def aims(entries: Sequence[Entry]) -> list[float]:
+    """All values that the entries go to."""
+    return [value for entry in entries if entry.target is not None for value, _ in corners(entry, 0.0)]
 
 
 def lasting(entry: Entry, present: float) -> float:
     """How long an entry takes in s; 0 at a rate of 0, which the solver refuses."""
+    if isinstance(entry.target, Path):
+        return entry.target.duration
     if entry.rate is None:
         return entry.duration or 0.0
     return abs((entry.target - present) / entry.rate) if entry.target is not None and entry.rate != 0 else 0.0
@@ -143,27 +164,51 @@ def _loaded(index: int, step: LoadStep, recipe: Recipe) -> Entry:
 
 def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: Inputs) -> list[Entry]:
     """Ramps through the points of a table, jumps where a result of dielast's jumps; its times count from the start of the step."""
-    from dielast.measured import read_measured
+    from dielast.measured import TextFormat, read_measured
+    from dielast.workflow.specimen import read_as, role_in
 
-    points = read_measured(inputs.read(name), name)
-    control, known = ("stretch", STRETCHES) if isinstance(step, StretchStep) else ("stress", LOADS)
-    column = next((column for column in known if points.has(column)), control)
-    time = ascending_times(points, name, jumps=column in OWN)
-    values = points.column(column, column, known[column]) / (_area(recipe) if column == "force" else 1.0)
+    columns, sheet = (step.columns, step.sheet) if isinstance(step, StretchStep | LoadStep) else (None, None)
+    points = read_measured(inputs.read(name), name, TextFormat(sheet=sheet))
+    control = "stretch" if isinstance(step, StretchStep) else "stress"
+    role, column = role_in(points, control, columns)
+    time = ascending_times(points, name, column in OWN, (columns and columns.time) or "time")
+    values = read_as(points, role, column, recipe.specimen)
     if control == "stretch":
         for row in np.flatnonzero(values <= 0)[:1]:
             raise InputError(
                 f"{name}: line {points.lines[row]}: stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)"
             )
-    durations = np.diff(time, prepend=0.0)
-    return [Entry(index, control, value, None, lasts) for value, lasts in zip(values.tolist(), durations.tolist(), strict=True)]
+    return tracks(index, control, time, values)
+
+
+def tracks(index: int, control: str, time: Array, values: Array) -> list[Entry]:
+    """Points of a table of load (k,) as entries, a new one where the load jumps, with two points at one time."""
+    entries, starts = [], [0, *(np.flatnonzero(np.diff(time) == 0) + 1).tolist(), time.size]
+    for first, end in pairwise(starts):
+        begin = time[first] if first else 0.0
+        entries.append(Entry(index, control, Track(time[first:end] - begin, values[first:end])))
+    return entries
+
+
+def _cycling(index: int, step: HistoryStep, recipe: Recipe) -> Entry:
+    """Cycles of a stretch, force or stress."""
+    assert isinstance(step, StretchStep | LoadStep)
+    assert step.high is not None
+    assert step.waveform is not None
+    assert step.period is not None
+    if isinstance(step, StretchStep):
+        low, high, control = step.low if step.low is not None else 1.0, step.high, "stretch"
+    else:
+        area = _area(recipe) if step.high[1] == FORCE.unit else 1.0
+        low, high, control = (step.low[0] if step.low is not None else 0.0) / area, step.high[0] / area, "stress"
+    return Entry(index, control, Waveform(low, high, step.period, step.cycles or 1, step.waveform))
 
 
 def _area(recipe: Recipe) -> float:
-    specimen = recipe.specimen if isinstance(recipe, CreepRecipe) else None
-    if specimen is None:
+    area = recipe.specimen.area if recipe.specimen is not None else None
+    if area is None:
         raise InputError("a force needs [specimen] with width and thickness, or state stress")
-    return specimen.area
+    return area
 
 
 def in_recipe_terms(line: str, origin: Sequence[int], members: Sequence[int], cases: int) -> str:
@@ -189,8 +234,8 @@ def in_keys(said: str) -> str:
     return f"breakdown: {said}" if said.startswith("a breakdown field") else said
 
 
-def ascending_times(points: MeasuredTable, name: str, jumps: bool = False) -> Array:
-    """The times of a table of load in s; with `jumps` they may repeat.
+def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, column: str | int = "time") -> Array:
+    """The times in the `column` of a table of load in s; with `jumps` they may repeat.
 
     Raises `InputError` naming the line unless they ascend from 0 or later, or if it is a result of several cases.
     """
@@ -200,7 +245,7 @@ def ascending_times(points: MeasuredTable, name: str, jumps: bool = False) -> Ar
             if own != number[0]:
                 ends = f"case {number[0]} ends and case {own} begins, so that times do not ascend"
                 raise InputError(f"{name}: line {line}: {ends}: a load is one case, so leave only its rows in the table")
-    time = points.column("time", "time", TIME)
+    time = points.column(column, "time", TIME)
     before = np.append(-1.0, time[:-1])
     late = time < before if jumps else time <= before
     wrong = np.flatnonzero(late | (time < 0) | (time > TIMES[1]))

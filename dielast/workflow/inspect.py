@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from dielast.errors import InputError
+from dielast.errors import InputError, NumericsError
 from dielast.files import Inputs
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import Case
@@ -14,8 +14,11 @@ from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.recipe.spectrum import SpectrumRecipe
 from dielast.workflow.cases import check_case
 
+if TYPE_CHECKING:
+    from dielast.workflow.curve import Curve
+
 Read = tuple[str, Any, Callable[[], object]]
-"""A recipe's key, what it says there, and how that is read."""
+"""A recipe's key, what it says there, and how that is read; errors of what has no key begin with one."""
 
 
 def mistakes(cases: Sequence[Case[Any]], inputs: Inputs) -> list[str]:
@@ -29,8 +32,8 @@ def mistakes(cases: Sequence[Case[Any]], inputs: Inputs) -> list[str]:
             seen.append((key, stated))
             try:
                 read()
-            except InputError as error:
-                found.update(dict.fromkeys(f"{key}: {line}" for line in error.messages))
+            except (InputError, NumericsError) as error:
+                found.update(dict.fromkeys(f"{key}: {line}" if key else line for line in error.messages))
     for index, comparison in enumerate(getattr(cases[0].recipe, "compare", ())):
         try:
             check_case(index, comparison, len(cases))
@@ -59,10 +62,23 @@ def _curve(recipe: SpectrumRecipe, inputs: Inputs) -> Iterator[Read]:
     from dielast.workflow.draws import read_curve_draws
 
     folder = recipe.mastercurve
-    if folder is not None:
-        yield "mastercurve", folder, lambda: read_curve_draws(folder, read_master_curve(folder, inputs), inputs)
-    else:
-        yield "data.file", recipe.data, lambda: read_curve(recipe.data, inputs)
+    curves: list[Curve] = []
+
+    def read() -> None:
+        curves.append(read_curve(recipe.data, inputs) if folder is None else read_master_curve(folder, inputs))
+        if folder is not None:
+            read_curve_draws(folder, curves[0], inputs)
+
+    yield ("data.file" if folder is None else "mastercurve"), folder or recipe.data, read
+    if curves:
+        yield "", recipe, lambda: _refuse(recipe, curves[0])
+
+
+def _refuse(recipe: SpectrumRecipe, curve: Curve) -> None:
+    """Raise what `spectrum` would: the fit alone tells what a card, or a spectrum of fewer branches, can hold, and takes little."""
+    from dielast.workflow.spectrum import characterise
+
+    characterise(recipe, curve)
 
 
 def _simulation(recipe: Any, inputs: Inputs) -> Iterator[Read]:
@@ -76,7 +92,8 @@ def _simulation(recipe: Any, inputs: Inputs) -> Iterator[Read]:
         if step.table is not None:
             yield f"step[{index}].table", step, partial(_follow, recipe, step, inputs)
     for index, comparison in enumerate(getattr(recipe, "compare", ())):
-        yield f"compare[{index}].file", comparison, partial(read_points, comparison, inputs)
+        specimen = getattr(recipe, "specimen", None)
+        yield f"compare[{index}].file", (comparison, specimen), partial(read_points, comparison, inputs, specimen)
 
 
 def _draws(recipe: Any, inputs: Inputs) -> None:

@@ -17,26 +17,14 @@ from dielast.recipe.cases import Case
 from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.sharing.execution import Execution
 from dielast.shift import WLF, Arrhenius
-from dielast.table import Column
+from dielast.table import Table
 from dielast.workflow.draws import curve_tables, draws_headline
-from dielast.workflow.measurements import Reading, read_all, read_curves
+from dielast.workflow.measurements import ONE_TEMPERATURE, Reading, read_all, read_curves
 from dielast.workflow.report import Report
 
 __all__ = ["headline", "read_curves", "run", "tables"]
 
-COLUMNS = {
-    "relaxation": (("time", "s"), ("reduced_time", "s"), ("relaxation_modulus", "Pa")),
-    "creep": (("time", "s"), ("reduced_time", "s"), ("creep_compliance", "1/Pa")),
-    "oscillation": (
-        ("angular_frequency", "rad/s"),
-        ("reduced_angular_frequency", "rad/s"),
-        ("storage_modulus", "Pa"),
-        ("loss_modulus", "Pa"),
-    ),
-}
-"""Names and units of the abscissa, the reduced abscissa and the ordinates."""
-
-
+ONE_ALONE = "a master curve needs at least two temperatures"
 # what an error about an argument begins with -> the key of [shift] that it is
 KEYS = {"on = ": "on", "reference temperature ": "reference_temperature", "thermal expansion ": "thermal_expansion"}
 
@@ -48,12 +36,14 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     shift, uncertainty = recipe.shift, recipe.uncertainty
     try:
         result = build_master_curve(
-            reading.measurements,
+            reading.in_order,
             reference_temperature=shift.reference_temperature,
             law=shift.law,
             vertical=shift.vertical,
             thermal_expansion=shift.thermal_expansion,
             on=shift.on,
+            temperature_stderr=recipe.data.temperature_stderr,
+            drift=recipe.data.drift or 0.0,
         )
     except InputError as error:
         raise InputError(*map(_in_keys, error.messages)) from None
@@ -62,13 +52,14 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     drawn = None
     if uncertainty is not None:
         drawn = bootstrap_master_curve(
-            reading.measurements,
+            reading.in_order,
             result,
             draws=uncertainty.draws,
             seed=uncertainty.seed,
             law=shift.law,
             vertical=shift.vertical,
             thermal_expansion=shift.thermal_expansion,
+            progress=None if (hears := execution.progress) is None else lambda done, of: hears(done, of, "draws"),
         )
 
     def figure() -> Any:
@@ -96,32 +87,20 @@ def _levels_off(result: MasterCurve) -> bool:
 
 
 def _in_keys(line: str) -> str:
-    """What is said of an argument, said of the recipe's key for it."""
+    """What is said of an argument, said of the recipe's key for it; of one temperature alone, what takes it."""
+    if line.startswith(ONE_ALONE):
+        return f"{line}; {ONE_TEMPERATURE}"
     for words, key in KEYS.items():
         if line.startswith(words):
             return f"shift.{key}: {line.removeprefix(words)}"
     return line
 
 
-def tables(result: MasterCurve) -> dict[str, list[Column]]:
+def tables(result: MasterCurve) -> dict[str, Table]:
     """The tables of a master curve by file name."""
     return {
-        "shift-factors.csv": [
-            Column("temperature", "degC", result.temperature),
-            Column("log10_shift_factor", "1", result.log10_shift_factor),
-            Column("log10_shift_factor_stderr", "1", result.log10_shift_factor_stderr),
-            Column("log10_shift_factor_fit", "1", result.log10_shift_factor_fit),
-            Column("vertical_shift", "1", result.vertical_shift),
-        ],
-        "mastercurve.csv": [
-            Column("temperature", "degC", result.point_temperature),
-            *(
-                Column(name, unit, values)
-                for (name, unit), values in zip(
-                    COLUMNS[result.measurement], (result.abscissa, result.reduced_abscissa, *result.ordinates), strict=True
-                )
-            ),
-        ],
+        "shift-factors.csv": result.shift_columns(),
+        "mastercurve.csv": result.columns(),
     }
 
 
@@ -153,10 +132,14 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -
             **constants,
             "law_misfit": fit.misfit,
             "rms_residual_decades": result.rms_residual_decades,
+            "offset_spread_decades": result.offset_spread,
+            "tilt_spread_decades": result.tilt_spread,
         },
         "modulus": {"equilibrium_Pa": result.equilibrium_modulus, "glassy_Pa": result.glassy_modulus},
         "data": {
             **reading.summary,
+            "temperature_stderr_K": result.stated.temperature_stderr,
+            **({"drift": result.stated.drift} if result.stated.drift > 0 else {}),
             "temperatures": int(result.temperature.size),
             "points": int(result.abscissa.size),
             "decades": float(np.log10(result.reduced_abscissa[-1] / result.reduced_abscissa[0])),

@@ -14,15 +14,22 @@ from dielast.characterise.measurement import CreepCurve, FrequencySweep, Measure
 from dielast.errors import InputError, warn
 from dielast.files import Inputs
 from dielast.plausible import doubt_strain, doubt_tension
-from dielast.recipe.measurements import MECHANICAL, ROLES, MeasurementData, MeasurementName
+from dielast.recipe.measurements import MECHANICAL, ROLES, MeasuredData, MeasurementData, MeasurementName
+from dielast.recipe.specimen import Specimen
+from dielast.recipe.spectrum import CurveData
 from dielast.units import ZERO_CELSIUS
 from dielast.workflow.isotherms import WIDEST, isotherms, temperature_of_file
 from dielast.workflow.parts import MANY, Part, parts_of
+from dielast.workflow.specimen import mistaken, nominal_stress, strain_of
 
 Array = NDArray[np.float64]
 
 AGREEMENT = 0.01  # relative, between a column of frequencies and one of angular frequencies
 HELD, CHANGES = 0.02, 0.2  # spread, relative to the largest, of what a test holds, and of what is not held
+ONE_TEMPERATURE = (
+    'of a test at one temperature "dielast spectrum" makes a material: kind = "spectrum", the same [data] with '
+    'reference_temperature = "20 degC", and no [shift]'
+)
 VISCOSITY_AGREEMENT = 0.1  # the same for a complex viscosity, rounded as it may be
 
 
@@ -35,6 +42,12 @@ class Reading:
     test: str
     formats: tuple[str, ...]
     left_out: tuple[str, ...]
+    listed: tuple[int, ...]
+
+    @property
+    def in_order(self) -> list[Measurement]:
+        """The measurements in the order in which they stand in the data."""
+        return [self.measurements[k] for k in self.listed]
 
     @property
     def summary(self) -> Mapping[str, Any]:
@@ -54,7 +67,7 @@ class _Readings:
     viscosity: Array
 
 
-def read_measurements(data: MeasurementData, inputs: Inputs) -> list[Measurement]:
+def read_measurements(data: MeasuredData, inputs: Inputs) -> list[Measurement]:
     """The measurements that `data` describes, all of one kind, by ascending temperature, ramps dropped.
 
     Raises `InputError` naming file and line, column, step or temperature.
@@ -62,7 +75,7 @@ def read_measurements(data: MeasurementData, inputs: Inputs) -> list[Measurement
     return read_all(data, inputs).measurements
 
 
-def read_curves(data: MeasurementData, inputs: Inputs) -> list[RelaxationCurve]:
+def read_curves(data: MeasuredData, inputs: Inputs) -> list[RelaxationCurve]:
     """The same for relaxation tests; raises `InputError` if `data` describes anything else."""
     reading = read_all(data, inputs)
     curves = [curve for curve in reading.measurements if isinstance(curve, RelaxationCurve)]
@@ -71,7 +84,7 @@ def read_curves(data: MeasurementData, inputs: Inputs) -> list[RelaxationCurve]:
     return curves
 
 
-def read_all(data: MeasurementData, inputs: Inputs) -> Reading:
+def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
     """The measurements and where they come from; raises `InputError` as `read_measurements` does."""
     parts: list[Part] = []
     left_out: list[str] = []
@@ -82,6 +95,10 @@ def read_all(data: MeasurementData, inputs: Inputs) -> Reading:
     kind, test = _one_kind(parts), _one_test(parts, data)
     for part in parts:
         _check_columns(part, data)
+        machine = [role for role in ("extension", "force") if role in part.columns]
+        if test == "shear" and machine:
+            what = f"{' and '.join(machine)} are of a test in tension, but this one is in shear"
+            raise InputError(f"{part.table.source}: {what}: state strain and stress, or modulus")
     if data.test is None:
         for part in parts:
             _doubt_tension(part)
@@ -95,23 +112,26 @@ def read_all(data: MeasurementData, inputs: Inputs) -> Reading:
     ordinates = np.concatenate([reading.ordinates for reading in readings], axis=1)
     label = np.concatenate([reading.label for reading in readings])
     measurements: list[Measurement] = []
+    first: list[int] = []
     for level, rows in isotherms(temperature, abscissa, source, label, data.temperature_tolerance):
-        measurements.append(_measurement(kind, level, abscissa[rows], ordinates[:, rows]))
+        names = ", ".join(dict.fromkeys(parts[k].table.source for k in source[rows]))
+        measurements.append(_measurement(kind, level, abscissa[rows], ordinates[:, rows], names))
+        first.append(int(np.min(rows)))
     if kind == "oscillation":
         _check_viscosity(parts, readings)
         warn_if_inconsistent([sweep for sweep in measurements if isinstance(sweep, FrequencySweep)])
     formats = tuple(dict.fromkeys(part.format for part in parts))
-    return Reading(measurements, kind, test, formats, tuple(left_out))
+    return Reading(measurements, kind, test, formats, tuple(left_out), tuple(np.argsort(first).tolist()))
 
 
-def _measurement(kind: MeasurementName, temperature: float, abscissa: Array, ordinates: Array) -> Measurement:
+def _measurement(kind: MeasurementName, temperature: float, abscissa: Array, ordinates: Array, source: str) -> Measurement:
     match kind:
         case "relaxation":
-            return RelaxationCurve(temperature, abscissa, ordinates[0])
+            return RelaxationCurve(temperature, abscissa, ordinates[0], source)
         case "creep":
-            return CreepCurve(temperature, abscissa, ordinates[0])
+            return CreepCurve(temperature, abscissa, ordinates[0], source)
         case "oscillation":
-            return FrequencySweep(temperature, abscissa, ordinates[0], ordinates[1])
+            return FrequencySweep(temperature, abscissa, ordinates[0], ordinates[1], source)
 
 
 def _one_kind(parts: list[Part]) -> MeasurementName:
@@ -125,7 +145,7 @@ def _one_kind(parts: list[Part]) -> MeasurementName:
     return parts[0].measurement
 
 
-def _one_test(parts: list[Part], data: MeasurementData) -> str:
+def _one_test(parts: list[Part], data: MeasuredData) -> str:
     if data.test is not None:
         return data.test
     tests = {part.test: part for part in parts}
@@ -138,7 +158,7 @@ def _one_test(parts: list[Part], data: MeasurementData) -> str:
     return str(parts[0].test)
 
 
-def _check_columns(part: Part, data: MeasurementData) -> None:
+def _check_columns(part: Part, data: MeasuredData) -> None:
     """Raise `InputError` for all columns of a plain table that are not there or in a wrong unit, with the recipe's keys."""
     wrong: list[str] = []
     for role, wanted in part.columns.items() if not part.is_export else ():
@@ -146,7 +166,8 @@ def _check_columns(part: Part, data: MeasurementData) -> None:
             part.table.check(wanted, role, ROLES.get(role))
         except InputError as error:
             key = f" (data.columns.{role})" if data.columns is not None and role in data.columns.model_fields_set else ""
-            wrong += [f"{line}{key}" for line in error.messages]
+            told = mistaken(part.table, wanted, role)
+            wrong += [f"{line}{key}" for line in ([told] if told else error.messages)]
     if wrong:
         raise InputError(*wrong)
 
@@ -158,7 +179,7 @@ def _doubt_tension(part: Part) -> None:
         doubt_tension(used, part.table.source)
 
 
-def _read(part: Part, data: MeasurementData, per_shear: float, labels: dict[tuple[int, str], int]) -> _Readings:
+def _read(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> _Readings:
     """The readings of a part; `per_shear` is Young's modulus over the measured one, `labels` numbers the sets met so far."""
     table, roles = part.table, [role for role in part.columns if role not in ("complex_viscosity", "set")]
     rows = part.rows(roles)
@@ -191,13 +212,13 @@ def _read(part: Part, data: MeasurementData, per_shear: float, labels: dict[tupl
     if "complex_viscosity" in part.columns and (not part.is_export or part.filled("complex_viscosity")[rows].all()):
         viscosity = per_shear * column("complex_viscosity")
     with np.errstate(all="ignore"):
-        ordinates = _ordinates(part, column, lines, per_shear)
+        ordinates = _ordinates(part, column, lines, per_shear, data.specimen)
     _refuse(part, lines, ~np.all(np.isfinite(ordinates), axis=0), part.measurement, "is too large a number")
     _refuse_most(part, lines, np.any(ordinates <= 0, axis=0))
     return _Readings(temperature, abscissa, ordinates, label, viscosity)
 
 
-def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasurementData) -> NDArray[np.bool_]:
+def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray[np.bool_]:
     """Which of `rows` count: from the first time on that the recipe names, and in an export from when the step was made."""
     time = part.table.column(part.columns["time"], "time", ROLES["time"], rows)
     kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
@@ -225,7 +246,9 @@ def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArra
     return found["angular_frequency"] if "angular_frequency" in found else 2 * np.pi * found["frequency"]
 
 
-def _ordinates(part: Part, column: Callable[[str], Array], lines: NDArray[np.int64], per_shear: float) -> Array:
+def _ordinates(
+    part: Part, column: Callable[[str], Array], lines: NDArray[np.int64], per_shear: float, specimen: Specimen | None
+) -> Array:
     """Young's moduli in Pa or tensile compliance in 1/Pa, shape (c, n); stress over strain is the paper's modulus, Sec. 2.1.1."""
     given = part.columns
     if part.measurement == "oscillation":
@@ -242,11 +265,16 @@ def _ordinates(part: Part, column: Callable[[str], Array], lines: NDArray[np.int
     scale = per_shear if part.measurement == "relaxation" else 1 / per_shear
     if plain in given:
         return np.asarray(scale * column(plain))[None]
-    divisor = column(under)
-    doubt_strain(divisor if under == "strain" else column(over))
-    _doubt_held(part, held=divisor, answer=column(over))
+    if "stretch" in given:
+        strain = column("stretch") - 1
+    else:
+        strain = column("strain") if "strain" in given else strain_of(column("extension"), specimen)
+    stress = column("stress") if "stress" in given else nominal_stress(column("force"), specimen)
+    numerator, divisor = (stress, strain) if under == "strain" else (strain, stress)
+    doubt_strain(strain)
+    _doubt_held(part, held=divisor, answer=numerator)
     _refuse(part, lines, divisor == 0, under, f"is zero, so {over} / {under} is no {plain}")
-    return np.asarray(scale * column(over) / divisor)[None]
+    return np.asarray(scale * numerator / divisor)[None]
 
 
 def _doubt_held(part: Part, held: Array, answer: Array) -> None:
@@ -260,15 +288,24 @@ def _doubt_held(part: Part, held: Array, answer: Array) -> None:
         )
 
 
-def _stated_temperature(part: Part, data: MeasurementData) -> float:
-    if data.temperatures is not None or data.temperature_in_name is not None:
-        return temperature_of_file(data, part.file, part.table.source)
-    in_step = part.temperature_in_step()
-    if in_step is None:
-        raise InputError(
-            f'{part.table.source}: step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name'
-        )
-    return in_step
+def _stated_temperature(part: Part, data: MeasuredData) -> float:
+    if part.temperature is not None:
+        return part.temperature
+    source, in_step = part.table.source, part.temperature_in_step()
+    if isinstance(data, MeasurementData) and (data.temperatures is not None or data.temperature_in_name is not None):
+        return temperature_of_file(data, part.file, source)
+    if in_step is not None:
+        return in_step
+    if isinstance(data, CurveData):
+        if data.reference_temperature is None:
+            raise InputError(f'{source}: the data state no temperature: say reference_temperature = "20 degC"')
+        return data.reference_temperature
+    if part.is_export:
+        raise InputError(f'{source}: step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name')
+    assert isinstance(data, MeasurementData)
+    raise InputError(
+        f'{source}: temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}'
+    )
 
 
 def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None:

@@ -21,6 +21,9 @@ from dielast.sharing.execution import Execution, share_out
 from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
+OTHERS = "the recipe, a file that it names, or dielast has changed"
+GOES_ON = "the same command goes on from there, a changed recipe begins anew"
+NONE_SOLVED = "no cell was solved yet; the same command begins anew"
 PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than a disk saves
 
 
@@ -32,9 +35,17 @@ def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
 
 
 def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
-    """All cells of the plan. What is solved is kept in the execution's folder until all is done."""
+    """All cells of the plan. What is solved is kept in the execution's folder until all is done.
+
+    A `KeyboardInterrupt` says what is kept.
+    """
     store = None if execution.folder is None else execution.folder / STORE
-    known = _load(store, key, plan)
+    known, changed = _load(store, key, plan)
+    if known and execution.note is not None:
+        solved_before = sum(cells.status.size for cells in known.values())
+        execution.note(f"goes on from an interrupted run, which solved {solved_before} of {plan.cells} cells")
+    elif changed and execution.note is not None:
+        execution.note(f"the {changed} cells of an interrupted run are discarded: {OTHERS} since")
     waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
     done = sum(cells.status.size for cells in known.values())
     saved, due = len(known), 0.0
@@ -47,7 +58,10 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
                     _save(store, key, list(known.values()))
                     saved, due = len(known), time.monotonic() + PAUSE
                 if execution.progress is not None:
-                    execution.progress(done, plan.cells)
+                    execution.progress(done, plan.cells, "cells")
+    except KeyboardInterrupt:
+        none = store is None or not done
+        raise KeyboardInterrupt(NONE_SOLVED if none else f"{done} of {plan.cells} cells are kept: {GOES_ON}") from None
     finally:
         if store is not None and len(known) > saved and done < plan.cells:
             _save(store, key, list(known.values()))
@@ -81,21 +95,23 @@ def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
     write_files(store.parent, {store.name: buffer.getvalue()})
 
 
-def _load(store: Path | None, key: str, plan: MapPlan) -> dict[int, Cells]:
-    """The chunks of an earlier run of the same map, by first cell; none if there are none, or they are of another map."""
+def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells], int]:
+    """The chunks of an earlier run of the same map, by first cell, none if there are none; and the number of cells that there are
+    of another map.
+    """
     if store is None or not os.path.isfile(store):
-        return {}
+        return {}, 0
     try:
         with store.open("rb") as file, np.load(file) as saved:
             if str(saved["key"]) != key:
-                return {}
+                return {}, int(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
             parts = (np.split(saved[name], bounds) for name in ("time_to_breakdown", "time_to_pull_in", "status"))
             known = {int(first): Cells(int(first), *own) for first, *own in zip(saved["first"], *parts, strict=True)}
         chunks = set(plan.chunks(CHUNK))
-        return known if all(_belongs(cells, chunks, plan.horizon) for cells in known.values()) else {}
+        return (known if all(_belongs(cells, chunks, plan.horizon) for cells in known.values()) else {}), 0
     except Exception:  # zipfile and numpy have many for what is damaged
-        return {}  # not what this program wrote, or not whole: begin anew
+        return {}, 0  # not what this program wrote, or not whole: begin anew
 
 
 def _belongs(cells: Cells, chunks: set[tuple[int, int]], horizon: float) -> bool:

@@ -15,7 +15,10 @@ from dielast.errors import InputError, shown
 from dielast.instruments import Segment, recognise
 from dielast.instruments.names import Test, columns_by_role, plain
 from dielast.measured import MeasuredTable, decode, is_number, read_measured
-from dielast.recipe.measurements import MODULI, Columns, MeasurementData, MeasurementName
+from dielast.recipe.measurements import MODULI, Columns, MeasuredData, MeasurementData, MeasurementName
+from dielast.recipe.spectrum import CurveColumns, CurveData
+from dielast.workbook import is_workbook
+from dielast.workflow.wide import by_temperature
 
 Measured: TypeAlias = tuple[MeasurementName, Mapping[str, str | int]]
 """What was measured, and the columns by role."""
@@ -31,7 +34,10 @@ _TEMPERATURE = re.compile(r"(?<!\d)([+-]?\d++(?:[.,]\d++)?)\s*+°\s*C")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A table of readings of one `measurement` with its `columns` by role; `file` is its file's place, `format` what wrote it."""
+    """A table of readings of one `measurement` with its `columns` by role; `file` is its file's place, `format` what wrote it.
+
+    `temperature` in degC is that of all its readings, where the headers of its columns state it.
+    """
 
     table: MeasuredTable
     columns: Mapping[str, str | int]
@@ -40,6 +46,7 @@ class Part:
     format: str
     test: Test | None
     step: str = ""
+    temperature: float | None = None
 
     @property
     def is_export(self) -> bool:
@@ -65,28 +72,24 @@ class Part:
         return float(match[1].replace(",", ".")) if match else None
 
 
-def parts_of(content: bytes, source: str, file: int, data: MeasurementData) -> tuple[list[Part], list[str]]:
+def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tuple[list[Part], list[str]]:
     """The parts of a file that `data` asks for, and the names of an export's steps that are left out.
 
     Raises `InputError` naming the file, and the line or step.
     """
-    known = None if data.is_plain else recognise(decode(content, source, data.encoding))
+    text = decode(content, source, data.encoding, data.sheet, data.decimal)
+    known = None if data.is_plain else recognise(text)
     if known is None:
-        if data.columns is None:
-            raise InputError(f"{source}: columns are needed: this is no instrument's export that dielast knows")
-        if data.steps is not None:
-            raise InputError(f"{source}: steps are wanted, but this is no instrument's export that dielast knows")
-        table = read_measured(content, source, data.text_format(), data.units)
-        measurement, columns = _said(data, data.columns)
-        return [Part(table, columns, measurement, file, TABLE, "tension")], []
+        return _plain_parts(content, source, file, data), []
     try:
-        segments = known.read(decode(content, source, data.encoding), source)
+        segments = known.read(text, source)
     except InputError as error:
         if data.columns is None:
             raise
         raise InputError(f'{error} (or is it no {known.NAME} export? say format = "table")') from None
+    decimal = None if is_workbook(content) else data.decimal
     steps = [
-        replace(segment, table=replace(segment.table, stated_units=data.units, decimal=data.decimal or segment.table.decimal))
+        replace(segment, table=replace(segment.table, stated_units=data.units, decimal=decimal or segment.table.decimal))
         for segment in segments
     ]
     _check_chosen(steps, source, data.steps)
@@ -110,7 +113,37 @@ def parts_of(content: bytes, source: str, file: int, data: MeasurementData) -> t
     return parts, left_out
 
 
-def _said(data: MeasurementData, columns: Columns) -> Measured:
+def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> list[Part]:
+    """The parts of a plain table: one, or one for each temperature that its headers state."""
+    table = read_measured(content, source, data.text_format(), data.units)
+    columns = CurveColumns() if data.columns is None and isinstance(data, CurveData) else data.columns
+    if isinstance(data, MeasurementData) and not data.states_temperatures and data.layout != "long":
+        least = 1 if data.layout == "wide" else 2
+        unit = data.units.get("temperature") if data.layout == "wide" else None
+        tables = by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
+        if len(tables) >= least:
+            return [_of_wide(own, file, data, columns, temperature) for temperature, own in tables]
+        if data.layout == "wide":
+            raise InputError(f'{source}: layout = "wide", but no header states a temperature, such as "E (20 °C) [MPa]"')
+    if columns is None:
+        raise InputError(f"{source}: columns are needed: this is no instrument's export that dielast knows")
+    if data.steps is not None:
+        raise InputError(f"{source}: steps are wanted, but this is no instrument's export that dielast knows")
+    measurement, roles = _said(data, columns)
+    return [Part(table, roles, measurement, file, TABLE, "tension")]
+
+
+def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Columns | None, temperature: float) -> Part:
+    """The part of one temperature; columns that the recipe does not name are told by their names."""
+    found = _said(data, columns) if columns is not None else _measured(Segment("", table, None), data, True)
+    if found is None:
+        there = ", ".join(f'"{name}"' for name in table.names)
+        raise InputError(f"{table.source}: columns are needed: at {temperature:g} degC there are {there}")
+    measurement, roles = found
+    return Part(table, roles, measurement, file, TABLE, "tension", temperature=temperature)
+
+
+def _said(data: MeasuredData, columns: Columns) -> Measured:
     """What the recipe says was measured, and its columns by role; a time column that it does not name is called time."""
     measurement = data.measurement or columns.measurement
     return measurement, ({} if measurement == "oscillation" else {"time": "time"}) | columns.by_role
@@ -134,7 +167,7 @@ def _what_is_there(segment: Segment) -> str:
     return f'step "{segment.name}" has {names}'
 
 
-def _measured(segment: Segment, data: MeasurementData, chosen: bool) -> Measured | None:
+def _measured(segment: Segment, data: MeasuredData, chosen: bool) -> Measured | None:
     """What was measured in a step, and its columns by role; None if no master curve is made of it.
 
     Strain and stress alone are in the export of every kind of test: they count where the step's name says relaxation or creep, or

@@ -25,9 +25,9 @@ FILES: Mapping[str, tuple[str, ...]] = {
         *(f"material-comsol-{name}.txt" for name in ("parameters", "branches-energy-factor", "branches-shear-modulus")),
         *("material-comsol-shift.txt", "material-comsol-notes.txt"),
     ),
-    "relax": ("relax.csv", "cases.csv"),
-    "creep": ("creep.csv", "cases.csv"),
-    "actuate": ("actuate.csv", "events.csv", "cases.csv"),
+    "relax": ("relax.csv", "cycles.csv", "cases.csv"),
+    "creep": ("creep.csv", "cycles.csv", "cases.csv"),
+    "actuate": ("actuate.csv", "events.csv", "cycles.csv", "cases.csv"),
     "failure-map": ("failure-map.csv", "fit.csv"),
 }
 """Every file that a kind may write, besides its figures and its summary."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -15,30 +16,30 @@ from dielast.recipe.cases import Case
 from dielast.sharing.batches import solve_batches
 from dielast.sharing.execution import Execution
 from dielast.simulate.membrane import MembraneHistory, simulate
-from dielast.workflow.bounds import band, bounded_cases
+from dielast.streams import stream
 from dielast.workflow.cases import (
     CaseResult,
     SimulationBatch,
     axes_of,
     case_columns,
     compare_headline,
+    cycle_columns,
+    cycles_of,
     divided,
     each,
     failures,
     given_up,
-    labels,
     last,
     matches,
     one_or_all,
     read_materials,
     result_columns,
-    swept,
     temperature_of,
 )
 from dielast.workflow.doubts import doubt_membranes
-from dielast.workflow.history import Recipe, in_recipe_terms, joined, output_times, solver_steps
+from dielast.workflow.history import Recipe, in_recipe_terms, joined, solver_steps
+from dielast.workflow.memory import check_series
 from dielast.workflow.report import Report
-from dielast.workflow.uncertainty import interval_label, samples_of, uncertainty_headline
 
 if TYPE_CHECKING:
     from dielast.workflow.compare import Match
@@ -53,6 +54,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     recipe = cases[0].recipe
     kind = recipe.kind
     materials = read_materials(cases, inputs)
+    check_series(cases, 10, inputs, execution.jobs)
     clean = solve_batches(membrane_batches(cases, materials, inputs), execution)
     doubt_membranes(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
@@ -64,23 +66,31 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
         repeated = Case(one.model_copy(update={"output": output}))
         return solve_batches(membrane_batches([repeated], [materials[case]], inputs))[0].columns
 
-    samples = samples_of(cases, materials, inputs)
-    told = bounded_cases(cases, samples, results, lambda own, drawn: membrane_batches(own, drawn, inputs), execution)
+    told: Sequence[CaseResult] = results
+    intervals: dict[str, dict[str, Any]] = {}
+    if any(case.recipe.uncertainty is not None for case in cases):
+        from dielast.workflow.bounds import bounded_cases
+        from dielast.workflow.uncertainty import samples_of, uncertainty_headline
+
+        samples = samples_of(cases, materials, inputs)
+        told = bounded_cases(cases, samples, results, lambda own, drawn: membrane_batches(own, drawn, inputs), execution)
+        intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
     found = matches(recipe, columns, inputs, again)
-    x, y, scales = axes_of(recipe, columns[0], MEASURED[kind])
+    x, y, scales = axes_of(cases, columns[0], MEASURED[kind])
 
     def figure() -> Any:
-        from dielast.plots.simulation import plot_cases
+        from dielast.workflow.bounds import band
+        from dielast.workflow.pictures import picture
+        from dielast.workflow.uncertainty import interval_label
 
-        here = [entry for entry in found if entry.headers == (x, y)]
-        bands = [band(one.columns, x, y) for one in told]
         called = interval_label([case.recipe for case in cases])
-        names, scale = labels(cases, materials), swept(cases)
-        return plot_cases(columns, names, here, x, y, scales, recipe.title, swept=scale, bands=bands, interval=called)
+        bands = [band(one.columns, "time [s]" if x in cases[0].settings else x, y) for one in told]
+        return picture(cases, materials, columns, found, (x, y, scales), bands, called)
 
     tables = {f"{kind}.csv": result_columns(told), "cases.csv": case_columns(cases)}
-    sections = headline(kind, results, found) | uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
-    return Report(tables, sections, figure, failures=failures(results))
+    if (cycling := cycle_columns(results)) is not None:
+        tables["cycles.csv"] = cycling
+    return Report(tables, headline(kind, results, found) | intervals, figure, failures=failures(results))
 
 
 def headline(kind: str, results: Sequence[CaseResult], found: Sequence[Match]) -> dict[str, dict[str, Any]]:
@@ -116,13 +126,15 @@ def membrane_batches(
     groups: dict[Any, list[int]] = {}
     for index, (case, history) in enumerate(zip(cases, histories, strict=True)):
         recipe = case.recipe
-        times = output_times(recipe.output, history, 1.0 if recipe.kind == "relax" else 0.0)
+        times = None if recipe.output.times is None else tuple(recipe.output.times)
         shape = tuple(entry.shape for entry in history)
-        groups.setdefault((recipe.mode, recipe.solver.rtol, recipe.output.points_per_decade, times, shape), []).append(index)
+        groups.setdefault(
+            (recipe.mode, recipe.solver.rtol, recipe.output.points_per_decade, recipe.output.cycles, times, shape), []
+        ).append(index)
     kind = cases[0].recipe.kind
     with_modulus = kind == "relax" and any(case.recipe.mode == "uniaxial" for case in cases)
     batches = []
-    for (mode, rtol, points_per_decade, times, shape), members in groups.items():
+    for (mode, rtol, points_per_decade, kept, times, shape), members in groups.items():
         origin = [entry.origin for entry in histories[members[0]]]
         for part in divided(members, materials):
             own = [materials[index] for index in part]
@@ -135,6 +147,7 @@ def membrane_batches(
                 times=times,
                 points_per_decade=points_per_decade,
                 rtol=rtol,
+                cycles=kept,
             )
             result = partial(_case, materials=own, creeping=kind == "creep", with_modulus=with_modulus, uniaxial=mode == "uniaxial")
             told = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
@@ -145,29 +158,20 @@ def membrane_batches(
 def _case(
     history: MembraneHistory, row: int, *, materials: Sequence[Material], creeping: bool, with_modulus: bool, uniaxial: bool
 ) -> CaseResult:
-    columns = {
-        "time [s]": history.time[row],
-        "stretch_1 [1]": history.stretch_1[row],
-        "stretch_2 [1]": history.stretch_2[row],
-        "nominal_stress_1 [Pa]": history.nominal_stress_1[row],
-        "nominal_stress_2 [Pa]": history.nominal_stress_2[row],
-        "true_stress_1 [Pa]": history.true_stress_1[row],
-        "true_stress_2 [Pa]": history.true_stress_2[row],
-    }
+    columns = history.case(row)
     if with_modulus:
-        modulus = history.relaxation_modulus[row]
+        modulus = history.relaxation_modulus[row][np.isfinite(history.stretch_1[row])]
         columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus) & uniaxial, modulus, np.nan)
-    finished = np.isfinite(history.stretch_1[row])
-    kept = {header: np.asarray(values[finished]) for header, values in columns.items()}
-    return CaseResult(float(history.temperature[row]), kept, given_up(history.outcome[row], materials[row], creeping))
+    failure = given_up(history.outcome[row], materials[row], creeping)
+    return CaseResult(float(history.temperature[row]), columns, failure, cycles_of(history.cycles, row))
 
 
 def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
     """Relative Gaussian noise on what the test measures: the stress in relaxation, the elongation (stretch - 1) in creep."""
     if not recipe.output.noise:
         return result
-    # a seed for each case, so that no case depends on how many there are
-    random = np.random.default_rng([recipe.output.seed, case])
+    # a stream for each case, so that no case depends on how many there are
+    random = stream(recipe.output.seed, "noise", case)
     columns = dict(result.columns)
     for axis in (1, 2):
         factor = 1 + recipe.output.noise * random.standard_normal(columns["time [s]"].size)
@@ -181,4 +185,4 @@ def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
         columns[f"true_stress_{axis} [Pa]"] = nominal * stretch
         if axis == 1 and "relaxation_modulus [Pa]" in columns:
             columns["relaxation_modulus [Pa]"] = columns["relaxation_modulus [Pa]"] * factor
-    return CaseResult(result.temperature, columns, result.failure)
+    return replace(result, columns=columns)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from dielast.recipe.material import breakdown, permittivity, write_material
 from dielast.recipe.spectrum import Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
 from dielast.sharing.execution import Execution
 from dielast.shift import ShiftLaw
-from dielast.table import Column
+from dielast.table import Table
 from dielast.workflow.curve import Curve, read_curve, read_master_curve
 from dielast.workflow.draws import DRAWS, DrawnMaterials, drawn_materials, read_curve_draws
 from dielast.workflow.report import Report
@@ -37,6 +37,7 @@ from dielast.workflow.report import Report
 __all__ = ["Curve", "headline", "make_material", "read_curve", "read_master_curve", "run", "tables"]
 
 Array = NDArray[np.float64]
+Result = TypeVar("Result")
 # what the library calls its arguments, and the recipe its keys
 KEYS = (
     (re.compile(r"(?<![\w.])(equilibrium_modulus|glassy_modulus|polynomial_degree|(?:method|branches)(?= = ))"), r"fit.\1"),
@@ -50,32 +51,59 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     """Read the master curve, fit the spectrum, report."""
     recipe = cases[0].recipe
     curve = read_master_curve(recipe.mastercurve, inputs) if recipe.mastercurve is not None else read_curve(recipe.data, inputs)
-    result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
-    reduction = reduced(result, curve.shift, recipe.reduce) if recipe.reduce else None
-    if recipe.fit.continuous and curve.test == "creep":
-        raise InputError("fit.continuous: a creep curve has no relaxation spectrum of its own: only its discrete one is converted")
+    result, reduction, material, cards = characterise(recipe, curve)
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
-    material = make_material(result, curve, recipe.material, reduction)
-    doubt_material(material)
 
     def figure() -> Any:
         from dielast.plots.spectrum import plot_spectrum
+        from dielast.workflow.naming import headed
 
         at = curve.shift.reference_temperature
-        return plot_spectrum(result, recipe.title, continuous=continuous, reduction=reduction, reference_temperature=at)
+        title = headed(recipe.title, [material.name], f"reference temperature {at:g} degC")
+        return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at)
 
     drawn = None
     if recipe.mastercurve is not None:
         drawn = draw_materials(recipe.mastercurve, curve, result, material, recipe.fit, inputs)
     files = {"material.toml": write_material(material, None if drawn is None else DRAWS)}
-    if recipe.export is not None:
-        options = replace(recipe.export.options(), notes=_validity(result, recipe, reduction))
-        cards = export_cards(material, tuple(recipe.export.formats), options)
-        files |= {name: text.encode() for name, text in cards.items()}
+    files |= {name: text.encode() for name, text in cards.items()}
     found, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
+    if curve.data is not None:
+        numbers["data"] = dict(curve.data)
     if drawn is None:
         return Report(found, numbers, figure, files)
     return Report({**found, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
+
+
+def characterise(recipe: SpectrumRecipe, curve: Curve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
+    """The spectrum of the curve, what it is reduced to, its material, and the cards (name -> text) that the recipe asks for.
+
+    Raises `InputError` with a line for everything, draws apart, that the recipe asks of the curve and that cannot be had.
+    """
+    wrong: list[str] = []
+
+    def tried(make: Callable[[], Result]) -> Result | None:
+        try:
+            return make()
+        except InputError as error:
+            wrong.extend(error.messages)
+            return None
+
+    if recipe.fit.continuous and curve.test == "creep":
+        wrong.append("fit.continuous: a creep curve has no relaxation spectrum of its own: only its discrete one is converted")
+    result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
+    reduce, export = recipe.reduce, recipe.export
+    reduction = tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
+    material, cards = make_material(result, curve, recipe.material, reduction), None
+    doubt_material(material)
+    if export is not None:
+        options = replace(export.options(), notes=_validity(result, recipe, reduction))
+        cards = tried(lambda: export_cards(material, tuple(export.formats), options))
+    if wrong:
+        # the branches are then too many because they could not be reduced
+        lost = reduce is not None and reduction is None
+        raise InputError(*(line for line in wrong if not (lost and line.startswith("export.formats: "))))
+    return result, reduction, material, cards or {}
 
 
 def fit_curve(curve: Curve, fit: Fit, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
@@ -111,6 +139,7 @@ def _fitted(curve: Curve, fit: Fit, keep: int | None, flows: bool | None) -> Spe
     wanted: dict[str, Any] = {
         "branches": fit.branches,
         "equilibrium_modulus": fit.equilibrium_modulus,
+        "liquid": fit.liquid,
         "glassy_modulus": fit.glassy_modulus,
         "keep": keep,
     }
@@ -205,47 +234,15 @@ def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reducti
 
 def tables(
     result: SpectrumFit, continuous: ContinuousSpectrum | None = None, reduction: Reduction | None = None
-) -> dict[str, list[Column]]:
+) -> dict[str, Table]:
     """The tables of a spectrum by file name; all moduli of a reduced one's proof are shear."""
     spectrum = result.spectrum if reduction is None else reduction.spectrum
-    found = {
-        "spectrum.csv": [
-            Column("relaxation_time", "s", spectrum.relaxation_time),
-            Column("shear_modulus", "Pa", spectrum.shear_modulus),
-        ],
-        "fit.csv": _fit_table(result),
-    }
+    found = {"spectrum.csv": spectrum.columns(), "fit.csv": result.columns()}
     if continuous is not None:
-        found["continuous-spectrum.csv"] = [
-            Column("relaxation_time", "s", continuous.relaxation_time),
-            Column("H", "Pa", continuous.density),
-        ]
+        found["continuous-spectrum.csv"] = continuous.columns()
     if reduction is not None:
-        found["reduction.csv"] = [
-            Column("temperature", "degC", reduction.test_temperature),
-            Column("time", "s", reduction.test_time),
-            Column("full", "Pa", reduction.full),
-            Column("reduced", "Pa", reduction.reduced),
-        ]
+        found["reduction.csv"] = reduction.columns()
     return found
-
-
-def _fit_table(result: SpectrumFit) -> list[Column]:
-    if result.test == "oscillation":
-        ascending = slice(None, None, -1)
-        return [
-            Column("reduced_angular_frequency", "rad/s", 1 / result.reduced_time[ascending]),
-            Column("measured_storage", "Pa", result.measured[0, ascending]),
-            Column("model_storage", "Pa", result.model[0, ascending]),
-            Column("measured_loss", "Pa", result.measured[1, ascending]),
-            Column("model_loss", "Pa", result.model[1, ascending]),
-        ]
-    unit = "1/Pa" if result.test == "creep" else "Pa"
-    return [
-        Column("reduced_time", "s", result.reduced_time),
-        Column("measured", unit, result.measured),
-        Column("model", unit, result.model),
-    ]
 
 
 def headline(

@@ -12,9 +12,10 @@ from dielast.errors import InputError, warn
 from dielast.files import Inputs
 from dielast.material import Material
 from dielast.recipe.cases import Case
+from dielast.recipe.draws import beside, parse_draws
+from dielast.recipe.material import draws_file, parse_material
 from dielast.recipe.uncertainty import FilmUncertainty, Uncertainty
 from dielast.workflow.cases import each
-from dielast.workflow.draws import read_members
 
 BESIDE = 1.1  # factor by which a material may miss the range of its draws: more is not noise
 
@@ -44,6 +45,16 @@ def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: I
             warn(f"uncertainty.draws: {name} has {len(members)} draws, and nothing else scatters: not {draws}, but these are used")
         draws = len(members)
     return draw_sample(members or (material,), draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
+
+
+def read_members(name: str, inputs: Inputs) -> tuple[Material, ...]:
+    """The draws of the material in a material file, none if it names no table of them."""
+    content = inputs.read(name)
+    file = draws_file(content, name)
+    if file is None:
+        return ()
+    table = beside(name, file)
+    return parse_draws(inputs.read(table), table, parse_material(content, name))
 
 
 def _doubt_draws(name: str, material: Material, members: Sequence[Material]) -> None:

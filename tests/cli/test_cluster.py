@@ -125,7 +125,7 @@ def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path
             assert run.returncode == 0
         with started(tmp_path, "interrupted", file) as run:
             run.send_signal(signal.SIGINT)
-            assert run.communicate(timeout=30)[1] == "interrupted\n"
+            assert run.communicate(timeout=30)[1].startswith("interrupted: ")
             assert run.returncode == 130
         # nothing of it is left on the cluster
         count = "import distributed, sys; print(len(distributed.Client(scheduler_file=sys.argv[1]).run_on_scheduler(tasks)))"
@@ -157,7 +157,7 @@ def test_a_sweep_with_draws_outlives_a_worker(dielast: Run, tmp_path: Path) -> N
         file = stack.enter_context(scheduler(tmp_path))
         workers = [stack.enter_context(node("worker", file)) for _ in range(2)]
 
-        def kill(done: int, of: int) -> None:
+        def kill(done: int, of: int, what: str) -> None:
             if done < of and workers[0].poll() is None:
                 workers[0].send_signal(signal.SIGKILL)
 

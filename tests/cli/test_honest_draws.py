@@ -126,9 +126,11 @@ def test_bounds_at_the_end_do_not_depend_on_the_output(dielast: Run, tmp_path: P
         assert np.all((table["true_field [V/m]"][row] <= high)[known])
         assert high[0] < low[-1]
     for header, value in last[3].items():
-        assert value == pytest.approx(last[30][header], rel=1e-8), header
+        assert value == pytest.approx(last[30][header], rel=1e-8, nan_ok=True), header
     assert 0 < last[30]["surviving [1]"] < 1
-    assert last[30]["true_field_lower [V/m]"] < last[30]["true_field_upper [V/m]"]
+    assert last[30]["true_field_lower [V/m]"] < last[30]["true_field [V/m]"]
+    # more than a quarter of the films have failed by then
+    assert np.isnan(last[30]["true_field_upper [V/m]"])
 
 
 def test_the_summary_ends_at_the_stop_whatever_times_are_listed(dielast: Run, tmp_path: Path) -> None:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from dielast.cli.progress import Bar, interrupted
 
 LOADING = """
 import os, signal, sys
@@ -36,3 +40,35 @@ def test_an_ignored_interrupt_stays_ignored(tmp_path: Path) -> None:
     ran = run(IGNORED, tmp_path)
     assert (ran.returncode, ran.stderr) == (0, "")
     assert ran.stdout.startswith("{")
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_says_what_is_counted_and_how_long_it_takes_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr(sys, "stderr", screen := Terminal())
+    bar = Bar(False, 4)
+    bar(10, 40, "cells")
+    bar(20, 40, "cells")
+    bar.stop()
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
+    assert "20/40 cells in 4 processes" in plain
+    assert re.search(r"\d:\d\d left", plain)
+    assert screen.getvalue().endswith("\x1b[2K")  # what comes next has the line for itself
+    bar(1, 1, "draws")
+    assert "1/1 draws in 4 processes" in re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
+    # the terminal shows ^C where the cursor is
+    assert interrupted("3 of 9 cells are kept") == "\ninterrupted: 3 of 9 cells are kept"
+
+
+def test_no_progress_where_nobody_would_see_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    for quiet, stream in ((True, Terminal()), (False, io.StringIO())):
+        monkeypatch.setattr(sys, "stderr", stream)
+        bar = Bar(quiet, 1)
+        bar(1, 2, "cases")
+        bar.stop()
+        assert stream.getvalue() == ""
+    assert interrupted() == "interrupted"

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import os
+import re
 import resource
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+
+import pytest
+
+from dielast.errors import NumericsError
+from dielast.files import Inputs
+from dielast.recipe.cases import read_cases
+from dielast.sharing import memory
+from dielast.workflow.memory import check_cells, check_series
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -56,3 +65,73 @@ def test_a_table_that_vanishes_is_one_line(dielast: Run, starter: Callable[[str]
     assert "gone.csv" in done.stderr
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "mastercurve").exists()
+
+
+MANY = [f"{k} degC" for k in range(40)]
+GIBIBYTE = 1 << 30
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys", "told"),
+    [
+        (
+            "relax",
+            ["output.points_per_decade=10000", f"sweep={{ temperature = {MANY} }}"],
+            r"40 cases of 90200 rows need about 1.3 GB of memory, and \d+ MB are free: ask for fewer rows "
+            r"\(output.points_per_decade or output.times\) or cases",
+        ),
+        (
+            "actuate",
+            ["output.points_per_decade=10000", f"sweep={{ temperature = {MANY} }}"],
+            r"40 cases of 360400 rows need about 6.23 GB of memory, and \d+ MB are free: ask for fewer rows .* or cases",
+        ),
+        (
+            "failure-map",
+            ["voltage.points=100000", f"temperature={MANY}"],
+            r"8000000 cells need about 1.6 GB of memory, and \d+ MB are free: ask for fewer voltages, .* or draws",
+        ),
+    ],
+)
+def test_what_does_not_fit_in_memory_is_refused_before_it_begins(
+    kind: str, keys: list[str], told: str, starter: Callable[[str], Path], tmp_path: Path
+) -> None:
+    settings = [word for key in keys for word in ("--set", key)]
+    arguments = [kind, str(starter(kind)), "--plot", "none", "-q", "-o", "out", *settings]
+    done = limited(arguments, tmp_path, resource.RLIMIT_AS, GIBIBYTE)
+    assert done.returncode == 3
+    assert re.fullmatch(rf"\S*{kind}.toml: {told}\n", done.stderr), done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_draws_count_too(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(
+        'kind = "relax"\nmaterial = "example:vhb4905.toml"\nstep = [{ hold = "1 s" }]\n[uncertainty]\ndraws = 1000\n'
+    )
+    cases = read_cases(tmp_path / "r.toml")
+    monkeypatch.setattr(memory, "available_memory", lambda: 60e6)
+    with pytest.raises(NumericsError, match=r"^1 case of 280 rows, each drawn 1000 times, need about"):
+        check_series(cases, 10, Inputs(tmp_path), 1)
+    monkeypatch.setattr(memory, "available_memory", lambda: 200e6)
+    check_series(cases, 10, Inputs(tmp_path), 1)
+    monkeypatch.setattr(memory, "available_memory", lambda: 60e6)
+    with pytest.raises(NumericsError, match=r"^100 cells of 5000 draws each need about 100 MB"):
+        check_cells(100, 5000)
+
+
+def test_a_limit_on_the_address_space_is_known() -> None:
+    code = "import resource; resource.setrlimit(resource.RLIMIT_AS, (1 << 29, 1 << 29));"
+    code += "from dielast.sharing.memory import available_memory; print(available_memory())"
+    free = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert 1e8 < float(free) < 2**29
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_running_out_of_memory_is_one_line(jobs: str, dielast: Run, starter: Callable[[str], Path], tmp_path: Path) -> None:
+    lost = (
+        "import dielast.workflow.cases as cases\ndef solve(self):\n    raise MemoryError('Unable to allocate')\n"
+        "cases.SimulationBatch.solve = solve"
+    )
+    sweep = "--set", 'sweep={ "step.0.rate" = ["1 %/s", "2 %/s"], "step.1.hold" = ["1 s", "2 s"], mode = "zip" }'
+    done = dielast("relax", starter("relax"), "--plot", "none", "-o", "out", "--jobs", jobs, *sweep, prelude=lost)
+    assert (done.returncode, done.stderr) == (3, "out of memory: fewer cases, cells, rows or draws take less\n")
+    assert not (tmp_path / "out").exists()

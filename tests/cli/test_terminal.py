@@ -128,3 +128,19 @@ def test_warnings_come_below_the_summary(tmp_path: Path) -> None:
     *above, last = done.stdout.splitlines()
     assert last.startswith("warning: m.csv: the simulation does not reach 1 of 2 points")
     assert above[0] == "relax.cases = 1"
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("dielast new ", {"mastercurve", "spectrum", "relax", "creep", "actuate", "failure-map"}),
+        ("dielast new fa", {"failure-map"}),
+        ("dielast fai", {"failure-map"}),
+    ],
+)
+def test_a_shell_offers_kinds(words: str, offered: set[str]) -> None:
+    environment = dict(os.environ, _DIELAST_COMPLETE="complete_bash", COMP_WORDS=words, COMP_CWORD=str(len(words.split(" ")) - 1))
+    command = [sys.executable, "-c", "from dielast.cli import main; main()"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert set(done.stdout.split()) == offered
+    assert done.stderr == ""

@@ -139,7 +139,7 @@ def test_draws_tell_of_a_breakdown_that_may_happen(folder: Path) -> None:
 kind = "actuate"
 {FILM}
 [[step]]
-voltage = "3 kV"
+voltage = "3.2 kV"
 [[step]]
 hold = "10 min"
 [breakdown]

@@ -120,3 +120,46 @@ def test_load_files_are_checked_by_themselves(dielast: Run, tmp_path: Path) -> N
     assert dielast("validate", "good.toml").stdout == "good.toml: ok\n"
     (tmp_path / "bad.toml").write_text('[[step]]\nvoltage = "2 kV"\nraet = "1 kV/s"\n')
     assert errors(dielast("validate", "bad.toml")) == ['bad.toml: step[0].raet: unknown key; did you mean "rate"?']
+
+
+SPECTRUM = """
+kind = "spectrum"
+mastercurve = "example:mastercurve"
+"""
+CARDS = '[export]\nformats = ["febio"]\nhyperelastic = "neo-hookean"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            '[reduce]\nwindow = ["1 s", "1 h"]\ntemperatures = ["20 degC", "-180 degC"]\n' + CARDS,
+            [
+                "reduce: temperature -180 degC is at or below -166.551 degC, where the WLF law has its pole",
+                'export.temperature: febio has no shift function for the law "wlf": state the one temperature that its',
+            ],
+        ),
+        (
+            CARDS + 'temperature = "20 degC"\n',
+            [
+                "export.formats: febio takes at most 6 Prony terms, the spectrum has 30: fit fewer ([fit] branches)",
+            ],
+        ),
+        ('[reduce]\nwindow = ["1 s", "1 h"]\ntolerance = 0.05\n' + CARDS + 'temperature = "20 degC"\n', []),
+        ("[truncate]\nkeep = 40\n", ["truncate.keep: cannot keep 40 of 30 branches"]),
+        ('[fit]\nequilibrium_modulus = "78 MPa"\n', ["fit.equilibrium_modulus"]),
+        ("[fit]\npolynomial_degree = 7\n", []),
+    ],
+)
+def test_what_spectrum_refuses_validate_refuses_in_the_same_lines(text: str, told: list[str], dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text(SPECTRUM + text)
+    checked = dielast("validate", "s.toml")
+    assert checked.returncode == (2 if told else 0), checked.stderr
+    if told:
+        lines = checked.stderr.splitlines()
+        assert len(lines) == len(told)
+        assert all(line.startswith(f"s.toml: {own}") for line, own in zip(lines, told, strict=True)), lines
+        assert dielast("spectrum", "s.toml", "-o", "out", "--plot", "none").stderr == checked.stderr
+        assert not (tmp_path / "out").exists()
+    else:
+        assert checked.stdout == "s.toml: ok\n"

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -159,10 +161,21 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
     assert store.exists()
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=30)
-    assert (process.returncode, said) == (130, "interrupted\n")
+    assert process.returncode == 130
+    assert re.fullmatch(r"interrupted: \d+ of 7200 cells are kept: the same command goes on from there, .*anew\n", said)
     kept = store.stat().st_size
     assert kept > 1000
-    assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "part").returncode == 0
+    # another recipe says that it has no use for it
+    other = dielast("failure-map", "m.toml", "--plot", "none", "-o", "part", "--set", "horizon=1 s", "--set", "voltage.ramp=2 s")
+    assert (other.returncode, store.stat().st_size) == (2, kept)
+    copy = shutil.copytree(tmp_path / "part", tmp_path / "other")
+    other = dielast("failure-map", "m.toml", "--plot", "none", "-o", copy, "--set", "voltage.points=2")
+    assert re.search(
+        r"^note: the \d+ cells of an interrupted run are discarded: the recipe, .* has changed since$", other.stderr, re.M
+    )
+    again = dielast("failure-map", "m.toml", "--plot", "none", "-o", "part")
+    assert again.returncode == 0
+    assert re.match(r"note: goes on from an interrupted run, which solved \d+ of 7200 cells\n", again.stderr)
     assert not store.exists()
     for name in ("failure-map.csv", "fit.csv", "summary.toml"):
         assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
@@ -177,7 +190,8 @@ def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
         time.sleep(0.01)
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=60)
-    assert (process.returncode, said) == (130, "interrupted\n")
+    assert process.returncode == 130
+    assert re.fullmatch(r"interrupted: \d+ of 54000 cells are kept: the same command .*\n", said)
     while time.monotonic() < deadline + 60:
         try:
             os.killpg(process.pid, 0)  # is anybody of its session left?
@@ -196,12 +210,6 @@ def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
         (ACTUATE, 'hold = "10 min"', 'hold = "0 s"', 'step[1].hold: "0 s": a time above 0 s is needed'),
         (ACTUATE, '"4 kV"', '"4 kg"', 'step[0].voltage: "4 kg": a voltage is needed, such as "2.5 kV"'),
         (ACTUATE, 'field = "48 MV/m"', "", "breakdown.field: is needed"),
-        (
-            ACTUATE,
-            '[breakdown]\nfield = "48 MV/m"',
-            "[breakdown]\nprestretch = [1.2, 1.5]\nfield = ['30 MV/m', '35 MV/m']",
-            "prestretch",
-        ),
         (MAP, "points = 9", "points = 0", "voltage.points: 0: at least 1 is needed"),
         (MAP, "prestretch = [1.7, 1.8, 1.9]", "prestretch = []", "film.prestretch: a list of prestretches is needed"),
         (MAP, '"1 h"', '"0 h"', 'horizon: "0 h": a time above 0 s is needed'),
@@ -249,3 +257,16 @@ def test_what_is_no_whole_earlier_run_is_passed_over(dielast: Run, tmp_path: Pat
         done = dielast("failure-map", "m.toml", "--plot", "none", "-q")
         assert (done.returncode, done.stderr) == (0, "")
         assert not (tmp_path / "m/.unfinished").exists()
+
+
+@pytest.mark.parametrize("prestretch", [1, 1.4, 3, 5])
+@pytest.mark.parametrize("kind", ["actuate", "failure-map"])
+def test_the_starters_take_any_prestretch(kind: str, prestretch: float, starter: Callable[[str], Path], dielast: Run) -> None:
+    path = starter(kind)
+    few = ["--set", "voltage.points=3"] if kind == "failure-map" else []
+    done = dielast(kind, path, "-o", "out", "--plot", "none", "-q", "--set", f"film.prestretch={prestretch}", *few)
+    assert done.returncode == 0, done.stderr
+    nearest = "40 MV/m" if prestretch < 1.7 else "48 MV/m"
+    told = f"prestretch {prestretch}: breakdown fields are stated for 1.7 to 1.9: the nearest, {nearest}, is taken; to state one"
+    assert (told in done.stderr) == (kind == "failure-map")  # the other starter states one field for all
+    assert (path.parent / "out" / f"{kind}.csv").is_file()

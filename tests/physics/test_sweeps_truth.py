@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -89,13 +90,13 @@ def test_without_noise_the_shift_factors_are_exact(on: str) -> None:
     ids=["separate noise", "tan delta", "storage", "common noise", "specimen scatter", "vertical shifts"],
 )
 def test_standard_errors_cover_the_truth(kind: dict[str, Any], options: dict[str, Any], repeats: int) -> None:
-    """95 % intervals hold the truth in 90-98 % of cases."""
+    """95 % intervals hold the truth in 90-99 % of cases: they allow for tilts and offsets, and here there may be none."""
     score: list[float] = []
     for seed in range(repeats):
-        master = build(sweep(seed=seed, **kind), **options)
+        master = build(sweep(seed=seed, **kind), temperature_stderr=0.0, **options)
         moved = master.temperature != 20.0
         score += (error(master)[moved] / master.log10_shift_factor_stderr[moved]).tolist()
-    assert 0.90 <= np.mean(np.abs(score) < 1.96) <= 0.98
+    assert 0.90 <= np.mean(np.abs(score) < 1.96) <= 0.99
 
 
 def test_shared_scatter_is_taken_out() -> None:
@@ -128,7 +129,12 @@ def test_losses_of_the_instrument_are_not_shifted() -> None:
     ]
     with pytest.warns(DielastWarning) as caught:
         master = build_master_curve(spoilt, reference_temperature=20.0)
-    assert any("storage modulus alone" in str(entry.message) for entry in caught)
+    said = " ".join(str(entry.message) for entry in caught)
+    assert "are those of the storage modulus alone" in said
+    assert re.search(
+        r"at -?\d+ degC tan delta gives another shift factor: log10 a = \S+ \+- \S+, but \S+ \+- \S+ from the storage", said
+    )
+    assert "second process" not in said  # what was seen is told, not a guess at its cause
     assert master.shifted_on == "storage"
     moved = master.temperature != 20.0
     assert np.max(np.abs(error(master)[moved] / master.log10_shift_factor_stderr[moved])) < 4
@@ -166,14 +172,16 @@ def test_measured_polystyrene_creep(shared_data: Callable[[str], Path]) -> None:
     assert np.max(np.abs(master.log10_shift_factor - BY_RELAXATION)) < 0.1
     assert np.all(np.diff(master.smooth_ordinates[0]) > 0)
     with pytest.warns(DielastWarning) as caught:
-        build_master_curve(polystyrene(shared_data, "creep"), reference_temperature=160.0)
-    assert any("do not superpose" in str(entry.message) for entry in caught)
+        plain = build_master_curve(polystyrene(shared_data, "creep"), reference_temperature=160.0)
+    assert any("differ vertically by about" in str(entry.message) for entry in caught)
+    assert np.max(np.abs(plain.log10_shift_factor - BY_OSCILLATION)) < 0.05
 
 
 def test_a_measured_polymer_through_its_glass_transition(shared_data: Callable[[str], Path]) -> None:
     """Sweeps at 21 temperatures whose loss at high frequency is the instrument's, against its own software's shift factors.
 
-    The two differ by up to 0.8 decade where the storage moduli are flattest, and nowhere beyond the 95 % intervals.
+    In the glass the storage moduli are level, so that offsets of 1 %, of which the software knows nothing, hide the shift; above,
+    the two differ by half a decade.
     """
     rows = np.loadtxt(shared_data("ansys_prony/freq_user_raw.csv"), delimiter=",", skiprows=2)
     curves = [
@@ -185,12 +193,13 @@ def test_a_measured_polymer_through_its_glass_transition(shared_data: Callable[[
     with pytest.warns(DielastWarning) as caught:
         master = build_master_curve(curves, reference_temperature=curves[6].temperature)
     said = " ".join(str(entry.message) for entry in caught)
-    assert "storage modulus alone" in said
+    assert "storage and loss modulus do not shift together: points that are left out are missed by" in said
+    assert "the shift factors are those of the storage modulus alone" in said
     assert "placed by the shift law" in said
     assert master.shifted_on == "storage"
     known = np.isfinite(master.log10_shift_factor)
     assert [entry.temperature for entry in master.undetermined] == master.temperature[~known].tolist()
-    assert np.all(master.temperature[~known] < -25)
-    away = np.abs(master.log10_shift_factor - software)[known]
-    assert np.max(away) < 0.86
-    assert np.all(away <= 1.96 * master.log10_shift_factor_stderr[known])
+    assert np.all(master.temperature[~known] < 12)
+    assert np.count_nonzero(known) >= 12
+    away = (master.log10_shift_factor - software)[known]
+    assert np.ptp(away) / 2 < 0.7

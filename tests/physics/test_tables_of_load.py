@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 import dielast
 from dielast import integrate
-from dielast.load import Step, table
+from dielast.load import Step, Track
 from dielast.recipe.material import parse_material
 from dielast.simulate.actuate import actuate
 from dielast.simulate.creep import creep
 from dielast.simulate.relax import relax
-from dielast.simulate.voltage import voltage_table
+from dielast.simulate.voltage import VoltageStep
 
 Array = NDArray[np.float64]
 FILE = Path(dielast.__file__).parent / "examples/vhb4905.toml"
@@ -30,7 +30,7 @@ NOISE = np.random.default_rng(1).normal(0.0, 1.0, TIME.size)
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_a_stress_that_follows_a_table(noise: float) -> None:
     stress = 4e4 * (1 + 0.5 * WAVE + noise * NOISE)
-    loose, tight = (creep(VHB, table(TIME, stress=stress), times=LOOK, rtol=rtol) for rtol in (1e-6, 1e-9))
+    loose, tight = (creep(VHB, [Step(stress=Track(TIME, stress))], times=LOOK, rtol=rtol) for rtol in (1e-6, 1e-9))
     assert loose.stretch_1 == pytest.approx(tight.stretch_1, rel=1e-6)
     assert loose.steps[0] < (6 if noise == 0 else 9) * TIME.size  # 14 and 16 where each point is a start
 
@@ -38,13 +38,13 @@ def test_a_stress_that_follows_a_table(noise: float) -> None:
 @pytest.mark.parametrize("noise", [0.0, 0.003])
 def test_a_stretch_that_follows_a_table(noise: float) -> None:
     stretch = 1.3 + 0.2 * WAVE + noise * NOISE
-    loose, tight = (relax(VHB, table(TIME, stretch=stretch), times=LOOK, rtol=rtol) for rtol in (1e-6, 1e-9))
+    loose, tight = (relax(VHB, [Step(stretch=Track(TIME, stretch))], times=LOOK, rtol=rtol) for rtol in (1e-6, 1e-9))
     assert loose.nominal_stress_1 == pytest.approx(tight.nominal_stress_1, rel=1e-6)
 
 
 @pytest.mark.parametrize("prestretch", [1.9, (2.0, 1.5)])
 def test_a_voltage_that_follows_a_table(prestretch: float | tuple[float, float]) -> None:
-    steps = voltage_table(TIME, 1500 + 1000 * WAVE + 30 * NOISE)
+    steps = [VoltageStep(Track(TIME, 1500 + 1000 * WAVE + 30 * NOISE))]
     loose, tight = (
         actuate(
             VHB,

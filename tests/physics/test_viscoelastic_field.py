@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from films import Followed, followed
 
 from dielast.gent import Gent
-from dielast.load import Control, Piece
+from dielast.load import Piece
 from dielast.material import Material
 from dielast.point import Points
 from dielast.prony import Spectrum
 from dielast.shift import NoShift
-from dielast.simulate.history import Record, run
+from dielast.span import Control
 
 MU, PERMITTIVITY = 26e3, 3.98e-11
 FREE = (Control.STRESS, Control.STRESS)
@@ -24,7 +25,7 @@ def film(limit: float, tau: tuple[float, ...] = (1e-2,), modulus: tuple[float, .
 
 def charge(
     points: Points, field: float, stress: float, ramp: float, hold: float, controls: tuple[Control, Control] = FREE
-) -> Record:
+) -> Followed:
     """Dead load at once, then the field within `ramp`, then a hold; all targets equal in both axes."""
     pull = np.array([stress])
     pieces = [
@@ -32,7 +33,7 @@ def charge(
         Piece(controls, (pull, pull, np.array([field])), np.array([ramp])),
         Piece(controls, (None, None, None), np.array([hold])),
     ]
-    return run(points, pieces, rtol=1e-8)
+    return followed(points, pieces, rtol=1e-8)
 
 
 @pytest.mark.parametrize("stress", [0.0, 1e4])
@@ -76,7 +77,7 @@ def test_biaxial_and_equibiaxial_equations_agree_under_a_field() -> None:
         Piece(FREE, (None, None, None), np.array([100.0])),
         Piece((Control.STRETCH, Control.STRESS), (None, None, None), np.array([1.0])),
     ]
-    full = run(points, pieces, rtol=1e-8)
+    full = followed(points, pieces, rtol=1e-8)
     columns = symmetric.time.shape[1]
     assert full.log_squared_stretch[0, 0, :columns] == pytest.approx(symmetric.log_squared_stretch[0, 0], rel=1e-6, abs=3e-8)
     assert full.log_squared_stretch[1, 0, :columns] == pytest.approx(full.log_squared_stretch[0, 0, :columns], abs=1e-10)
@@ -90,7 +91,7 @@ def test_a_clamped_film_stays_put_and_loses_tension() -> None:
         Piece(clamped, (None, None, None), np.array([1e3])),
         Piece(clamped, (None, None, np.array([2e7])), np.array([1.0])),
     ]
-    record = run(points, pieces, rtol=1e-8)
+    record = followed(points, pieces, rtol=1e-8)
     assert np.exp(0.5 * record.log_squared_stretch[:, 0, -1]) == pytest.approx(1.5, rel=1e-12)
     maxwell = PERMITTIVITY * 2e7**2 * 1.5**4
     elastic = MU * (1.5**2 - 1.5**-4) / (1 - (2 * 1.5**2 + 1.5**-4 - 3) / 110)
@@ -102,7 +103,7 @@ def test_a_case_that_ends_early_leaves_the_others_whole() -> None:
     points, critical = Points.of(solid, np.full(3, 20.0), 1e-8), 0.687365 * np.sqrt(MU / PERMITTIVITY)
     none, fields = np.zeros(3), critical * np.array([0.5, 1.5, 0.9])
     pieces = [Piece(FREE, (none, none, fields), np.ones(3)), Piece(FREE, (None, None, None), np.full(3, 100.0))]
-    together = run(points, pieces, rtol=1e-8)
+    together = followed(points, pieces, rtol=1e-8)
     assert [outcome.completed for outcome in together.outcome] == [True, False, True]
     ended = together.outcome[1]
     assert ended.reason == "the rates grow beyond all bounds"
@@ -111,7 +112,7 @@ def test_a_case_that_ends_early_leaves_the_others_whole() -> None:
     assert np.isnan(together.log_squared_stretch[:, 1, late]).all()
     assert np.isfinite(together.log_squared_stretch[:, 1, ~late]).all()
     survivors = [0, 2]
-    alone = run(
+    alone = followed(
         points.take(np.array(survivors)),
         [Piece(FREE, (none[:2], none[:2], fields[survivors]), np.ones(2)), Piece(FREE, (None, None, None), np.full(2, 100.0))],
         rtol=1e-8,

@@ -9,17 +9,18 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast import kinematics
-from dielast.events import Films, Watch
+from dielast.events import Watch
 from dielast.gent import Gent
 from dielast.integrate import Stride
-from dielast.load import Control
 from dielast.material import Material
 from dielast.point import Points
 from dielast.prony import Spectrum
 from dielast.shift import NoShift
 from dielast.simulate.film import prestretch, programme
 from dielast.simulate.voltage import VoltageStep, voltage_pieces
+from dielast.span import Control
 from dielast.stability import ONE_PERCENT
+from dielast.symmetric import Films
 
 PERMITTIVITY, THICKNESS = 3.98e-11, 0.5e-3
 SOLID = Material(

@@ -282,7 +282,7 @@ def test_a_film_stiffened_by_its_larger_axis_may_never_lose_its_stability(voltag
 
 
 @pytest.mark.parametrize(
-    ("prestretch", "times"), [((1.0, 1.0), 1), ((1.5, 1.5), 1), ((1.5, 1.2), 2), ((1.0, 1.2), 2), ((1.2, 1.2000001), 2)]
+    ("prestretch", "times"), [((1.0, 1.0), 0), ((1.5, 1.5), 1), ((1.5, 1.2), 2), ((1.0, 1.2), 2), ((1.2, 1.2000001), 2)]
 )
 def test_tension_is_lost_once_if_the_axes_are_alike(prestretch: tuple[float, float], times: int) -> None:
     history = actuate(

@@ -26,7 +26,7 @@ fuzz, fuzz_targets = importlib.import_module("fuzz"), importlib.import_module("f
 sys.path.remove(FOLDER)
 NAMES = [
     *(f"recipe-{kind}" for kind in fuzz_targets.KINDS),
-    *("set", "material", "csv", "measurement", "export", "load-table", "draws", "store"),
+    *("set", "material", "csv", "measurement", "wide", "curve", "export", "load-table", "machine", "draws", "store"),
     *("folder-summary", "folder-mastercurve", "folder-shift-factors", "folder-draw-laws", "folder-draw-curves"),
     *("golden-failure-map", "golden-summary", "golden-tolerance"),
 ]

@@ -29,6 +29,17 @@ TOP = Path(__file__).resolve().parents[2]
 GOLDEN = TOP / "tests" / "golden"
 KINDS = ("mastercurve", "spectrum", "relax", "creep", "actuate", "failure-map")
 
+REPTATE = """T=-10;Mw=33.6;chem=PI;label=PI33K;\nw\tG'\tG"\tTemp\ttan(d)\tTorque
+rad/s\tPa\tPa\t°C\t \tN-m
+   100   2.54E5   1.29E5   -9.99   0.508   0.0011
+    10    77361   1.01E5   -9.99   1.305   0.0005\n""".encode()
+WIDE = [
+    "time [s] 20 degC,E 20°C [kPa],time [s] 30 degC,E 30°C [kPa]\n1,5,1,4\n2,4,2,3\n4,3,,\n".encode(),
+    "20 °C;;30 °C;\ntime;E;time;E\ns;MPa;s;MPa\n1,5;2,5;1,5;2,4\n2,5;2,4;2,5;2,3\n".encode(),
+    b"time [s],E -10 C [Pa],E 293.15 K [Pa]\n1,5,4\n2,4,3\n3,3,2\n",
+]
+MACHINE = b"time [s],u [mm],F [N]\n0.5,4,0.02\n1,8,0.05\n2,8,0.04\n5,8,0.03\n"
+
 
 class TooLate(BaseException):
     """Raised by the alarm clock; nothing that is fuzzed may take it for an error of its own."""
@@ -185,6 +196,7 @@ def _runs(scratch: Path) -> dict[str, Target]:
 
     export_file = folder / "export.txt"
     exports = [path.read_bytes() for path in sorted((TOP / "tests" / "instruments").iterdir()) if path.is_file()]
+    exports.append(REPTATE)
     export_file.write_bytes(exports[0])
     export = model(
         "export", 'kind = "mastercurve"\n[data]\nfile = "export.txt"\n[shift]\nreference_temperature = "20 degC"\n', "mastercurve"
@@ -205,8 +217,56 @@ def _runs(scratch: Path) -> dict[str, Target]:
         return solver_steps(relax, Inputs(folder))
 
     result["load-table"] = Target("load-table", [(GOLDEN / "data" / "stretch.csv").read_bytes()], history, ["load.csv", "step[0]"])
+    return result | _machines(folder, model)
 
-    return result
+
+def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
+    """Wide tables, a test at one temperature, and tables of a testing machine as loads and in comparisons."""
+    from dielast.workflow.compare import read_points
+    from dielast.workflow.curve import read_curve
+    from dielast.workflow.history import solver_steps
+    from dielast.workflow.measurements import read_measurements
+
+    wide_file, curve_file, machine_file = (folder / name for name in ("wide.csv", "curve.csv", "machine.csv"))
+    for path in (wide_file, curve_file, machine_file):
+        path.write_text("time [s],stretch [1]\n")
+    specimen = 'specimen = { gauge_length = "80 mm", width = "6 mm", thickness = "0.5 mm" }\n'
+    wide = model(
+        "wide",
+        'kind = "mastercurve"\n[data]\nfile = "wide.csv"\ncolumns = { time = "time", modulus = "E" }\n'
+        '[shift]\nreference_temperature = "20 degC"\n',
+        "mastercurve",
+    )
+    columns = 'columns = { time = "time", extension = "u", force = "F" }\n'
+    curve = model(
+        "curve",
+        f'kind = "spectrum"\n[data]\nfile = "curve.csv"\nreference_temperature = "20 degC"\n{columns}{specimen}',
+        "spectrum",
+    )
+    compare = f'[[compare]]\nfile = "machine.csv"\nx = "stretch_1 [1]"\ny = "nominal_stress_1 [Pa]"\n{columns}'
+    machine = model(
+        "machine",
+        f'kind = "relax"\nmaterial = "example:vhb4905.toml"\n{specimen}[[step]]\ntable = "machine.csv"\n{columns}{compare}',
+        "relax",
+    )
+
+    def read_wide(data: bytes) -> object:
+        wide_file.write_bytes(data)
+        return read_measurements(wide.data, Inputs(folder))
+
+    def read_one(data: bytes) -> object:
+        curve_file.write_bytes(data)
+        return read_curve(curve.data, Inputs(folder))
+
+    def read_machine(data: bytes) -> object:
+        machine_file.write_bytes(data)
+        return solver_steps(machine, Inputs(folder)), read_points(machine.compare[0], Inputs(folder), machine.specimen)
+
+    return {
+        "wide": Target("wide", WIDE, read_wide, ["wide.csv", "temperature", "-", *"0123456789"]),
+        "curve": Target("curve", [MACHINE], read_one, ["curve.csv", "temperature", "-", *"0123456789"]),
+        "machine": Target("machine", [MACHINE], read_machine, ["machine.csv", "step[0]"]),
+    }
 
 
 def _folders(scratch: Path) -> dict[str, Target]:
@@ -317,7 +377,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
 
     def load(data: bytes) -> object:
         store.write_bytes(data)
-        return _load(store, key, plan)
+        return _load(store, key, plan)[0]
 
     result["store"] = Target("store", [store.read_bytes()], load, [])
     return result

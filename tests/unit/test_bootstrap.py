@@ -36,7 +36,7 @@ def measure(seed: int, noise: float = 0.01, points: int = 30, offset: float = 0.
 def drawn(curves: list[Measurement], draws: int, seed: int = 1) -> tuple[MasterCurve, MasterCurveDraws]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        master = build_master_curve(curves, reference_temperature=20.0)
+        master = build_master_curve(curves, reference_temperature=20.0, temperature_stderr=0.0)
     return master, bootstrap_master_curve(curves, master, draws=draws, seed=seed)
 
 
@@ -65,7 +65,7 @@ def test_draws_scatter_as_repeated_tests_do(setting: dict[str, float]) -> None:
 def test_standard_errors_agree_with_those_of_the_fit() -> None:
     master, draws = drawn(list(measure(1)), 60)
     for name, value in draws.stderr().items():
-        assert value == pytest.approx(master.law_stderr[name], rel=0.3)
+        assert value == pytest.approx(master.law_stderr[name], rel=0.4)  # the fit allows for offsets, of which there are none
     moved = master.temperature != 20.0
     ratio = np.std(draws.log10_shift_factor, axis=0)[moved] / master.log10_shift_factor_stderr[moved]
     assert np.median(ratio) == pytest.approx(1.0, abs=0.2)

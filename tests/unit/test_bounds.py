@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from films import SOFT
 
 from dielast.cli.run import compute
 from dielast.errors import InputError
 from dielast.recipe.cases import read_cases
+from dielast.recipe.material import write_material
 from dielast.sharing.execution import Execution
+from dielast.table import number_columns
+from dielast.workflow.bounds import bounded
+from dielast.workflow.cases import CaseResult
 
 RELAX = 'kind = "relax"\nmaterial = "m.toml"\n[[step]]\nstretch = 1.5\nrate = "5 %/s"\n[output]\npoints_per_decade = 2\n'
 HEAD = 'reference_temperature = "20 degC"\ndraws = "draws.csv"\nequilibrium = { shear_modulus = "26 kPa" }\n'
@@ -41,3 +47,76 @@ def test_an_error_of_a_draw_names_the_case(tmp_path: Path) -> None:
         run(tmp_path, RELAX + '[uncertainty]\n[sweep]\ntemperature = ["20 degC", "0 degC", "-170 degC"]\n')
     (line,) = caught.value.messages
     assert line.startswith(f"{tmp_path / 'r.toml'}: case 2: uncertainty: in a draw: temperature: -170 degC")
+
+
+TIME = np.linspace(0.0, 9.0, 10)
+
+
+def film(rate: float, rows: int) -> CaseResult:
+    """A film that grows at this rate, and of which so many rows are known."""
+    time = TIME[:rows]
+    columns = {"time [s]": time, "stretch_1 [1]": 1 + rate * time, "stability [1]": 1 - rate * time}
+    return CaseResult(20.0, {**columns, "nominal_stress_1 [Pa]": np.full(rows, 1e4)}, None)
+
+
+def test_a_film_that_has_failed_is_beyond_every_upper_bound() -> None:
+    """Of 39 films, the faster one grows the earlier it fails, two at a time."""
+    rates = np.linspace(0.09, 0.01, 39)
+    ends = np.minimum(2 + np.arange(39) // 2, 10)
+    drawn = [film(rate, rows) for rate, rows in zip(rates.tolist(), ends.tolist(), strict=True)]
+    central = film(0.05, 10)
+    columns = bounded(central, drawn, 0.9, [True] * 39).columns
+    low, high, share = (columns[name] for name in ("stretch_1_lower [1]", "stretch_1_upper [1]", "surviving [1]"))
+    lost = np.array([np.sum(ends <= row) for row in range(10)])
+    assert share == pytest.approx(1 - lost / 39)
+    # the second of 39 from either end bounds 90 %: with two failed there is no upper bound
+    assert np.array_equal(np.isfinite(high), lost < 2)
+    assert high[:2] == pytest.approx(1 + rates[1] * TIME[:2])
+    # the slowest survive them all: their bound is that of all films
+    assert low == pytest.approx(1 + rates[37] * TIME)
+    # what runs down to the failure is bounded from above to the end, by those that survive the longest
+    low, high = columns["stability_lower [1]"], columns["stability_upper [1]"]
+    assert np.array_equal(np.isfinite(low), lost < 2)
+    assert high == pytest.approx(1 - rates[37] * TIME)
+
+
+def test_a_draw_that_the_numerics_gave_up_is_none() -> None:
+    drawn = [film(0.05, 5 if k == 0 else 10) for k in range(39)]
+    columns = bounded(film(0.05, 10), drawn, 0.9, [False] * 39).columns
+    assert np.all(columns["surviving [1]"] == 1)
+    assert np.all(np.isfinite(columns["stretch_1_upper [1]"]))
+
+
+def test_the_interval_of_films_of_which_some_fail_holds_its_own_curve(tmp_path: Path) -> None:
+    """Thin films fail first: those that survive grow less than the film that is drawn, and bounded it from below."""
+    (tmp_path / "m.toml").write_bytes(write_material(SOFT))
+    path = tmp_path / "r.toml"
+    path.write_text(
+        """
+kind = "actuate"
+material = "m.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.5
+[[step]]
+voltage = "6 kV"
+[[step]]
+hold = "1 h"
+[breakdown]
+field = "50 MV/m"
+[output]
+points_per_decade = 5
+[uncertainty]
+draws = 60
+thickness = "5 %"
+"""
+    )
+    content = compute("actuate", read_cases(path), path, (), Execution())[0]["actuate.csv"]
+    names = ["relative_stretch_1 [1]", "relative_stretch_1_lower [1]", "relative_stretch_1_upper [1]", "surviving [1]"]
+    own, low, high, surviving = number_columns(content, "actuate.csv", names)
+    assert surviving[-1] < 0.9
+    assert np.all(low[surviving >= 0.1] <= own[surviving >= 0.1])
+    there = ~np.isnan(high)
+    assert np.all(own[there] <= high[there])
+    # the bound of 95 % of the films ends with the film that is the 58th of 60
+    assert np.array_equal(there, surviving > 57.5 / 60)

@@ -15,7 +15,8 @@ from dielast.recipe.cases import read_cases
 from dielast.recipe.material import parse_material
 from dielast.recipe.validate import settings
 from dielast.table import to_csv
-from dielast.workflow.cases import case_columns, labels, swept
+from dielast.workflow.cases import case_columns
+from dielast.workflow.naming import labels, swept
 
 RELAX = """
 kind = "relax"
@@ -107,7 +108,7 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
         (RELAX.replace('"12.5 %/s"', '"10 kg"'), 'step[0].rate: "10 kg": a strain rate is needed, such as "12.5 %/s"'),
         (RELAX.replace("stretch = 2.0", "stretch = -2.0"), "step[0].stretch: -2.0: a number above 0 is needed"),
         (RELAX.replace("stretch = 2.0", 'stretch = "2"'), 'step[0].stretch: "2": a bare number is needed'),
-        (RELAX.replace("stretch = 2.0\n", ""), "step[0]: one of hold, table, stretch is needed"),
+        (RELAX.replace("stretch = 2.0\n", ""), "step[0]: one of hold, table, waveform, stretch is needed"),
         (RELAX.replace('hold = "2 h"', 'hold = "2 h"\nrate = "1 %/s"'), "step[1]: rate does not go with hold"),
         (RELAX.replace('hold = "2 h"', 'hold = "2 h"\nstretch = 3.0'), "not hold and stretch together"),
         (RELAX.replace('rate = "12.5 %/s"', 'rate = "1 %/s"\nduration = "1 s"'), "rate and duration do not go together"),
@@ -148,12 +149,14 @@ def table_of(folder: Path, sweep: str, recipe: str = RELAX) -> str:
 def test_quantities_of_two_dimensions_are_told_as_the_recipe_spells_them(tmp_path: Path) -> None:
     sweep = '"pull_in.timescale" = ["1 %", "0.01 s"]'
     assert table_of(tmp_path, sweep, ACTUATE) == "case,pull_in.timescale\n0,1 %\n1,0.01 s\n"
-    assert swept(read_cases(tmp_path / "r.toml")) == []
+    assert [(one.values, one.texts) for one in swept(read_cases(tmp_path / "r.toml"))] == [
+        ((), ("timescale = 1 %", "timescale = 0.01 s"))
+    ]
     assert table_of(tmp_path, '"pull_in.timescale" = ["1 min", "10 s"]', ACTUATE) == "case,pull_in.timescale [s]\n0,60\n1,10\n"
     assert [(one.label, one.values) for one in swept(read_cases(tmp_path / "r.toml"))] == [("timescale [s]", (60.0, 10.0))]
 
 
-def test_lists_and_tables_are_told_as_toml(tmp_path: Path) -> None:
+def test_lists_and_tables_are_told_as_toml_and_in_words_to_a_figure(tmp_path: Path) -> None:
     values = '[["clamped", "dead-load"], "clamped"]'
     found = table_of(tmp_path, f'"film.boundary" = {values}', ACTUATE)
     assert [*csv.reader(found.splitlines())] == [["case", "film.boundary"], ["0", '["clamped", "dead-load"]'], ["1", "clamped"]]
@@ -162,7 +165,7 @@ def test_lists_and_tables_are_told_as_toml(tmp_path: Path) -> None:
     assert [row[1] for row in csv.reader(found.splitlines())][1:] == steps
     cases = read_cases(tmp_path / "r.toml")
     material = parse_material(read_file(resolve(tmp_path, "example:vhb4905.toml"), "vhb"), "vhb")
-    assert labels(cases, [material, material]) == [f"0 = {step}" for step in steps]
+    assert labels(cases, [material, material]) == ["step 0 = stretch 2", "step 0 = stretch 1.5, rate 1 %/s"]
     assert [tomllib.loads(f"x = {step}")["x"] for step in steps] == [case.settings["step.0"] for case in cases]
 
 

@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from dielast.gent import Gent
 from dielast.jump import jump
-from dielast.load import Control
 from dielast.point import Points
+from dielast.span import Control
 
 FREE, HELD = Control.STRESS, Control.STRETCH
 Array = NDArray[np.float64]

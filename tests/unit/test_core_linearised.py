@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.gent import Gent
-from dielast.load import Control, Ramp
 from dielast.point import LoadedPoints, Points
+from dielast.span import Control, Load
 from dielast.symmetric import EQUIBIAXIAL, UNIAXIAL, SymmetricPoints, Symmetry
 
 FREE, HELD = Control.STRESS, Control.STRETCH
@@ -32,7 +32,7 @@ def points(random: np.random.Generator) -> Points:
     return Points(modulus, rate, Gent(limits), permittivity, floor)
 
 
-def load(random: np.random.Generator, controls: tuple[Control, Control], electric: bool, constant: bool) -> Ramp:
+def load(random: np.random.Generator, controls: tuple[Control, Control], electric: bool, constant: bool) -> Load:
     start, rate = np.empty((3, CASES)), np.zeros((3, CASES))
     for axis, control in enumerate(controls):
         start[axis] = random.uniform(1.2, 2.0, CASES) if control is HELD else random.uniform(1e4, 8e4, CASES)
@@ -40,10 +40,10 @@ def load(random: np.random.Generator, controls: tuple[Control, Control], electri
             rate[axis] = start[axis] * random.uniform(0.1, 0.5, CASES)
     start[2] = random.uniform(1e6, 2e7, CASES) if electric else 0.0
     rate[2] = random.uniform(1e5, 1e6, CASES) if electric and not constant else 0.0
-    return Ramp(controls, start, rate, constant, electric)
+    return Load(controls, start, rate)
 
 
-def both_axes(material: Points, ramp: Ramp, case: int) -> Equations:
+def both_axes(material: Points, ramp: Load, case: int) -> Equations:
     """Rates of x in axis 1 and axis 2 and imbalances of both axes, as functions of time and (x_1, x_2, Lambda or stress)."""
     modulus, rate, limit = material.modulus[:, case], material.rate[:, case], np.asarray(material.law.J_lim)[:, case]
     stressed = [control is FREE for control in ramp.controls]
@@ -68,7 +68,7 @@ def both_axes(material: Points, ramp: Ramp, case: int) -> Equations:
     return equations
 
 
-def one_axis(material: Points, ramp: Ramp, case: int, symmetry: Symmetry) -> Equations:
+def one_axis(material: Points, ramp: Load, case: int, symmetry: Symmetry) -> Equations:
     """The same of axis 1 alone, axis 2 following it."""
     full = both_axes(material, ramp, case)
     alike = symmetry is EQUIBIAXIAL

@@ -22,7 +22,7 @@ def with_residual(residual: Array, variance: float) -> tuple[Points, masterfit._
     curve = np.repeat([0, 1], 50)
     x = np.tile(np.linspace(0.0, 3.0, 50), 2)
     points = Points(curve, x, 7 - x, np.full(100, variance), 2, np.zeros(100, dtype=int), np.ones(100))
-    prior = masterfit._Prior(np.zeros(4), np.full(4, LOOSE), np.array([1]))
+    prior = masterfit._Prior(np.zeros(4), np.eye(4) * LOOSE, np.array([1]), 1.0)
     weights = Weights(np.full(100, 1 / variance), np.ones(100), np.full(100, variance), np.ones(100), 0.0)
     state = masterfit._assemble(points, np.zeros(4), prior, weights, 0.5)
     return points, replace(state, residual=residual)
@@ -46,10 +46,10 @@ def test_akaike_corrected_for_small_samples() -> None:
     p = state.splines[0].coefficient.size + 1
     assert state.parameters == p
     expected = 100 * np.log(0.01) + 16 + 16 + 98 + 2 * p * 100 / (100 - p - 1)
-    assert masterfit._akaike(state) == pytest.approx(expected, rel=1e-12)
+    assert masterfit._akaike(state, 0.0) == pytest.approx(expected, rel=1e-12)
     for spare in (2, 1, 0, -5):  # points beyond the parameters and one; what is divided by is one at least
-        many = replace(state, gradient=np.zeros(100 - 1 - spare - (p - 1)))
-        assert masterfit._akaike(many) - expected == pytest.approx(
+        many = replace(state, freedom=100.0 - 1 - spare - (p - 1))
+        assert masterfit._akaike(many, 0.0) - expected == pytest.approx(
             200 * (99 - spare) / max(spare, 1) - 200 * p / (99 - p), rel=1e-12
         )
 

@@ -190,18 +190,20 @@ def crowd(x: float) -> Array:
 
 @pytest.mark.parametrize("bins", [2, 3])
 def test_a_curve_needs_three_points_that_are_distinct_in_log_time(bins: int) -> None:
-    """However many readings it has; the first such curve is named."""
+    """However many readings it has; each such curve is named and left out."""
     time = np.concatenate([crowd(x) for x in (0.0, 1.0, 2.0)[:bins]])
     data: list[Measurement] = [curve for curve in relaxation() if curve.temperature not in (10.0, 30.0)]
     data += [RelaxationCurve(t, time, modulus(t, time)) for t in (30.0, 10.0)]
     if bins == 3:
         assert heard(data)[0].temperature.size == 9
         return
-    with pytest.raises(InputError, match=r"^10 degC: only 2 distinct points in log time; at least 3 are needed$"):
-        heard(data)
-    inverse = [FrequencySweep(c.temperature, c.time, c.modulus, c.modulus) for c in data if isinstance(c, RelaxationCurve)]
-    with pytest.raises(InputError, match="10 degC: only 2 distinct points in log frequency"):
-        heard(inverse)
+    found, said = heard(data)
+    assert "10 degC: only 2 distinct points in log time; at least 3 are needed; this curve is left out" in said
+    assert "30 degC: only 2 distinct points in log time" in said
+    assert found.temperature.size == 7
+    swept = sweeps()
+    swept[0] = FrequencySweep(swept[0].temperature, swept[0].angular_frequency[:2], *(np.ones(2) * 1e6 for _ in range(2)))
+    assert f"{swept[0].temperature:g} degC: only 2 distinct points in log frequency" in heard(swept)[1]
 
 
 def test_a_curve_that_is_nearly_all_noise_floor_says_so() -> None:
@@ -209,13 +211,8 @@ def test_a_curve_that_is_nearly_all_noise_floor_says_so() -> None:
     time = np.concatenate(([0.1, 1.0], np.geomspace(3.0, 1000.0, 400)))
     floor = 1e3 * np.resize([1.2, -1.0, -1.0, 1.0], 400)
     lost = RelaxationCurve(70.0, time, np.concatenate((modulus(70.0, time[:2]), floor)))
-    with (
-        pytest.warns(DielastWarning, match="zero or negative"),
-        pytest.raises(
-            InputError, match=r"70 degC: only 2 distinct points in log time \(\d+ are noise floor\); at least 3 are needed"
-        ),
-    ):
-        build_master_curve([*relaxation(), lost], reference_temperature=20.0)
+    said = heard([*relaxation(), lost])[1]
+    assert re.search(r"70 degC: only 2 distinct points in log time \(\d+ are noise floor\); at least 3 are needed", said)
 
 
 def test_noise_floors_of_sweeps_are_those_of_low_frequencies() -> None:
@@ -254,7 +251,7 @@ def test_what_is_not_determined_has_no_number_and_spoils_none() -> None:
     (without, _), (master, said) = heard(data), heard([*data, flat])
     assert "260 degC: the shift factor is not determined: the curve is a plateau; its points are placed by the shift law" in said
     assert [entry.temperature for entry in master.undetermined] == [260.0]
-    np.testing.assert_allclose(master.log10_shift_factor[:-1], without.log10_shift_factor, atol=2e-3)
+    np.testing.assert_allclose(master.log10_shift_factor[:-1], without.log10_shift_factor, atol=4e-3)
     np.testing.assert_allclose(master.log10_shift_factor_stderr[:-1], without.log10_shift_factor_stderr, rtol=0.1, atol=1e-6)
     assert np.isnan(master.log10_shift_factor[-1])
     assert np.isinf(master.covariance[-1, -1])

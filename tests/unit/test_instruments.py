@@ -314,3 +314,8 @@ def test_line_ends_make_no_difference(name: str, newline: str) -> None:
 )
 def test_a_table_of_ones_own_is_no_export_for_a_word_in_it(text: str) -> None:
     assert recognise(text) is None
+
+
+def test_a_row_that_breaks_off_before_a_common_column_lacks_cells_only() -> None:
+    text = "#FORMAT:;NETZSCH5\n##Temp./°C;E'(1.0 Hz)/MPa;E''(1.0 Hz)/MPa;Time/min\n20;2\n20;2;1;3\n"
+    assert read(text.encode("latin-1"))[0].table.cells[1] == ["", "3"]

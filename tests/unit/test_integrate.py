@@ -95,9 +95,9 @@ def solve_with_fixed_steps(count: int, stiffness: float) -> tuple[float, float]:
             history = sum((c * u for c, u in zip(RODAS5P.c[i], increments, strict=False)), np.zeros((2, 1))) if i else None
             increments.append(linear.increment(time + RODAS5P.alpha[i] * step, stage, history, RODAS5P.gamma_i[i]))
         after = stage + increments[-1]
-        stride = Stride(
-            system, RODAS5P, np.zeros(1, int), np.ones(1, bool), time, step, time + step, state, after, np.array(increments)
-        )
+        one = np.zeros(1, int)
+        made = time, step, time + step, state, after, np.array(increments), one, 0 * time, 0 * time + 1
+        stride = Stride(system, RODAS5P, one, np.ones(1, bool), *made)
         fractions = np.linspace(0.1, 0.9, 9)
         dense = stride.dense(slice(None), np.zeros(9, int), fractions)
         within = max(within, float(np.max(np.abs(dense - np.sin(time + fractions * step)))))

@@ -7,12 +7,13 @@ import pytest
 
 from dielast.errors import InputError
 from dielast.gent import Gent
-from dielast.load import Control, Ramp, Step, case_count, pieces, table
+from dielast.load import Step, Track, case_count, pieces
 from dielast.material import Material
 from dielast.prony import Spectrum
 from dielast.shift import NoShift
 from dielast.simulate.creep import creep
 from dielast.simulate.relax import relax
+from dielast.span import Control, Load
 
 SOLID = Material("one", 26e3, Spectrum([10.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0))
 
@@ -29,8 +30,8 @@ def test_a_mode_says_what_a_value_means(mode: str, controls: tuple[Control, Cont
     (piece,) = pieces([Step(stretch=2.0, rate=0.5)], mode, 1)
     assert piece.controls == controls
     assert piece.target[1] == second
-    end, duration = piece.resolve(np.array([[1.0], [second if mode == "uniaxial" else 1.0], [0.0]]))
-    assert (end[0], duration) == (2.0, 2.0)
+    line = piece.resolve(np.array([[1.0], [second if mode == "uniaxial" else 1.0], [0.0]]))
+    assert (line.end[0], line.duration) == (2.0, 2.0)
 
 
 def test_a_hold_keeps_what_the_step_before_prescribed() -> None:
@@ -51,7 +52,7 @@ def test_values_may_differ_from_case_to_case() -> None:
 
 def test_a_table_is_followed_in_straight_lines() -> None:
     time, stretch = np.array([0.0, 1.0, 3.0, 4.0]), np.array([1.0, 1.5, 1.5, 1.2])
-    history = relax(SOLID, table(time, stretch=stretch), times=np.linspace(0, 4, 17))
+    history = relax(SOLID, [Step(stretch=Track(time, stretch))], times=np.linspace(0, 4, 17))
     assert history.stretch_1[0] == pytest.approx(np.interp(np.linspace(0, 4, 17), time, stretch), rel=1e-12)
 
 
@@ -63,9 +64,9 @@ def test_cycles_unload_with_a_negative_rate() -> None:
 
 
 def test_a_ramp_between_two_states() -> None:
-    ramp = Ramp.between((Control.STRESS, Control.STRESS), np.zeros((3, 2)), np.ones((3, 2)), np.array([0.0, 2.0]))
+    ramp = Load.between((Control.STRESS, Control.STRESS), np.zeros((3, 2)), np.ones((3, 2)), np.array([0.0, 2.0]))
     assert ramp.value(np.array([0.0, 1.0])).tolist() == [[0.0, 0.5]] * 3
-    assert not ramp.constant
+    assert ramp.moving.tolist() == [False, True]
     assert ramp.electric
 
 
@@ -101,7 +102,7 @@ def test_wrong_steps_are_said_to_be_wrong(steps: list[Step], message: str) -> No
 )
 def test_wrong_tables_are_said_to_be_wrong(time: list[float], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        table(time, stress=[0.0, 1.0, 2.0])
+        Track(time, [0.0, 1.0, 2.0])
 
 
 def test_other_wrong_arguments() -> None:

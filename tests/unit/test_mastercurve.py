@@ -174,15 +174,30 @@ def test_plateaus_alone_are_refused(seed: int) -> None:
     rng = np.random.default_rng(seed)
     flat = [RelaxationCurve(t, TIME, 1e6 * (1 + 0.01 * rng.standard_normal(40))) for t in (0.0, 10, 20)]
     with (
-        pytest.warns(DielastWarning, match="plateau"),
+        pytest.warns(DielastWarning) as caught,
         pytest.raises(InputError, match=r"no shift factor is determined: at .* plateau"),
     ):
         build_master_curve(flat, reference_temperature=0.0)
+    assert any("plateau" in str(one.message) for one in caught)
 
 
 def test_no_overlap_names_both_sides() -> None:
-    with pytest.raises(InputError, match=r"no overlap between -40 degC \(modulus .* Pa\) and 20 degC .*in between"):
-        build(curves(-40, 20, 30))
+    with pytest.raises(InputError, match=r"no overlap between -35 degC \(modulus .* Pa\) and 20 degC .*in between"):
+        build(curves(-40, -35, 20, 30))
+
+
+def test_a_curve_that_joins_no_other_is_left_out() -> None:
+    """One that shares no modulus with any other, and one of two points, cost no run: they are named, with their file."""
+    alone = RelaxationCurve(-40.0, TIME, modulus(-40.0), source="cold.csv")
+    short = RelaxationCurve(25.0, TIME[:2], modulus(25.0)[:2], source="short.csv")
+    rest = [RelaxationCurve(c.temperature, c.time, c.modulus, source="rest.csv") for c in curves(10, 20, 30)]
+    with pytest.warns(DielastWarning) as caught:
+        master = build_master_curve([alone, *rest, short], reference_temperature=20.0)
+    said = [str(one.message) for one in caught]
+    assert any(one.startswith("-40 degC (cold.csv): its modulus, ") and "is that of no other curve" in one for one in said)
+    assert any(one.startswith("25 degC (short.csv): only 2 distinct points in log time") for one in said)
+    assert master.temperature.tolist() == [10.0, 20.0, 30.0]
+    np.testing.assert_array_equal(master.log10_shift_factor, build(rest).log10_shift_factor)
 
 
 def test_reference_outside_the_measured_range() -> None:
@@ -231,10 +246,10 @@ def test_too_little_is_refused() -> None:
         build([])
     with pytest.raises(InputError, match="all curves are at 20 degC"):
         build([ALL[2], ALL[2]])
-    with pytest.raises(InputError, match="30 degC: only 2 usable points"):
-        build([*ALL[:3], RelaxationCurve(30.0, TIME[:2], modulus(30.0)[:2])])
+    with pytest.raises(InputError, match="30 degC: only 2 distinct points"):
+        build([ALL[2], RelaxationCurve(30.0, TIME[:2], modulus(30.0)[:2])])
     with pytest.raises(InputError, match="30 degC: only 1 distinct points"):
-        build([*ALL[:3], RelaxationCurve(30.0, np.full(9, 1.0), np.full(9, modulus(30.0)[10]))])
+        build([ALL[2], RelaxationCurve(30.0, np.full(9, 1.0), np.full(9, modulus(30.0)[10]))])
     with pytest.raises(InputError, match="thermal expansion"):
         build(ALL, vertical="density-temperature", thermal_expansion=0.1)
 

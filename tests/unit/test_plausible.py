@@ -21,6 +21,7 @@ from dielast.plausible import (
     doubt_law,
     doubt_material,
     doubt_paces,
+    doubt_prestretches,
     doubt_strain,
     doubt_stretch,
     doubt_temperature,
@@ -179,3 +180,21 @@ def test_a_pole_tells_what_the_reference_temperature_was_in_kelvin() -> None:
 def test_moduli_that_would_dissipate_negatively_are_refused() -> None:
     with pytest.raises(ValueError, match="not negative"):
         Spectrum(np.array([1.0, 10.0]), np.array([1e3, -1.0]))
+
+
+def test_a_prestretch_beyond_the_breakdown_fields_takes_the_nearest_and_says_how_to_state_one() -> None:
+    known = Breakdown((1.7, 1.9), (4e7, 4.8e7))
+    np.testing.assert_allclose(known.at([1.0, 1.7, 1.8, 1.9, 5.0]), [4e7, 4e7, 4.4e7, 4.8e7, 4.8e7])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        doubt_prestretches(
+            [(1.7, 1.7), (1.9 * (1 + 1e-12), 1.9), (3.0, 1.0), (5.0, 5.0)], [known, known, None, Breakdown((1.0,), (4e7,))]
+        )
+    found = (
+        r"^prestretch 3 \(and 1 more\): breakdown fields are stated for 1.7 to 1.9: the nearest, 48 MV/m, is taken; to state one, "
+        r'write \[breakdown\] prestretch = \[1.7, 1.9, 3\], field = \["40 MV/m", "48 MV/m", "..."\]$'
+    )
+    with pytest.warns(DielastWarning, match=found):
+        doubt_prestretches([(1.8, 1.8), (3.0, 3.0), (4.0, 2.0)], [known] * 3)
+    with pytest.warns(DielastWarning, match=r"^prestretch 2 x 1 \(as 1.414 equibiaxial\): .*, 40 MV/m, .* = \[1.414, 1.7, 1.9\]"):
+        doubt_prestretches([(2.0, 1.0)], [known])

@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from dielast.plots.failure_map import plot_failure_map
+from dielast.plots.failure_map import decade_name, plot_failure_map
 from dielast.plots.style import COLOURS, render
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import fit_lifetime
@@ -63,7 +63,7 @@ def test_points_do_not_crowd(shape: tuple[int, int, int], films: int) -> None:
         every = line.get_markevery()
         assert isinstance(every, list)
         # from the first voltage to the last, evenly
-        assert len(every) == min(13, shape[2])
+        assert len(every) == (shape[2] if shape[2] <= 25 else -(-shape[2] // 2))
         assert (every[0], every[-1]) == (0, shape[2] - 1)
         assert np.ptp(np.diff(every)) <= 1
 
@@ -142,7 +142,12 @@ def test_every_prestretch_is_drawn_equibiaxial_or_not() -> None:
     result.time_to_failure[:, 3] = np.nan
     result.failure_mode[:, 3] = "none"
     figure = plot_failure_map(result, fit_lifetime(result))
-    names = ["prestretch 3 x 1.2", "prestretch 2 x 1.5", "prestretch 2", "prestretch 1: survives"]
+    names = [
+        "prestretch 3 \N{MULTIPLICATION SIGN} 1.2",
+        "prestretch 2 \N{MULTIPLICATION SIGN} 1.5",
+        "prestretch 2",
+        "prestretch 1: survives",
+    ]
     assert named(figure) == [names, names]
     assert [axes.get_title("right") for axes in figure.axes] == ["20 °C", "30 °C"]
     assert [len(drawn_lines(axes)) for axes in figure.axes] == [3, 3]
@@ -152,7 +157,7 @@ def test_every_prestretch_is_drawn_equibiaxial_or_not() -> None:
 
 @pytest.mark.parametrize(
     ("shape", "count", "films"),
-    [((1, 10, 6), 2, 10), ((3, 10, 6), 6, 30), ((8, 1, 6), 2, 8), ((8, 2, 6), 4, 16), ((7, 11, 6), 6, 33)],
+    [((1, 10, 6), 2, 10), ((3, 4, 6), 3, 12), ((3, 10, 6), 6, 30), ((8, 1, 6), 2, 8), ((8, 2, 6), 4, 16), ((7, 11, 6), 6, 33)],
 )
 def test_films_are_spread_over_panels_and_what_is_left_out_is_said(shape: tuple[int, int, int], count: int, films: int) -> None:
     result = a_map(*shape)
@@ -174,3 +179,40 @@ def test_lines_beside_a_map_say_what_they_leave_out(shape: tuple[int, int, int],
     legend = plot_failure_map(result, fit_lifetime(result)).axes[0].get_legend()
     assert legend is not None
     assert said in legend.get_title().get_text().splitlines()
+
+
+def test_a_row_of_arrows_names_its_film_within_the_frame() -> None:
+    result = a_map(1, 2, 13)
+    lower, upper = result.time_to_failure / 2, result.time_to_failure * 2
+    upper[0, 0, :3], lower[0, 1, 9:] = np.inf, 0.0
+    figure = plot_failure_map(result, fit_lifetime(result), None, (lower, upper), "90 % interval")
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    frame = axes.get_window_extent()
+    found = {}
+    for line in axes.get_lines():
+        ends = line.get_transform().transform(np.column_stack([line.get_xdata(), line.get_ydata()]).astype(float))
+        assert line.get_clip_on()
+        if line.get_marker() in ("o", "s", UP, DOWN) and len(ends) < 13:
+            assert np.all((frame.min <= ends) & (ends <= frame.max))
+            found[line.get_marker()] = ends[0]
+    # the marker of the film beside the first arrow of its row
+    for marker, arrow in (("o", UP), ("s", DOWN)):
+        assert found[marker][1] == found[arrow][1]
+        assert 0 < found[arrow][0] - found[marker][0] < 20
+
+
+@pytest.mark.parametrize(
+    ("exponent", "name"),
+    [(-7, "0.1 \N{MICRO SIGN}s"), (-3, "1 ms"), (-1, "0.1 s"), (2, "100 s"), (3, "1000 s (17 min)"), (5, "10⁵ s (1.2 d)")],
+)
+def test_the_name_of_a_decade(exponent: int, name: str) -> None:
+    assert decade_name(exponent) == name
+
+
+def test_every_decade_between_the_shortest_and_the_longest_time_has_a_contour_with_its_name() -> None:
+    result = a_map(1, 7, 21)
+    axes = plot_failure_map(result, fit_lifetime(result)).axes[1]
+    time = np.log10(result.time_to_failure)
+    between = range(int(np.ceil(time.min())), int(np.floor(time.max())) + 1)
+    assert {text.get_text() for text in axes.texts} == {decade_name(exponent) for exponent in between}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import matplotlib as mpl
@@ -17,7 +18,7 @@ from dielast.characterise.mastercurve import MasterCurve
 from dielast.characterise.oscillation import fit_oscillation
 from dielast.characterise.reduce import reduce_spectrum
 from dielast.plots.oscillation import _tangent_axis
-from dielast.plots.style import COLOURS, LINES, TEMPERATURES, headroom, log_axis, panels, render, spread, style
+from dielast.plots.style import COLOURS, LINES, TEMPERATURES, lasting, log_axis, number, panels, render, spread, style, typeset
 from dielast.prony import Spectrum
 from dielast.shift import NoShift
 
@@ -44,7 +45,7 @@ def test_few_temperatures_have_a_legend_and_many_a_colour_bar() -> None:
         legend = curve.get_legend()
         assert legend is not None
         words = [text.get_text() for text in legend.get_texts()]
-        assert ("-20 °C" in words) == named
+        assert ("\N{MINUS SIGN}20 °C" in words) == named
         assert ("temperature [°C]" in labels(figure)[4:]) != named
 
 
@@ -57,12 +58,12 @@ def test_every_axis_of_a_quantity_has_its_unit() -> None:
 
 def test_a_vertical_shift_is_said() -> None:
     _, figure = master(3)
-    assert "Young's relaxation modulus [Pa]" in labels(figure)[-2:]
+    assert "Young's relaxation modulus [MPa]" in labels(figure)[-2:]
     measured = [
         RelaxationCurve(c.temperature, c.time, c.modulus * (1 + 0.002 * c.temperature)) for c in curves(np.array([0, 20, 40]))
     ]
     shifted = build_master_curve(measured, reference_temperature=20.0, law="table", vertical="free")
-    assert "Young's relaxation modulus, shifted [Pa]" in labels(plot_master_curve(shifted, measured))
+    assert "Young's relaxation modulus, shifted [MPa]" in labels(plot_master_curve(shifted, measured))
 
 
 def test_branches_that_are_zero_are_counted_in_the_legend() -> None:
@@ -85,15 +86,6 @@ def test_log_axes_have_minor_ticks_over_few_and_many_decades() -> None:
             assert sum(low <= tick <= upper for tick in axes.get_xticks(minor=True)) >= 6
 
 
-def test_headroom_leaves_that_share_of_the_height_free() -> None:
-    with style():
-        _, (axes,) = panels(1, None)
-        axes.set_yscale("log")
-        axes.set_ylim(1.0, 1e4)
-        headroom(axes, 0.2)
-        assert axes.get_ylim() == pytest.approx((1.0, 1e5))
-
-
 def lightness(colour: object) -> float:
     """Relative luminance, as a grey print shows it."""
     rgb = np.array(mpl.colors.to_rgb(colour))
@@ -109,6 +101,22 @@ def test_colours_can_be_told_apart_in_grey_and_seen_on_white() -> None:
     light = [lightness(colour) for colour in COLOURS]
     assert min(abs(a - b) for a, b in pairwise(light)) > 0.03
     assert len(set(map(str, LINES))) == len(LINES)
+
+
+@pytest.mark.parametrize("ends", [(1.0, 1.3), (0.9, 2.8), (2.1, 4.5), (1.0, 20.0), (3.0, 80.0), (0.06, 0.7)])
+def test_a_short_log_axis_has_plain_numbers_that_do_not_collide(ends: tuple[float, float]) -> None:
+    with style():
+        figure, (axes,) = panels(1, None)
+        axes.plot([1.0, 2.0], ends)
+        log_axis(axes, "y")
+        figure.draw_without_rendering()
+        low, high = axes.get_ylim()
+        ticks = [*axes.yaxis.get_major_ticks(), *axes.yaxis.get_minor_ticks()]
+        shown = [tick.label1 for tick in ticks if low <= tick.get_loc() <= high and tick.label1.get_text()]
+        assert len(shown) >= 2
+        assert all(float(label.get_text()) > 0 for label in shown)
+        boxes = sorted((label.get_window_extent().y0, label.get_window_extent().y1) for label in shown)
+        assert all(one[1] <= other[0] for one, other in pairwise(boxes))
 
 
 def test_spread_keeps_ends_and_is_even() -> None:
@@ -177,6 +185,7 @@ def test_the_reduced_model_is_drawn_in_its_window(test: str) -> None:
     label = str(reduced[0].get_label())
     assert label == f"reduced to {len(reduction.spectrum)}, in its window"
     abscissa = 1 / fit.reduced_time if test == "oscillation" else fit.reduced_time
+    factor = 1e6 if test == "creep" else 1e-6  # into 1/MPa, and MPa
     for line, model in zip(reduced, np.atleast_2d(fit.model), strict=True):
         x, y = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
         assert x.min() == pytest.approx(
@@ -184,7 +193,7 @@ def test_the_reduced_model_is_drawn_in_its_window(test: str) -> None:
         )
         here = np.isin(abscissa, x)
         # creep and oscillation are not what was compared, so that they may differ by more
-        assert np.max(np.abs(y / model[here] - 1)) < {"relaxation": 0.021, "oscillation": 0.4, "creep": 0.1}[test]
+        assert np.max(np.abs(y / (factor * model[here]) - 1)) < {"relaxation": 0.021, "oscillation": 0.4, "creep": 0.1}[test]
 
 
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])
@@ -215,3 +224,25 @@ def test_the_fitted_curve_ends_where_shifts_are_undetermined(swept: bool) -> Non
     drawn = np.asarray(fitted.get_xdata(), dtype=float)
     assert sure.min() * 0.999 <= drawn.min()
     assert drawn.max() <= sure.max() * 1.001
+
+
+@pytest.mark.parametrize(("stderr", "seen"), [(1e-3, False), (0.2, True)])
+def test_intervals_are_promised_where_they_are_seen(stderr: float, seen: bool) -> None:
+    measured = curves(np.linspace(-20, 40, 5))
+    result = build_master_curve(measured, reference_temperature=20.0, law="table")
+    result = replace(result, log10_shift_factor_stderr=np.full(5, stderr))
+    shift = plot_master_curve(result, measured).axes[1]
+    legend = shift.get_legend()
+    assert legend is not None
+    assert ("interval" in legend.get_texts()[0].get_text()) == seen
+    assert bool(shift.collections) == seen  # the bars
+
+
+def test_text_is_set_with_minus_signs() -> None:
+    minus = "\N{MINUS SIGN}"
+    assert (
+        typeset("at -40 to -.5 degC, 1e-3 s^-1; DC-3145, 2-3")
+        == f"at {minus}40 to {minus}.5 °C, 1e{minus}3 s^{minus}1; DC-3145, 2-3"
+    )
+    assert (number(-2.5), number(-0.0)) == (f"{minus}2.5", "0")
+    assert [lasting(seconds) for seconds in (0.01, 1, 90, 5400, 86400)] == ["10 ms", "1 s", "1.5 min", "1.5 h", "1 d"]

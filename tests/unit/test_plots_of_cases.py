@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from dielast.plots.quantities import axis_of
 from dielast.plots.simulation import Swept, plot_cases
 from dielast.plots.style import render
 from dielast.recipe.cases import Case
-from dielast.workflow.cases import swept
+from dielast.workflow.naming import swept
 from dielast.workflow.uncertainty import interval_label
 
 TIME = np.geomspace(1e-2, 1e3, 20)
@@ -25,6 +28,11 @@ def drawn(count: int, scales: list[Swept], label: str = "rate = {} %/s", **other
     figure = plot_cases(cases, labels, [], "time [s]", "stretch_1 [1]", marks=marks, swept=scales, **others)
     figure.draw_without_rendering()  # any warning is an error here
     return figure
+
+
+def curves(axes: Axes) -> list[Line2D]:
+    """The lines that are no events."""
+    return [line for line in axes.get_lines() if line.get_linestyle() != "None"]
 
 
 def named(figure: Figure) -> list[str]:
@@ -51,12 +59,14 @@ def test_many_cases_of_one_quantity_have_a_colour_bar(count: int) -> None:
     assert len(set(np.diff(ticks))) == 1
 
 
-def test_two_quantities_share_colours_and_line_styles() -> None:
+def test_a_second_quantity_is_spread_over_panels() -> None:
     first = Swept("prestretch", tuple(np.repeat([1.2, 1.4, 1.6, 1.8], 9)))
     second = Swept("voltage [kV]", tuple(np.tile(np.linspace(2, 6, 9), 4)))
     figure = drawn(36, [first, second])
-    assert named(figure) == [*(f"prestretch = {value}" for value in (1.2, 1.4, 1.6, 1.8)), "breakdown", "pull-in"]
-    assert figure.axes[1].get_ylabel() == "voltage [kV]"
+    assert named(figure) == ["breakdown", "pull-in"]
+    assert [axes.get_title("left") for axes in figure.axes[:4]] == [f"prestretch = {value}" for value in (1.2, 1.4, 1.6, 1.8)]
+    assert [len(curves(axes)) for axes in figure.axes[:4]] == [9] * 4
+    assert figure.axes[4].get_ylabel() == "voltage [kV]"
 
 
 @pytest.mark.parametrize("label", ["material = {}", "a name that is far too long for the width of a column, of number {} and on"])
@@ -82,12 +92,15 @@ def test_swept_quantities_keep_the_unit_of_the_recipe() -> None:
     (kilo,) = swept(cases("step.0.voltage", ["2 kV", "2.5 kV"]))
     assert (kilo.label, kilo.values) == ("voltage [kV]", (2.0, 2.5))
     (mixed,) = swept(cases("step.0.voltage", ["900 V", "2.5 kV"]))
-    assert (mixed.label, mixed.values) == ("voltage [V]", (900.0, 2500.0))
+    assert (mixed.label, mixed.values) == ("voltage [kV]", (0.9, 2.5))
     (plain,) = swept(cases("film.prestretch", [1.5, 2]))
     assert (plain.label, plain.values) == ("prestretch", (1.5, 2.0))
     (cold,) = swept(cases("temperature", ["-20 degC", "20 degC"]))
-    assert (cold.label, cold.values) == ("temperature [°C]", (-20.0, 20.0))
-    assert swept(cases("material", ["a.toml", "b.toml"])) == []
+    assert (cold.label, cold.values, cold.text(0)) == ("temperature [°C]", (-20.0, 20.0), "temperature = \N{MINUS SIGN}20 °C")
+    (times,) = swept(cases("step.0.hold", ["10 min", "1 h"]))
+    assert (times.label, times.values, times.texts) == ("hold [s]", (600.0, 3600.0), ("hold = 10 min", "hold = 1 h"))
+    (named,) = swept(cases("material", ["a.toml", "b.toml"]))
+    assert (named.values, named.texts) == ((), ("material = a.toml", "material = b.toml"))
     assert swept([Case(recipe)]) == []
 
 
@@ -98,6 +111,65 @@ def test_the_legend_says_what_the_bands_are() -> None:
     assert named(figure) == ["model", "90 % interval"]
     assert named(drawn(3, [], bands=[*bands, None, None], interval="50 % interval"))[-1] == "50 % interval"
     assert not any("interval" in text for text in named(drawn(3, [], bands=[None, None, None])))
+
+
+def test_a_band_within_its_line_is_not_promised() -> None:
+    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
+    bands = [(TIME, 0.9999 * (1 + 0.1 * TIME**0.1), 1.0001 * (1 + 0.1 * TIME**0.1))]
+    figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
+    assert named(figure) == []
+
+
+def test_a_bar_within_its_mark_is_not_promised() -> None:
+    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
+    for span, line in (((499.0, 501.0), "None"), ((300.0, 900.0), "-")):
+        figure = plot_cases(
+            cases, [""], [], "time [s]", "stretch_1 [1]", ("linear", "linear"), marks=[(0, "breakdown", 500.0, 1.18)], spans=[span]
+        )
+        (legend,) = figure.legends
+        handle = legend.legend_handles[1]
+        assert isinstance(handle, Line2D)
+        assert handle.get_linestyle() == line
+
+
+def test_the_unit_of_a_quantity_follows_its_kind_and_its_range() -> None:
+    assert axis_of("voltage [V]", [np.array([0.0, 900.0])]) == ("voltage [kV]", 1e-3)
+    assert axis_of("voltage [V]", [np.array([0.0, 80.0])]) == ("voltage [V]", 1.0)
+    assert axis_of("nominal_stress_1 [Pa]", [np.array([-5e6, np.nan]), np.array([])]) == ("nominal stress [kPa]", 1e-3)
+    assert axis_of("nominal_stress_1 [Pa]", [np.array([1e4]), np.array([-2e7])]) == ("nominal stress [MPa]", 1e-6)
+    assert axis_of("relaxation_modulus [Pa]", [np.array([1e4])]) == ("relaxation modulus [MPa]", 1e-6)
+    assert axis_of("stretch_2 [1]") == ("stretch in axis 2", 1.0)
+
+
+def test_six_bands_of_two_factors_share_panels_by_one_of_them() -> None:
+    scales = [Swept("prestretch", (1.7, 1.7, 1.7, 1.9, 1.9, 1.9)), Swept("voltage [kV]", (3.0, 3.2, 3.4) * 2)]
+    bands = [(TIME, 0.95 * (1 + 0.1 * TIME**0.1), 1.05 * (1 + 0.1 * TIME**0.1))] * 6
+    figure = drawn(6, scales, bands=bands)
+    assert [axes.get_title("left") for axes in figure.axes] == ["prestretch = 1.7", "prestretch = 1.9"]
+    assert named(figure)[:3] == ["voltage = 3 kV", "voltage = 3.2 kV", "voltage = 3.4 kV"]
+    # more than there is room for: some, and it is said
+    many = drawn(36, [Swept("rate [%/s]", tuple(map(float, range(36))))], bands=bands * 6)
+    assert len(many.axes) == 12
+    (legend,) = many.legends
+    assert legend.get_title().get_text() == "12 of 36 cases"
+
+
+def test_panels_without_one_scale_have_their_own() -> None:
+    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + size * TIME**0.1} for size in np.repeat([0.1, 0.1, 5.0], 3)]
+    scales = [Swept("temperature [°C]", (0.0,) * 3 + (20.0,) * 3 + (40.0,) * 3), Swept("rate", (1.0, 2.0, 3.0) * 3)]
+    for some, alike in ((cases, False), (cases[:6] * 2, True)):
+        own = (
+            [Swept(one.label, one.values[: len(some)]) for one in scales]
+            if alike is False
+            else [Swept("temperature [°C]", tuple(np.repeat([0.0, 20.0, 40.0, 60.0], 3))), Swept("rate", (1.0, 2.0, 3.0) * 4)]
+        )
+        figure = plot_cases(some, [""] * len(some), [], "time [s]", "stretch_1 [1]", swept=own)
+        assert (len({axes.get_ylim() for axes in figure.axes}) == 1) == alike
+
+
+def test_the_legend_of_one_disordered_quantity_ascends() -> None:
+    figure = drawn(3, [Swept("voltage [kV]", (3.0, 1.0, 2.0))], "voltage = {} kV")
+    assert named(figure)[:3] == ["voltage = 1 kV", "voltage = 2 kV", "voltage = 0 kV"]  # the labels are those of cases 1, 2, 0
 
 
 def test_the_level_of_intervals_has_a_name() -> None:

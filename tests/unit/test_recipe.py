@@ -113,9 +113,12 @@ law = "wfl"
         (SPECTRUM + '[reduce]\nwindow = ["1 s", "1e300 h"]', 'reduce.window[1]: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
         (SPECTRUM.replace('"."', '"dma.csv"'), 'mastercurve: "dma.csv": a folder is needed'),
         (MASTERCURVE.replace('file = "dma.csv"', 'files = "*.txt"'), 'data.files: "*.txt": no file matches'),
-        (MASTERCURVE.replace('modulus = "E [Pa]"', 'stress = "s"'), "data.columns: strain and stress go together"),
+        (MASTERCURVE.replace('modulus = "E [Pa]"', 'stress = "s"'), "or extension) and stress (or force) go together"),
         (MASTERCURVE.replace(', modulus = "E [Pa]"', ""), "data.columns: either modulus, or strain and stress, is needed"),
-        (MASTERCURVE.replace('temperature = "T [degC]", ', ""), "data: temperatures are needed from columns.temperature"),
+        (
+            MASTERCURVE.replace('temperature = "T [degC]", ', "").replace("file =", "files =").replace('"dma.csv"', '["dma.csv"]'),
+            "data: temperatures are needed from one of columns.temperature, temperatures, temperature_in_name",
+        ),
         (MASTERCURVE.replace("[shift]", 'units = { tme = "s" }\n[shift]'), 'data.units: unit of an unknown column "tme"'),
         (MASTERCURVE.replace('"20 degC"', '"-300 degC"'), "a temperature above -273.15 degC is needed"),
         (MASTERCURVE.replace("[shift]", 'units = { time = "parsec" }\n[shift]'), 'data.units: time = "parsec": unknown unit'),
@@ -132,7 +135,7 @@ def test_each_mistake_says_what_is_needed(folder: Path, text: str, expected: str
 
 
 def test_a_recipe_under_another_command_names_the_right_one(folder: Path) -> None:
-    with pytest.raises(InputError, match='this is a "spectrum" recipe: run it with "dielast spectrum"'):
+    with pytest.raises(InputError, match='the recipe is one of "spectrum": run it with "dielast spectrum"'):
         read_recipe(write(folder, SPECTRUM), "mastercurve")
 
 

@@ -11,7 +11,8 @@ import pytest
 
 from dielast.errors import InputError
 from dielast.recipe.cases import read_cases
-from dielast.recipe.schema import recipe_schema
+from dielast.recipe.models import recipe_model
+from dielast.recipe.schema import keys, recipe_schema
 
 TOP = Path(__file__).parents[2]
 RECIPES = [
@@ -89,3 +90,15 @@ def test_what_does_not_run_does_not_fit_either(tmp_path: Path, text: str) -> Non
     with pytest.raises(InputError):
         read_cases(tmp_path / "r.toml")
     assert not validator().is_valid(tomllib.loads(text))
+
+
+def test_how_a_sweep_pairs_its_lists_is_among_the_keys() -> None:
+    own = {key.path: key for key in keys(recipe_model("relax"))}
+    assert own["sweep.mode"].takes == '"zip" or list'
+    assert "pairs the lists" in own["sweep.mode"].meaning
+    recipe = tomllib.loads(RELAX + STEP + '[sweep]\nmode = "zip"\ntemperature = ["0 degC", "20 degC"]\n')
+    assert validator().is_valid(recipe)
+    recipe["sweep"]["mode"] = ["uniaxial", "equibiaxial"]  # a key of the recipe, too
+    assert validator().is_valid(recipe)
+    recipe["sweep"]["mode"] = "pairs"
+    assert not validator().is_valid(recipe)

@@ -11,6 +11,7 @@ import pytest
 from dielast.cli.run import compute
 from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
+from dielast.load import Track
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 from dielast.table import number_columns
@@ -81,7 +82,9 @@ def test_the_simple_name_goes_first(tmp_path: Path, kind: str) -> None:
     for header in (f"{own},{simple}", own, simple):
         rows = "1,1.5,1.25\n2,2,3\n" if "," in header else "1,1.5\n2,2\n"
         (tmp_path / "first.csv").write_text(f"time [s],{header}\n{rows}")
-        targets[header] = [entry.target for entry in solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))]
+        (entry,) = solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))
+        assert isinstance(entry.target, Track)
+        targets[header] = list(entry.target.value)
     assert list(targets.values()) == [[1.25, 3.0], [1.5, 2.0], [1.5, 2.0]]
 
 

@@ -38,12 +38,12 @@ class Squares:
 @pytest.mark.parametrize("jobs", [1, 2, 3])
 def test_results_stand_in_the_order_of_the_cases(jobs: int) -> None:
     batches = [Squares([5, 0], 0.2), Squares([3]), Squares([1, 4]), Squares([2], 0.1)]
-    seen: list[tuple[int, int]] = []
-    results = solve_batches(batches, Execution(jobs=jobs, progress=lambda done, of: seen.append((done, of))))
+    seen: list[tuple[int, int, str]] = []
+    results = solve_batches(batches, Execution(jobs=jobs, progress=lambda done, of, what: seen.append((done, of, what))))
     assert results == [0, 1, 4, 9, 16, 25]
-    assert [of for _, of in seen] == [6] * 4
-    assert seen[-1] == (6, 6)
-    assert sorted(done for done, _ in seen) == [done for done, _ in seen]
+    assert [own[1:] for own in seen] == [(6, "cases")] * 4
+    assert seen[-1][0] == 6
+    assert sorted(seen) == seen
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])
@@ -57,7 +57,7 @@ def test_the_first_batch_with_an_error_is_told_of(jobs: int) -> None:
 
 def test_no_batches_and_no_progress_of_a_lone_one() -> None:
     assert solve_batches([], Execution(jobs=2)) == []
-    assert solve_batches([Squares([0])], Execution(progress=lambda done, of: pytest.fail("one case has no progress"))) == [0]
+    assert solve_batches([Squares([0])], Execution(progress=lambda done, of, what: pytest.fail("one case has no progress"))) == [0]
 
 
 @pytest.mark.parametrize("kind", [InputError, NumericsError])

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.gent import Gent
-from dielast.load import Control
 from dielast.material import Material
 from dielast.point import Points
 from dielast.prony import Spectrum
 from dielast.shift import NoShift
+from dielast.span import Control
 from dielast.stability import ONE_PERCENT, TimeScale, damped, stability
 
 FREE, HELD = Control.STRESS, Control.STRETCH

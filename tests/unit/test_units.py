@@ -133,3 +133,11 @@ def test_blanks_without_end_are_read_in_no_time(text: str) -> None:
     """Which a pattern that tries every way to share them out would not."""
     with pytest.raises(InputError, match="unknown unit"):
         units.parse(text, units.TIME)
+
+
+def test_a_mass_where_a_force_is_needed_gets_its_weight() -> None:
+    for text, newton in (("0.17 kg", "1.667"), ("170 g", "1.667")):
+        with pytest.raises(InputError, match=f'a force is needed, such as "0.17 N"; is it the weight .* then write "{newton} N"$'):
+            units.parse(text, units.FORCE)
+    with pytest.raises(InputError, match=r'^"3 mm": a force is needed, such as "0.17 N"$'):
+        units.parse("3 mm", units.FORCE)

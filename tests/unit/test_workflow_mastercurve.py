@@ -1,15 +1,21 @@
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from dielast import RelaxationCurve, build_master_curve
-from dielast.errors import InputError
+from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
+from dielast.recipe.cases import Case
+from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.recipe.measurements import MeasurementData
-from dielast.workflow.mastercurve import read_curves
+from dielast.sharing.execution import Execution
+from dielast.workflow.mastercurve import read_curves, run
+from dielast.workflow.measurements import read_all
 
 COLUMNS = {"temperature": "T", "time": "t", "modulus": "E"}
 TIME = np.geomspace(1, 100, 12)
@@ -81,3 +87,63 @@ def test_files_state_their_temperature_in_a_list_or_in_their_name(tmp_path: Path
     )
     with pytest.raises(InputError, match="the name does not fit"):
         read_curves(data, Inputs(tmp_path))
+
+
+def summary_of(folder: Path, lines: list[str], **options: object) -> tuple[Any, np.ndarray]:
+    """The headline of a run, and the standard errors of its shift factors."""
+    (folder / "dma.csv").write_text("\n".join(["T [degC],t [s],E [Pa]", *lines]) + "\n")
+    recipe = MasterCurveRecipe.model_validate(
+        {
+            "kind": "mastercurve",
+            "data": {"file": "dma.csv", "columns": COLUMNS, "test": "tension", **options},
+            "shift": {"reference_temperature": "20 degC", "law": "table"},
+        },
+        context={"folder": folder},
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        report = run([Case(recipe, {})], Inputs(folder), Execution())
+    return report.headline, np.array(next(c.values for c in report.tables["shift-factors.csv"] if c.name.endswith("stderr")))
+
+
+def bent(temperature: float) -> list[str]:
+    """A relaxation modulus that bends, so that there is a shift to be told from an offset."""
+    reduced = TIME * 10 ** (temperature / 20)
+    return [f"{temperature},{t!r},{1e5 + 1e7 / (1 + u)!r}" for t, u in zip(TIME.tolist(), reduced.tolist(), strict=True)]
+
+
+def test_thermometer_and_drift_are_in_the_standard_errors_and_in_the_summary(tmp_path: Path) -> None:
+    lines = bent(0) + bent(10) + bent(20) + bent(30) + bent(40)
+    default, own = summary_of(tmp_path, lines)
+    assert default["data"]["temperature_stderr_K"] == 0.1
+    assert "drift" not in default["data"]
+    exact = summary_of(tmp_path, lines, temperature_stderr="0 K")[1]
+    assert np.all(exact < 1e-3)
+    # log10 a falls by 1/20 a kelvin, at this temperature and at the reference temperature
+    np.testing.assert_allclose(np.delete(own, 2), np.sqrt(2) * 0.1 / 20, rtol=0.02)
+    # an offset is told by the bend of the curves, so far as noise allows
+    rng = np.random.default_rng(0)
+    noisy = [f"{row.rsplit(',', 1)[0]},{float(row.rsplit(',', 1)[1]) * (1 + 0.01 * rng.standard_normal())!r}" for row in lines]
+    plain = summary_of(tmp_path, noisy, temperature_stderr="0 K")[1]
+    stated, drifting = summary_of(tmp_path, noisy, temperature_stderr="0 K", drift="5 %")
+    assert stated["data"]["drift"] == 0.05
+    assert np.all(np.delete(drifting, 2) > 1.2 * np.delete(plain, 2))
+
+
+def test_a_drift_follows_the_order_of_the_file(tmp_path: Path) -> None:
+    """As the specimen was measured, not as its temperatures are sorted."""
+    (tmp_path / "dma.csv").write_text("\n".join(["T [degC],t [s],E [Pa]", *bent(40), *bent(0), *bent(20)]) + "\n")
+    data = MeasurementData.model_validate({"file": "dma.csv", "columns": COLUMNS, "test": "tension"}, context={"folder": tmp_path})
+    reading = read_all(data, Inputs(tmp_path))
+    assert [curve.temperature for curve in reading.measurements] == [0, 20, 40]
+    assert [curve.temperature for curve in reading.in_order] == [40, 0, 20]
+
+
+@pytest.mark.parametrize(("key", "value"), [("temperature_stderr", "-0.1 K"), ("temperature_stderr", "0.1"), ("drift", "200 %")])
+def test_what_is_stated_wrongly_is_refused(tmp_path: Path, key: str, value: str) -> None:
+    with pytest.raises(ValueError, match="is needed"):
+        summary_of(tmp_path, bent(0) + bent(20), **{key: value})
+    with pytest.raises(InputError, match="temperature_stderr = -1 K"):
+        build_master_curve([], reference_temperature=20.0, temperature_stderr=-1.0)
+    with pytest.raises(InputError, match="drift = 2: a share"):
+        build_master_curve([], reference_temperature=20.0, drift=2.0)

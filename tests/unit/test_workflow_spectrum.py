@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.characterise.interconversion import retardation_from_relaxation
+from dielast.characterise.spectrum import fit_spectrum
 from dielast.errors import DielastWarning, InputError
 from dielast.files import Inputs
 from dielast.plots.spectrum import plot_spectrum
@@ -147,12 +149,11 @@ def test_tables_from_elsewhere(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("columns", "found"),
     [
-        ({"modulus": "E", "compliance": "J"}, "either modulus or compliance"),
-        ({"angular_frequency": "w", "tan_delta": "t"}, "storage, and either loss or tan_delta, are needed"),
-        ({"angular_frequency": "w", "storage": "a", "loss": "b", "tan_delta": "t"}, "storage, and either loss or tan_delta"),
-        ({"storage": "a", "loss": "b"}, "either frequency"),
-        ({"frequency": "f", "angular_frequency": "w", "storage": "a", "loss": "b"}, "either frequency"),
-        ({"time": "t", "frequency": "f", "storage": "a", "loss": "b"}, "time cannot stand beside"),
+        ({"modulus": "E", "compliance": "J"}, "or compliance, not modulus and compliance"),
+        ({"angular_frequency": "w", "tan_delta": "t"}, "tan_delta says nothing of a modulus"),
+        ({"angular_frequency": "w", "storage": "a", "loss": "b", "tan_delta": "t"}, "not storage and loss and tan_delta"),
+        ({"storage": "a", "loss": "b"}, "frequency .in Hz. or angular_frequency"),
+        ({"time": "t", "frequency": "f", "storage": "a", "loss": "b"}, "time are of a test over time, frequency and"),
     ],
 )
 def test_columns_that_make_no_measurement_are_refused(columns: dict[str, str], found: str) -> None:
@@ -323,3 +324,47 @@ def test_branches_are_bounded(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         check(SpectrumRecipe, {"kind": "spectrum", "mastercurve": "mc", "fit": {"branches": 2000}}, "r.toml", tmp_path)
     assert "r.toml: fit.branches: 2000: at most 200 is needed" in caught.value.messages
+
+
+def swept(folder: Path, header: str, storage: Array, loss: Array) -> CurveData:
+    (folder / "sweep.csv").write_text(table(header, [FREQUENCY, storage, loss]))
+    columns = {"angular_frequency": "angular_frequency", "storage": "storage", "loss": "loss"}
+    return CurveData.model_validate(
+        {"file": "sweep.csv", "columns": columns, "reference_temperature": "20 degC", "test": "tension"}
+    )
+
+
+def test_moduli_of_one_curve_are_checked_for_belonging_together(tmp_path: Path) -> None:
+    """As those of several temperatures are: swapped columns break Kramers and Kronig's relation."""
+    storage, loss = 3 * TRUTH.storage_modulus(FREQUENCY, LEVEL), 3 * TRUTH.loss_modulus(FREQUENCY)
+    header = "angular_frequency [rad/s],storage [Pa],loss [Pa]"
+    read_curve(swept(tmp_path, header, storage, loss), Inputs(tmp_path))
+    with pytest.warns(DielastWarning, match="storage and loss moduli look swapped"):
+        read_curve(swept(tmp_path, header, loss, storage), Inputs(tmp_path))
+
+
+@pytest.mark.parametrize("test", ["relaxation", "oscillation", "creep"])
+def test_a_liquid_has_no_equilibrium_modulus_and_nothing_is_said_of_a_plateau(tmp_path: Path, test: str) -> None:
+    """A melt whose curve ends on the plateau of its entanglements."""
+    folder = write_folder(tmp_path / "curve", test)
+    recipe = {"kind": "spectrum", "mastercurve": str(folder), "fit": {"method": "nnls"}}
+
+    def told(**fit: Any) -> tuple[float, list[str]]:
+        own = SpectrumRecipe.model_validate(recipe | {"fit": recipe["fit"] | fit})
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            report = run([Case(own, {})], Inputs(tmp_path), Execution())
+        return report.headline["moduli"]["equilibrium_shear_Pa"], [str(one.message) for one in caught]
+
+    level, said = told(liquid=True)
+    assert level == 0
+    assert not [one for one in said if "levelled off" in one]
+    assert [one for one in told(equilibrium_modulus="0 Pa")[1] if "levelled off" in one]
+
+
+def test_a_liquid_with_an_equilibrium_modulus_is_a_contradiction() -> None:
+    fit = {"liquid": True, "equilibrium_modulus": "20 kPa"}
+    with pytest.raises(ValueError, match="liquid = true and an equilibrium_modulus above 0 contradict each other"):
+        SpectrumRecipe.model_validate({"kind": "spectrum", "mastercurve": "out", "fit": fit})
+    with pytest.raises(InputError, match="that of a liquid is 0"):
+        fit_spectrum(TIME, 3 * TRUTH.relaxation_modulus(TIME, LEVEL), equilibrium_modulus=6e4, liquid=True)

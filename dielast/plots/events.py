@@ -1,0 +1,136 @@
+"""What the figure of cases has besides lines: bands about them, events, and bars for when these may come."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
+from numpy.typing import NDArray
+
+from dielast.plots.looks import Arrangement
+
+Array = NDArray[np.float64]
+SHADE = 0.18  # opacity of a band
+BAR = 0.8  # line width of the bar through an event
+TIP = 3.0  # points, between the end of the axes and the middle of a marker at it
+LEAST_SEEN = 0.02  # of the height of the axes: a band narrower than that is within its line
+# crosses and circles as in the paper's Fig. 13
+EVENTS = {"breakdown": "x", "pull-in": "o", "loss-of-tension": "v"}
+
+Mark = tuple[int, str, float, float]
+Span = tuple[float, float]
+Band = tuple[Array, Array, Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The axes of all panels: columns for x and y, the factors into the units shown, and which of them are logarithmic."""
+
+    x: str
+    y: str
+    factors: tuple[float, float]
+    log: tuple[bool, bool]
+
+    def seen(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Which points have a place on the axes."""
+        return np.isfinite(x) & np.isfinite(y) & ((x > 0) | (not self.log[0])) & ((y > 0) | (not self.log[1]))
+
+
+def draw_bands(panels: Sequence[Axes], arranged: Arrangement, frame: Frame, bands: Sequence[Band | None]) -> str | None:
+    """The bands; what the legend says of them besides their name, or None if none is seen."""
+    seen = opened = False
+    place = np.log10 if frame.log[1] else np.asarray
+    for axes, panel in zip(panels, arranged.panels, strict=True):
+        for case in panel.cases:
+            band, look = bands[case], arranged.looks[case]
+            if band is None:
+                continue
+            along, low, high = band
+            known = frame.seen(along, low)
+            within = known & np.isfinite(high)
+            across, down, up = along * frame.factors[0], low * frame.factors[1], high * frame.factors[1]
+            filled: Any = {"color": look["color"], "alpha": SHADE, "linewidth": 0.0}
+            axes.fill_between(across, down, np.where(within, up, np.nan), where=within, **filled)
+            axes.update_datalim(np.column_stack([across[within], up[within]]))
+            width = float(np.max(place(up[within]) - place(down[within]), initial=0.0))
+            seen |= width >= LEAST_SEEN * float(np.ptp(place(axes.dataLim.intervaly)))
+            for last in np.flatnonzero(within[:-1] & known[1:] & np.isposinf(high[1:])):
+                # no upper end from here on: the band is open, upwards
+                opened = True
+                where = axes.transData + ScaledTranslation(0, TIP / 72, axes.figure.dpi_scale_trans)
+                axes.plot(
+                    [across[last]], [up[last]], marker=r"$\uparrow$", markersize=5.0, markeredgewidth=0.2, transform=where,
+                    linestyle="none", color=look["color"],
+                )  # fmt: skip
+    if not seen:
+        return None
+    return " (\N{UPWARDS ARROW} open: too many films have failed)" if opened else ""
+
+
+def draw_marks(
+    panels: Sequence[Axes], arranged: Arrangement, frame: Frame, marks: Sequence[Mark], spans: Sequence[Span | None]
+) -> dict[str, bool]:
+    """The events; whether a bar is seen through any of each name, in the order of a legend."""
+    happened: dict[str, bool] = {}
+    of_case = {case: axes for axes, panel in zip(panels, arranged.panels, strict=True) for case in panel.cases}
+    drawn = [
+        (mark, spans[index] if index < len(spans) else None)
+        for index, mark in enumerate(marks)
+        if mark[1] in EVENTS and mark[0] in of_case
+    ]
+    for (case, name, across, up), _ in drawn:
+        colour = arranged.looks[case]["color"]
+        of_case[case].plot(across * frame.factors[0], up * frame.factors[1], linestyle="none", **_event_look(name, colour))
+        happened.setdefault(name, False)
+    for (case, name, _, up), span in drawn:
+        if span is not None and np.isfinite(span[0]):
+            colour = arranged.looks[case]["color"]
+            happened[name] |= _span(of_case[case], span, frame.factors[0], up * frame.factors[1], colour, frame.log[0])
+    return {name: happened[name] for name in EVENTS if name in happened}
+
+
+def _event_look(name: str, colour: Any) -> dict[str, Any]:
+    """The marker of an event."""
+    return {
+        "marker": EVENTS[name],
+        "color": colour,
+        "markersize": 5.5,
+        "markerfacecolor": "none",
+        "markeredgewidth": 1.1,
+        "zorder": 4,
+    }
+
+
+def event_handle(name: str, bar: bool, alone: bool, arranged: Arrangement) -> Artist:
+    """The legend's entry for events of a `name`, with a `bar` if one is seen; in the colour of the case if that is `alone`."""
+    look = _event_look(name, arranged.looks[0]["color"] if alone else "black")
+    return Line2D([], [], linestyle="-" if bar else "none", linewidth=BAR, label=name, **look)
+
+
+def _span(axes: Axes, span: Span, factor: float, up: float, colour: Any, logarithmic: bool) -> bool:
+    """A bar from the lower to the upper x of a mark; a tip at the end of the axes where it goes on beyond them.
+
+    Whether it is seen beside the mark.
+    """
+    low, high = (end * factor for end in span)
+    left, right = axes.get_xlim()
+    if logarithmic and low <= 0:
+        low = axes.dataLim.minposx
+    look: Any = {"color": colour, "linewidth": BAR, "markersize": 4.0, "zorder": 3.5}
+    open_end = not np.isfinite(high)
+    axes.plot([low, max(low, right) if open_end else high], [up, up], marker="|", markevery=[0] if open_end else [0, 1], **look)
+    if open_end:
+        axes.set_xlim(left if not logarithmic else None, max(low, right))
+        within = axes.transData + ScaledTranslation(-TIP / 72, 0, axes.figure.dpi_scale_trans)
+        axes.plot([max(low, right)], [up], marker=">", transform=within, **look)
+        return True
+    ends = axes.dataLim.intervalx
+    if logarithmic:
+        return bool(np.log10(high / low) >= 2 * LEAST_SEEN * np.log10(ends[1] / axes.dataLim.minposx))
+    return bool(high - low >= 2 * LEAST_SEEN * np.ptp(ends))

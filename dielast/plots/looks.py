@@ -1,0 +1,161 @@
+"""How the cases of a figure differ in looks: by colours and line styles within a panel, by panels for the values of a factor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from dielast.plots.style import COLOURS, LINES, TEMPERATURES, number
+
+MOST_LINES = 7  # cases in a panel, each with its look
+MOST_BANDS = 3  # in a panel: more hide each other
+MOST_NAMED = 6  # of more cases that no scale can tell apart
+ACROSS, DOWN = 3, 4  # panels
+
+Look = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Swept:
+    """A swept quantity, a factor of the cases: how an axis calls it, its value in each case, and how words say that.
+
+    Without `values` it is on no scale.
+    """
+
+    label: str
+    values: tuple[float, ...] = ()
+    texts: tuple[str, ...] = ()
+
+    @property
+    def levels(self) -> list[Any]:
+        """What tells the values of two cases apart, ascending on a scale, else in the order of the cases."""
+        return sorted(set(self.values)) if self.values else list(dict.fromkeys(self.texts))
+
+    def level(self, case: int) -> Any:
+        """The level of a case."""
+        return self.values[case] if self.values else self.texts[case]
+
+    def text(self, case: int) -> str:
+        """Its value in a case, as a legend says it."""
+        if self.texts:
+            return self.texts[case]
+        name, _, unit = self.label.partition(" [")
+        return f"{name} = {number(self.values[case])} {unit.rstrip(']')}".rstrip()
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """The `cases` of a panel, and the `title` that says what they share."""
+
+    cases: Sequence[int]
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    """`panels` from left to right, so many `across`; the look of each case, the `width` of all lines, which cases stand in the
+    legend for all that look the same, with their names, and the quantity on the colour `scale`, if any.
+    """
+
+    panels: Sequence[Panel]
+    across: int
+    looks: Sequence[Look]
+    width: float
+    named: Mapping[int, str]
+    scale: Swept | None = None
+
+    @property
+    def shown(self) -> list[int]:
+        """The cases that are drawn."""
+        return [case for panel in self.panels for case in panel.cases]
+
+
+def arrange(labels: Sequence[str], swept: Sequence[Swept], bands: int = 0) -> Arrangement:
+    """How to show the cases of these `labels`, so many of which have `bands`."""
+    count, most = len(labels), MOST_BANDS if bands > MOST_BANDS else MOST_LINES
+    if count <= most:
+        return Arrangement([Panel(range(count))], 1, [_look(case) for case in range(count)], 1.2, _ordered(labels, swept))
+    factors = _crossed(count, swept)
+    if len(factors) > 1:
+        return _by_factor(factors, most)
+    if bands > MOST_BANDS:
+        factor = factors[0] if factors else Swept("case", texts=tuple(labels))
+        return _by_factor([factor, Swept("", texts=("",) * count)], most)
+    if factors and factors[0].values:
+        return Arrangement([Panel(range(count))], 1, _scale(factors[0], count), 0.9, {}, factors[0])
+    named = np.unique(np.linspace(0, count - 1, MOST_NAMED).astype(int)).tolist()
+    looks = [{"color": TEMPERATURES(case / (count - 1)), "linestyle": LINES[case % len(LINES)]} for case in range(count)]
+    return Arrangement([Panel(range(count))], 1, looks, 0.9, {case: labels[case] for case in named})
+
+
+def _look(index: int) -> dict[str, Any]:
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
+
+
+def _scale(factor: Swept, count: int) -> list[dict[str, Any]]:
+    """Each case in the colour of its value."""
+    levels = factor.levels
+    places = [levels.index(factor.level(case)) / max(1, len(levels) - 1) for case in range(count)]
+    return [{"color": TEMPERATURES(place), "linestyle": "-"} for place in places]
+
+
+def _ordered(labels: Sequence[str], swept: Sequence[Swept]) -> dict[int, str]:
+    """The labels by case, in the order of the one number that tells the cases apart unless they run up or down by it."""
+    cases = list(range(len(labels)))
+    if len(swept) == 1 and swept[0].values:
+        steps = np.diff(swept[0].values)
+        if np.any(steps > 0) and np.any(steps < 0):
+            cases.sort(key=lambda case: swept[0].values[case])
+    return {case: labels[case] for case in cases}
+
+
+def _crossed(count: int, swept: Sequence[Swept]) -> list[Swept]:
+    """The factors every combination of which is a case; if they run side by side, one that tells all cases apart."""
+    factors = [one for one in swept if len(one.levels) > 1]
+    combinations = {tuple(one.level(case) for one in factors) for case in range(count)}
+    if len(combinations) == count == int(np.prod([len(one.levels) for one in factors])):
+        return factors
+    telling = [one for one in factors if len(one.levels) == count]
+    return sorted(telling, key=lambda one: not one.values)[:1]
+
+
+def _by_factor(factors: Sequence[Swept], most: int) -> Arrangement:
+    """Lines for the values of one factor, the one with the most that a panel has room for, panels for those of the others."""
+    fitting = [one for one in factors if len(one.levels) <= most or (one.values and most == MOST_LINES)] or list(factors)
+    lines = max(reversed(fitting), key=lambda one: len(one.levels))
+    others = sorted((one for one in factors if one is not lines), key=lambda one: len(one.levels))
+    count = len(lines.values or lines.texts)
+    scaled = len(lines.levels) > most and bool(lines.values) and most == MOST_LINES
+    along = lines.levels if scaled else _some(lines.levels, most)
+    grid = _grid(others)
+    panels = []
+    for wanted in product(*grid):
+        cases = [case for case in range(count) if all(one.level(case) == level for one, level in zip(others, wanted, strict=True))]
+        cases = sorted((case for case in cases if lines.level(case) in along), key=lambda case: along.index(lines.level(case)))
+        panels.append(Panel(cases, ", ".join(one.text(cases[0]) for one in others)))
+    across = len(grid[1]) if len(grid) == 2 else 2 if len(panels) in (2, 4) else min(len(panels), ACROSS)
+    if scaled:
+        return Arrangement(panels, across, _scale(lines, count), 0.9, {}, lines)
+    looks = [_look(along.index(lines.level(case)) if lines.level(case) in along else 0) for case in range(count)]
+    named = {case: lines.text(case) for case in panels[0].cases} if lines.label else {}
+    return Arrangement(panels, across, looks, 1.2, named)
+
+
+def _grid(factors: Sequence[Swept]) -> list[list[Any]]:
+    """The levels of each factor that panels show: of one factor all that there is room for, of two rows and columns."""
+    if len(factors) == 1:
+        return [_some(factors[0].levels, ACROSS * DOWN)]
+    if len(factors) == 2:
+        return [_some(factor.levels, DOWN) for factor in factors]
+    room = max(2, int((ACROSS * DOWN) ** (1 / len(factors))))
+    return [_some(factor.levels, room) for factor in factors]
+
+
+def _some(levels: Sequence[Any], most: int) -> list[Any]:
+    """At most so many levels, evenly spread from the first to the last."""
+    chosen = np.unique(np.linspace(0, len(levels) - 1, min(len(levels), most)).round()).astype(int)
+    return [levels[index] for index in chosen]

@@ -1,0 +1,50 @@
+"""How figures call quantities, and the one unit in which they show each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+# SI unit -> units from the largest down: what a figure calls each, the factor from SI, and the least of the largest value shown
+UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
+    "V": (("kV", 1e-3, 100.0), ("V", 1.0, 0.0)),
+    "V/m": (("MV/m", 1e-6, 0.0),),
+    "Pa": (("MPa", 1e-6, 1e7), ("kPa", 1e-3, 0.0)),
+    "m": (("mm", 1e3, 0.0),),
+    "degC": (("°C", 1.0, 0.0),),
+}
+MODULUS = "MPa"  # moduli run over many decades, and have one unit in all figures
+NAMES = {
+    "stretch_1": "stretch",
+    "stretch_2": "stretch in axis 2",
+    "nominal_stress_1": "nominal stress",
+    "nominal_stress_2": "nominal stress in axis 2",
+    "true_stress_1": "true stress",
+    "true_stress_2": "true stress in axis 2",
+    "relative_stretch_1": "relative stretch",
+    "relative_stretch_2": "relative stretch in axis 2",
+    "stability": "stability det H / det H$_0$",
+}
+
+
+def unit_for(unit: str, largest: float) -> tuple[str, float]:
+    """The unit that figures show quantities of this SI unit in, the `largest` of which is so large, and the factor from SI."""
+    for shown, factor, least in UNITS.get(unit, ((unit, 1.0, 0.0),)):
+        if not largest < least:
+            return shown, factor
+    return unit, 1.0
+
+
+def axis_of(header: str, values: Iterable[Array] = ()) -> tuple[str, float]:
+    """The label of an axis that shows these `values` of a column, and the factor from SI into the unit shown."""
+    name, _, rest = header.partition(" [")
+    unit = rest.rstrip("]")
+    called = NAMES.get(name, name.replace("_", " "))
+    if name.endswith("modulus") and unit == "Pa":
+        return f"{called} [{MODULUS}]", 1e-6
+    finite = [np.abs(column[np.isfinite(column)]) for column in values]
+    shown, factor = unit_for(unit, max((float(column.max()) for column in finite if column.size), default=np.inf))
+    return (f"{called} [{shown}]" if shown not in ("", "1") else called), factor

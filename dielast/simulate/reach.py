@@ -1,0 +1,91 @@
+"""What a history of load means for the films that go through it: the symmetry they keep, and stretches that no spring can reach."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.gent import Floats
+from dielast.load import Piece, of_case
+from dielast.point import Points
+from dielast.span import Control
+from dielast.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
+
+PER_CENT = 20  # stretches from here on may be per cent
+
+
+def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
+    """The symmetry that a film at rest keeps throughout a history, if any."""
+    stress = Control.STRESS
+
+    def free(target: Floats | None) -> bool:
+        return target is None or not np.any(target)
+
+    if all(
+        piece.controls[1] is stress and free(piece.target[1]) and free(piece.target[2]) and not any(piece.driven[1:])
+        for piece in pieces
+    ):
+        return UNIAXIAL
+    alike = all(
+        piece.controls[0] is piece.controls[1]
+        and piece.driven[0] == piece.driven[1]
+        and (piece.target[0] is piece.target[1] or np.array_equal(np.asarray(piece.target[0]), np.asarray(piece.target[1])))
+        for piece in pieces
+    )
+    return EQUIBIAXIAL if alike else None
+
+
+def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
+    """`InputError` for a stretch beyond the equilibrium spring's limit, or the branches' if at once from rest."""
+    cases = points.stress_floor.size
+    for index, piece in enumerate(pieces):
+        axes = [axis for axis in range(2) if piece.controls[axis] is Control.STRETCH and piece.target[axis] is not None]
+        begins = [np.asarray(piece.target[axis]) for axis in axes]
+        jumps = piece.duration == 0 if piece.duration is not None else np.full(cases, piece.path is not None)
+        _check(points, begins, jumps & (index == 0), piece.origin)
+        if piece.path is not None and any(piece.driven[axis] for axis in axes):
+            for extreme in piece.path.extremes():
+                far = [
+                    np.broadcast_to(extreme, (cases,)) if piece.driven[axis] else held
+                    for axis, held in zip(axes, begins, strict=True)
+                ]
+                _check(points, far, np.zeros(cases, dtype=bool), piece.origin)
+
+
+def _check(points: Points, held: Sequence[Floats], at_once: NDArray[np.bool_], origin: int) -> None:
+    """`InputError` for stretches of the held axes, each (cases,), that are out of reach."""
+    beyond, limit = out_of_reach(points, held, at_once)
+    if beyond.any():
+        case = int(np.argmax(beyond))
+        stretch = max(float(value[case]) for value in held)
+        limited = f"is beyond the Gent limit, J_lim = {limit[case]:g}{or_per_cent(stretch)}"
+        raise InputError(f"step {origin}: {of_case(case, beyond.size)}stretch {stretch:g} {limited}")
+
+
+def or_per_cent(stretch: float) -> str:
+    """What to add to an error about a `stretch` so large that it may be per cent."""
+    if stretch < PER_CENT:
+        return ""
+    share = stretch / 100
+    both = f", and a stretch of {stretch:g} % is {share:g}" if share >= 1 else ""
+    return f"; is it in per cent? a strain of {stretch:g} % is a stretch of {1 + share:g}{both}"
+
+
+def out_of_reach(points: Points, held: Sequence[Floats], at_once: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], Floats]:
+    """Which cases the stretches of the axes that are `held`, each (cases,), lead beyond a Gent limit, and that J_lim (cases,).
+
+    It is the equilibrium spring's, or also the branches' where the stretches are reached `at_once` from rest.
+    """
+    limit = points.law.largest_invariant()
+    limit = limit.reshape(limit.shape[0], -1)
+    equilibrium, branches = (np.broadcast_to(rows.min(axis=0, initial=np.inf), at_once.shape) for rows in (limit[:1], limit[1:]))
+    reach = np.where(at_once, np.minimum(equilibrium, branches), equilibrium)
+    if not held:
+        return np.zeros(at_once.shape, dtype=bool), reach - 3
+    squared = [np.square(stretch) for stretch in held]
+    # an axis left open settles where I1 is least
+    invariant = sum(squared) + (1 / (squared[0] * squared[1]) if len(squared) == 2 else 2 / np.sqrt(squared[0]))
+    return np.asarray(invariant >= reach), reach - 3

@@ -1,0 +1,110 @@
+"""One smooth span of load in each case, with value and rate in closed form.
+
+Rows are the stretch or nominal stress of axes 1 and 2, and the nominal field V/L_3 in V/m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Cases = NDArray[np.intp]
+
+
+class Control(Enum):
+    """What a load prescribes along one axis."""
+
+    STRETCH = "stretch"
+    STRESS = "stress"
+
+
+Controls = tuple[Control, Control]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wave:
+    """swing (cos(angle) - cos(angle + pace t)): `swing` (3, cases), `angle` in rad and `pace` in rad/s (cases,)."""
+
+    swing: Floats
+    angle: Floats
+    pace: Floats
+
+    def take(self, cases: Cases) -> Wave:
+        """The same for some of the cases."""
+        return Wave(self.swing[:, cases], self.angle[cases], self.pace[cases])
+
+    def value(self, time: Floats) -> Floats:
+        """Values (3, cases) at `time` (cases,)."""
+        half = 0.5 * self.pace * time
+        return np.asarray(self.swing * (2 * np.sin(self.angle + half) * np.sin(half)))
+
+    def slope(self, time: Floats) -> Floats:
+        """Rates (3, cases) at `time` (cases,)."""
+        return np.asarray(self.swing * (self.pace * np.sin(self.angle + self.pace * time)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Load:
+    """A straight line start + rate t in each case, `start` and `rate` (3, cases), and a `wave` on top of it, if there is one.
+
+    `moving` (cases,) says where it is not constant, `still` that it is so nowhere, and `electric` that there is a field.
+    """
+
+    controls: Controls
+    start: Floats
+    rate: Floats
+    wave: Wave | None = None
+    moving: NDArray[np.bool_] = field(init=False)
+    still: bool = field(init=False)
+    electric: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        moves = self.rate != 0
+        if self.wave is not None:
+            moves = moves | (self.wave.swing != 0)
+        object.__setattr__(self, "moving", moves.any(axis=0))
+        object.__setattr__(self, "still", not self.moving.any())
+        object.__setattr__(self, "electric", bool(np.any(self.start[2]) or np.any(moves[2])))
+
+    @classmethod
+    def between(cls, controls: Controls, start: Floats, end: Floats, duration: Floats) -> Load:
+        """The straight line from `start` to `end` (3, cases) within `duration` (cases,); constant where the duration is 0."""
+        rate = np.where(duration > 0, end - start, 0.0) / np.where(duration > 0, duration, 1.0)
+        return cls(controls, start, np.asarray(rate))
+
+    @classmethod
+    def joined(cls, loads: list[Load]) -> Load:
+        """Those of all cases of loads that are alike in their controls and in having waves."""
+        start, rate = (np.concatenate([getattr(load, name) for load in loads], axis=1) for name in ("start", "rate"))
+        waves = [load.wave for load in loads if load.wave is not None]
+        parts = [np.concatenate([getattr(wave, name) for wave in waves], axis=-1) for name in ("swing", "angle", "pace") if waves]
+        return cls(loads[0].controls, start, rate, Wave(*parts) if waves else None)
+
+    def take(self, cases: Cases) -> Load:
+        """The same for some of the cases."""
+        wave = None if self.wave is None else self.wave.take(cases)
+        return Load(self.controls, self.start[:, cases], self.rate[:, cases], wave)
+
+    def put(self, columns: Cases, other: Load) -> Load:
+        """The same, but with these columns (k,) as in `other` of k cases."""
+        count = self.start.shape[1]
+        if columns.size == count:
+            return other
+        source = np.arange(count)
+        source[columns] = count + np.arange(columns.size)
+        return Load.joined([self, other]).take(source)
+
+    def value(self, time: Floats) -> Floats:
+        """Prescribed values (3, cases) at `time` (cases,) in s since the span began."""
+        if self.still:
+            return self.start
+        line = self.start + self.rate * time
+        return line if self.wave is None else line + self.wave.value(time)
+
+    def slope(self, time: Floats) -> Floats:
+        """Their rates (3, cases) in 1/s."""
+        return self.rate if self.wave is None else self.rate + self.wave.slope(time)

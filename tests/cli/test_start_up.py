@@ -1,0 +1,48 @@
+"""What a run loads: nothing that it was not asked for, as loading takes longer than most simulations."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+# what only draws, comparisons, golden files, figures, other kinds of recipes, odd units, several processes or notebooks need
+UNASKED = (
+    *("scipy", "pandas", "matplotlib", "pint", "rich", "numpy.ma", "numpy.random", "statistics"),
+    *("concurrent.futures", "multiprocessing", "importlib.resources.readers", "logging"),
+    *("dielast.characterise", "dielast.export", "dielast.instruments", "dielast.plots", "dielast.recipe.draws"),
+    *("dielast.recipe.spectrum", "dielast.recipe.measurements", "dielast.sharing.processes", "dielast.sharing.cluster"),
+    *(f"dielast.workflow.{name}" for name in ("bounds", "compare", "curve", "draws", "golden", "uncertainty", "spectrum")),
+)
+OF_FILMS = ("dielast.events", "dielast.recipe.voltage", "dielast.simulate.actuate", "dielast.workflow.waveform", "dielast.measured")
+PROGRAM = """
+import json, sys
+from dielast.cli import main
+try:
+    main()
+finally:
+    print(json.dumps(sorted(sys.modules)))
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "more"),
+    [
+        ("relax", OF_FILMS),
+        ("creep", OF_FILMS),
+        ("actuate", ("dielast.simulate.failure_map",)),
+        ("failure-map", ("dielast.simulate.actuate", "dielast.measured")),
+    ],
+)
+def test_a_run_without_figure_loads_only_what_it_needs(
+    kind: str, more: tuple[str, ...], starter: Callable[[str], Path], tmp_path: Path
+) -> None:
+    command = [sys.executable, "-c", PROGRAM, kind, str(starter(kind)), "--plot", "none", "-q", "-o", str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    loaded = set(json.loads(done.stdout))
+    assert sorted(loaded & {*UNASKED, *more}) == []
+    assert f"dielast.recipe.{'simulation' if kind in ('relax', 'creep') else 'voltage'}" in loaded

@@ -1,0 +1,380 @@
+"""The figures of recipes as a referee reads them: nothing is hidden, nothing promised that is not there, and words are print."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from importlib import import_module
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+
+from dielast.errors import DielastWarning, InputError
+from dielast.files import Inputs
+from dielast.recipe.cases import read_cases
+from dielast.sharing.execution import Execution
+
+RELAX = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstretch = 2.0\n[[step]]\nhold = "1 h"\n'
+FILM = """
+kind = "actuate"
+material = "example:vhb4905.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+relax = "1.5 h"
+[[step]]
+voltage = "3 kV"
+[[step]]
+hold = "10 min"
+[breakdown]
+field = "48 MV/m"
+"""
+CREEP = 'kind = "creep"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstress = "50 kPa"\n[[step]]\nhold = "1 h"\n'
+COARSE = "[output]\npoints_per_decade = 3\n"
+VOLTAGES = '[sweep]\n"step.0.voltage" = ["2.5 kV", "2.75 kV", "3 kV", "3200 V", "3.4 kV", "3.5 kV"]\n'
+FACTORS = """[sweep]
+"step.0.voltage" = ["2 kV", "3 kV", "3.5 kV"]
+"film.prestretch" = [1.7, 1.9, [3.0, 1.0]]
+temperature = ["-10 degC", "20 degC", "40 degC"]
+"""
+SCATTER = '[uncertainty]\ndraws = 19\nthickness = "2 %"\n'
+MAP = """
+kind = "failure-map"
+material = "example:vhb4905.toml"
+temperature = ["-10 degC", "20 degC"]
+horizon = "24 h"
+[film]
+thickness = "0.5 mm"
+prestretch = [1.7, 1.9]
+relax = "1.5 h"
+[voltage]
+values = ["3 kV", "4 kV", "5 kV"]
+"""
+SWEEPS = """
+kind = "mastercurve"
+[data]
+file = "example:frequency-sweeps.csv"
+columns = { temperature = "temperature", frequency = "frequency", storage = "storage_modulus", loss = "loss_modulus" }
+[shift]
+reference_temperature = "20 degC"
+"""
+RELAXATION = """
+kind = "mastercurve"
+[data]
+file = "example:relaxation-test.csv"
+columns = { temperature = "temperature", time = "time", modulus = "relaxation_modulus" }
+[shift]
+reference_temperature = "20 degC"
+"""
+SPECTRUM = """
+kind = "spectrum"
+mastercurve = "example:mastercurve"
+[fit]
+equilibrium_modulus = "78 kPa"
+[material]
+name = "a film"
+"""
+DATA = Path(__file__).parents[1] / "golden/data"
+CURVES = """
+kind = "mastercurve"
+[data]
+file = "{}"
+columns = {{ temperature = "temperature", time = "time", {} = "{}" }}
+[shift]
+reference_temperature = "20 degC"
+"""
+EVERY = {
+    "relaxation": RELAX,
+    "one point": RELAX + '[output]\ntimes = ["1 h"]\n',
+    "creep": CREEP + COARSE,
+    "three films": FILM + COARSE + '[sweep]\n"film.prestretch" = [1.9, [3.0, 1.0], [2.0, 1.5]]\n',
+    "27 films": FILM + COARSE + FACTORS,
+    "six bands": FILM + COARSE + VOLTAGES + SCATTER,
+    "map": MAP,
+    "bands of a map": MAP + SCATTER,
+    "sweeps": SWEEPS,
+    "master curve": RELAXATION,
+    "creep curves": CURVES.format(DATA / "creep.csv", "compliance", "compliance"),
+    "shifted curves": CURVES.format(DATA / "relaxation.csv", "modulus", "modulus") + 'vertical = "free"\n',
+    "spectrum": SPECTRUM,
+}
+
+
+def figure_of(folder: Path, recipe: str) -> Figure:
+    """The figure of a recipe, drawn."""
+    path = folder / "r.toml"
+    path.write_text(recipe)
+    cases = read_cases(path)
+    workflow = import_module(f"dielast.workflow.{cases[0].recipe.kind.replace('-', '_')}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        figure = workflow.run(cases, Inputs(folder), Execution()).figure()
+    assert isinstance(figure, Figure)
+    FigureCanvasAgg(figure)
+    figure.draw_without_rendering()
+    return figure
+
+
+@pytest.fixture(scope="module", params=EVERY)
+def every(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Figure:
+    """One figure of each kind."""
+    return figure_of(tmp_path_factory.mktemp("figure"), EVERY[request.param])
+
+
+def legends_of(figure: Figure) -> list[Legend]:
+    return [*figure.legends, *(legend for axes in figure.axes if (legend := axes.get_legend()) is not None)]
+
+
+def names_of(figure: Figure) -> list[str]:
+    return [text.get_text() for legend in legends_of(figure) for text in legend.get_texts()]
+
+
+def lines_of(axes: Axes) -> list[Line2D]:
+    """Curves, which events and measured points are not."""
+    return [line for line in axes.get_lines() if line.get_linestyle() not in ("None", "")]
+
+
+def words_of(figure: Figure) -> Iterator[str]:
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and text.get_visible() and "$" not in text.get_text():
+            yield text.get_text()
+
+
+def test_a_legend_lies_over_no_curve(every: Figure) -> None:
+    for legend in legends_of(every):
+        box = legend.get_window_extent()
+        for axes in every.axes:
+            frame = axes.get_window_extent()
+            width = min(box.x1, frame.x1) - max(box.x0, frame.x0)
+            height = min(box.y1, frame.y1) - max(box.y0, frame.y0)
+            assert min(width, height) < 1.0, names_of(every)
+
+
+def test_words_do_not_lie_over_each_other(every: Figure) -> None:
+    texts = [text for legend in legends_of(every) for text in legend.get_texts()]
+    texts += [title for axes in every.axes for title in (axes.title, axes._left_title, axes._right_title)]
+    texts += [axis.label for axes in every.axes for axis in (axes.xaxis, axes.yaxis) if axis.label.get_visible()]
+    boxes = [text.get_window_extent() for text in texts if text.get_text()]
+    for box in boxes:
+        assert every.bbox.x0 <= box.x0 < box.x1 <= every.bbox.x1
+        assert every.bbox.y0 <= box.y0 < box.y1 <= every.bbox.y1
+    for one, other in combinations(boxes, 2):
+        assert min(one.x1, other.x1) - max(one.x0, other.x0) < 1 or min(one.y1, other.y1) - max(one.y0, other.y0) < 1
+
+
+def test_no_marker_lies_outside_the_frame(every: Figure) -> None:
+    for axes in every.axes:
+        frame = axes.get_window_extent()
+        for line in axes.get_lines():
+            if line.get_marker() in ("None", "", None):
+                continue
+            for x, y in line.get_transform().transform(np.column_stack([line.get_xdata(), line.get_ydata()]).astype(float)):
+                if np.isfinite(x) and np.isfinite(y) and not line.get_clip_on():
+                    raise AssertionError(f"{line.get_marker()} is not kept within the axes")
+                assert not np.isfinite(x + y) or frame.x0 - 1 <= x <= frame.x1 + 1
+                assert not np.isfinite(x + y) or frame.y0 - 1 <= y <= frame.y1 + 1
+
+
+def test_minus_signs_are_no_hyphens_and_words_no_recipe(every: Figure) -> None:
+    for text in words_of(every):
+        assert not re.search(r"(?<![\w)])-\.?\d", text), text
+        assert not re.search(r"[\[{][^\]]*[,=]|degC", text), text
+
+
+def test_every_figure_says_temperature_and_film(every: Figure, request: pytest.FixtureRequest) -> None:
+    head = every.get_suptitle()
+    assert "20 °C" in head or "\N{MINUS SIGN}10 °C to 40 °C" in head
+    kind = request.node.callspec.params["every"]
+    if "film" in kind or "band" in kind or kind == "map":
+        assert "VHB 4905 (reconstruction)" in head.replace("\n", " ")
+        assert "film 0.5 mm" in head.replace("\n", " ")
+        assert "relaxed 1.5 h" in head.replace("\n", " ")
+    if kind in ("six bands", "bands of a map", "map"):
+        assert "prestretch 1.9" in head.replace("\n", " ") or "prestretch 1.7 to 1.9" in head.replace("\n", " ")
+    if kind == "spectrum":
+        assert "a film" in head
+
+
+def test_legends_read_row_by_row_in_order(every: Figure) -> None:
+    for legend in legends_of(every):
+        texts = legend.get_texts()
+        boxes = [text.get_window_extent() for text in texts]
+        read = sorted(range(len(texts)), key=lambda index: (-round(boxes[index].y0 / 8), boxes[index].x0))
+        assert [texts[index].get_text() for index in read] == [text.get_text() for text in texts]
+    quantities = [re.fullmatch(r"(?:\w+ = |prestretch )([\d.]+)(?: kV| °C)?", name) for name in names_of(every)]
+    numbers = [float(found[1]) for found in quantities if found is not None]
+    by_panel = len({id(legend) for legend in legends_of(every)}) > 1
+    assert by_panel or numbers == sorted(numbers)
+
+
+def test_one_point_has_a_marker(tmp_path: Path) -> None:
+    (axes,) = figure_of(tmp_path, EVERY["one point"]).axes
+    (line,) = axes.get_lines()
+    assert line.get_marker() not in ("None", "", None)
+    assert np.asarray(line.get_xdata()).tolist() == [3600.0]
+
+
+@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+def test_a_sweep_of_the_voltage_is_a_curve_of_stretch_over_voltage(tmp_path: Path) -> None:
+    recipe = FILM + COARSE + VOLTAGES + '[plot]\nx = "step[0].voltage"\n'
+    figure = figure_of(tmp_path, recipe)
+    (axes,) = figure.axes
+    assert axes.get_xlabel() == "voltage [kV]"
+    assert "after 10 min" in figure.get_suptitle()
+    (curve,) = lines_of(axes)
+    assert curve.get_marker() == "o"
+    cases = read_cases(tmp_path / "r.toml")
+    report = import_module("dielast.workflow.actuate").run(cases, Inputs(tmp_path), Execution())
+    table = {column.name: np.asarray(column.values) for column in report.tables["actuate.csv"]}
+    ends = [table["relative_stretch_1"][table["case"] == case][-1] for case in range(6)]
+    # at 3.5 kV it breaks down before
+    assert np.asarray(curve.get_xdata()).tolist() == [2.5, 2.75, 3.0, 3.2, 3.4]
+    assert np.asarray(curve.get_ydata()) == pytest.approx(ends[:5])
+    (failed,) = [line for line in axes.get_lines() if line.get_marker() == "x"]
+    assert np.asarray(failed.get_xdata()).tolist() == [3.5]
+    assert np.asarray(failed.get_ydata()) == pytest.approx(ends[5])
+
+
+def test_isochrones_join_equal_times_across_cases(tmp_path: Path) -> None:
+    recipe = RELAX + '[output]\ntimes = ["1 s", "1 min", "1 h"]\n[sweep]\n"step.0.stretch" = [2.0, 1.2, 1.5]\n'
+    figure = figure_of(tmp_path, recipe + '[plot]\nx = "step.0.stretch"\n')
+    (axes,) = figure.axes
+    assert [np.asarray(line.get_xdata()).tolist() for line in lines_of(axes)] == [[1.2, 1.5, 2.0]] * 3
+    assert names_of(figure) == ["after 1 s", "after 1 min", "after 1 h"]
+    # relaxation: every later line lies lower
+    heights = np.array([line.get_ydata() for line in lines_of(axes)])
+    assert np.all(np.diff(heights, axis=0) < 0)
+    with pytest.raises(InputError, match=r'plot\.x: "step\.1\.hold" is no column of the result; .* swept are step\.0\.stretch$'):
+        figure_of(tmp_path, recipe + '[plot]\nx = "step.1.hold"\n')
+    with pytest.raises(InputError, match=r"plot\.x: the values of material are on no scale"):
+        figure_of(tmp_path, RELAX + '[sweep]\nmaterial = ["example:vhb4905.toml"]\n[plot]\nx = "material"\n')
+
+
+def test_isochrones_over_a_column(tmp_path: Path) -> None:
+    """Stress over strain of creep tests, after equal times."""
+    sweep = '[sweep]\n"step.0.stress" = ["10 kPa", "20 kPa", "40 kPa"]\n'
+    recipe = CREEP + '[output]\ntimes = ["1 s", "1 h"]\n' + sweep
+    axes = '[plot]\nx = "stretch_1 [1]"\ny = "nominal_stress_1 [Pa]"\n'
+    figure = figure_of(tmp_path, recipe + axes + 'join = "cases"\n')
+    assert [np.asarray(line.get_ydata()).round(6).tolist() for line in lines_of(figure.axes[0])] == [[10, 20, 40]] * 2
+    assert names_of(figure) == ["after 1 s", "after 1 h"]
+    assert len(lines_of(figure_of(tmp_path, recipe + axes).axes[0])) == 3
+    # what is the same at all times of a case is on a line across cases, or one case would be a point
+    film = FILM + '[output]\ntimes = ["1 s", "10 min"]\n[sweep]\n"step.0.voltage" = ["1 kV", "2 kV", "3 kV"]\n'
+    figure = figure_of(tmp_path, film + '[plot]\nx = "voltage [V]"\n')
+    assert [np.asarray(line.get_xdata()).tolist() for line in lines_of(figure.axes[0])] == [[1, 2, 3]] * 2
+    for plot, told in (
+        ('[plot]\njoin = "cases"\n', 'plot: join = "cases" needs a [sweep], and an x that is not the time'),
+        ('[plot]\nx = "step.0.stress"\njoin = "times"\n', 'plot: join = "times": over step.0.stress there are cases alone'),
+    ):
+        with pytest.raises(InputError) as caught:
+            figure_of(tmp_path, recipe + plot)
+        assert any(told in line for line in caught.value.messages)
+
+
+def test_a_second_factor_makes_lines_of_its_own(tmp_path: Path) -> None:
+    recipe = RELAX + '[sweep]\n"step.0.stretch" = [1.2, 1.5, 2.0]\ntemperature = ["0 degC", "20 degC"]\n'
+    figure = figure_of(tmp_path, recipe + COARSE + '[plot]\nx = "step.0.stretch"\n')
+    (axes,) = figure.axes
+    assert [len(np.asarray(line.get_xdata())) for line in lines_of(axes)] == [3, 3]
+    assert names_of(figure) == ["temperature = 0 °C", "temperature = 20 °C"]
+
+
+def test_six_bands_have_a_panel_each_and_27_films_one_for_each_pair_of_factors(tmp_path: Path) -> None:
+    figure = figure_of(tmp_path, EVERY["six bands"])
+    assert [axes.get_title("left") for axes in figure.axes] == [f"voltage = {value} kV" for value in (2.5, 2.75, 3, 3.2, 3.4, 3.5)]
+    assert [sum(isinstance(own, PolyCollection) for own in axes.collections) for axes in figure.axes] == [1] * 6
+    figure = figure_of(tmp_path, EVERY["27 films"])
+    assert len(figure.axes) == 9
+    for axes in figure.axes:
+        assert len(lines_of(axes)) == 3
+        # in grey
+        assert len({str(line.get_linestyle()) for line in lines_of(axes)}) == 3
+    times = " \N{MULTIPLICATION SIGN} "
+    assert [axes.get_title("left") for axes in figure.axes][:3] == [
+        f"voltage = 2 kV, prestretch = {value}" for value in ("1.7", "1.9", f"3{times}1")
+    ]
+    assert names_of(figure)[:3] == ["temperature = \N{MINUS SIGN}10 °C", "temperature = 20 °C", "temperature = 40 °C"]
+
+
+def test_the_bands_of_a_map_do_not_hide_each_other(tmp_path: Path) -> None:
+    recipe = MAP.replace("[1.7, 1.9]", "[1.7, 1.8, 1.9]") + SCATTER
+    figure = figure_of(tmp_path, recipe)
+    assert [sum(isinstance(own, PolyCollection) for own in axes.collections) for axes in figure.axes] == [3, 3]
+    assert [axes.get_title("right") for axes in figure.axes] == ["\N{MINUS SIGN}10 °C", "20 °C"]
+
+
+def test_a_band_ends_open_where_too_many_films_have_failed(tmp_path: Path) -> None:
+    figure = figure_of(tmp_path, FILM.replace("3 kV", "3.5 kV") + SCATTER.replace("2 %", "5 %"))
+    (axes,) = figure.axes
+    (band,) = [own for own in axes.collections if isinstance(own, PolyCollection)]
+    ends = max(np.asarray(path.vertices)[:, 0].max() for path in band.get_paths())
+    (curve,) = lines_of(axes)[:1]
+    assert ends < np.max(np.asarray(curve.get_xdata(), dtype=float))
+    (arrow,) = [line for line in axes.get_lines() if line.get_marker() == r"$\uparrow$"]
+    assert np.asarray(arrow.get_xdata()) == pytest.approx([ends])
+    assert any("open: too many films have failed" in name for name in names_of(figure))
+
+
+def test_after_a_failure_the_line_is_dimmed(tmp_path: Path) -> None:
+    figure = figure_of(tmp_path, FILM.replace("3 kV", "3.5 kV") + COARSE + '[stop]\nat = "end"\n')
+    (axes,) = figure.axes
+    before, after = lines_of(axes)
+    (breakdown,) = [line for line in axes.get_lines() if line.get_marker() == "x"]
+    assert before.get_alpha() is None
+    assert to_rgba(str(before.get_color())) == to_rgba(str(after.get_color()))
+    assert float(after.get_alpha() or 1) < 0.5
+    (at,) = np.asarray(breakdown.get_xdata(), dtype=float)
+    assert np.asarray(before.get_xdata())[-1] == at == np.asarray(after.get_xdata())[0]
+
+
+@pytest.mark.parametrize(
+    ("recipe", "scale"),
+    [
+        (CREEP, "log"),
+        (CREEP + '[[step]]\nstress = "0 kPa"\n[[step]]\nhold = "1 h"\n', "linear"),
+        (CREEP + '[[step]]\nstress = "0 kPa"\n[[step]]\nhold = "1 h"\n[plot]\nx_scale = "log"\n', "log"),
+        (RELAX, "log"),
+        (RELAX + '[[step]]\nstretch = 1.5\nrate = "-1 %/s"\n', "linear"),
+    ],
+)
+def test_a_history_that_goes_on_after_a_hold_is_on_a_linear_axis(tmp_path: Path, recipe: str, scale: str) -> None:
+    (axes,) = figure_of(tmp_path, recipe + COARSE).axes
+    assert axes.get_xscale() == scale
+
+
+def test_contours_are_at_even_decades_and_named_as_times(tmp_path: Path) -> None:
+    recipe = MAP.replace("[1.7, 1.9]", "[1.7, 1.75, 1.8, 1.85, 1.9]").replace('"-10 degC", ', "")
+    figure = figure_of(tmp_path, recipe.replace('values = ["3 kV", "4 kV", "5 kV"]', 'from = "3 kV"\nto = "6 kV"\npoints = 7'))
+    names = [text.get_text() for text in figure.axes[1].texts]
+    assert set(names) == {"1 s", "10 s", "100 s", "1000 s (17 min)", "10⁴ s (2.8 h)"}
+
+
+def test_a_quantity_has_one_unit_in_all_figures(tmp_path: Path) -> None:
+    units: dict[str, set[str]] = {}
+    ramp = RELAX.replace("stretch = 2.0", 'stretch = 2.0\nrate = "1 %/s"') + COARSE
+    recipes = [EVERY[kind] for kind in ("six bands", "map", "sweeps", "master curve", "spectrum")]
+    names = ("modul", "stress", "voltage", "time", "frequency", "temperature")
+    for recipe in (ramp, ramp + '[plot]\ny = "relaxation_modulus [Pa]"\n', *recipes):
+        figure = figure_of(tmp_path, recipe)
+        for label in (label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())):
+            found = re.fullmatch(r"(.*?) \[(.*)\]", label)
+            if found is not None:
+                units.setdefault(next(name for name in names if name in found[1]), set()).add(found[2])
+        titles = " ".join(axes.get_title("left") for axes in figure.axes)
+        units.setdefault("voltage", set()).update(re.findall(r"voltage = [\d.]+ (\w+)", titles))
+    assert units["modul"] == {"MPa"}
+    assert units["stress"] == {"kPa"}
+    assert units["voltage"] == {"kV"}
+    assert units["time"] == {"s"}

@@ -1,0 +1,232 @@
+"""A test at one temperature makes a material by itself: `spectrum` reads what `mastercurve` reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import exports
+import numpy as np
+import pytest
+from readings import table
+
+from dielast.errors import DielastWarning, InputError
+from dielast.files import Inputs
+from dielast.recipe.cases import Case, read_cases
+from dielast.recipe.mastercurve import MasterCurveRecipe
+from dielast.recipe.spectrum import CurveData, SpectrumRecipe
+from dielast.recipe.validate import check
+from dielast.sharing.execution import Execution
+from dielast.shift import NoShift
+from dielast.workflow.curve import Curve, read_curve
+from dielast.workflow.mastercurve import run as run_mastercurve
+from dielast.workflow.spectrum import run as run_spectrum
+
+TIME = np.geomspace(1.0, 1e4, 80)
+MODULUS = 1e5 * (1 + np.exp(-TIME[:, None] / np.array([3.0, 30.0, 300.0])).sum(axis=1))
+SPECIMEN = {"gauge_length": "80 mm", "width": "6 mm", "thickness": "0.5 mm"}
+AREA, GAUGE, STRAIN = 6e-3 * 0.5e-3, 80e-3, 0.02
+
+
+def read(folder: Path, **data: Any) -> Curve:
+    return read_curve(check(CurveData, data, "recipe.toml: data", folder), Inputs(folder))
+
+
+def held(folder: Path, header: str, *columns: Any) -> Path:
+    path = folder / "test.csv"
+    path.write_text(table(header, np.column_stack([np.broadcast_to(column, TIME.shape) for column in columns])))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "scales", "columns"),
+    [
+        ("time [s],strain [%],stress [kPa]", (100 * STRAIN, STRAIN * MODULUS / 1e3), {"strain": "strain", "stress": "stress"}),
+        (
+            "time [s],ext [mm],load [mN]",
+            (1e3 * STRAIN * GAUGE, 1e3 * STRAIN * MODULUS * AREA),
+            {"extension": "ext", "force": "load"},
+        ),
+        ("time [s],strain [1],load [N]", (STRAIN, STRAIN * MODULUS * AREA), {"strain": "strain", "force": "load"}),
+        ("time [s],ext [in],stress [Pa]", (STRAIN * GAUGE / 0.0254, STRAIN * MODULUS), {"extension": "ext", "stress": "stress"}),
+        ("time [s],x,modulus [MPa]", (0.0, MODULUS / 1e6), {"modulus": "modulus"}),
+    ],
+)
+def test_stress_and_strain_force_and_extension_or_a_modulus_are_one_curve(
+    tmp_path: Path, header: str, scales: tuple[Any, Any], columns: dict[str, str]
+) -> None:
+    held(tmp_path, header, TIME, *scales)
+    found = read(tmp_path, file="test.csv", columns=columns, specimen=SPECIMEN, reference_temperature="23 degC")
+    assert found.test == "relaxation"
+    assert found.shift == NoShift(23.0)
+    np.testing.assert_allclose(found.columns, [TIME, MODULUS], rtol=1e-12)
+
+
+def test_the_ramp_and_the_start_are_dropped_as_in_a_master_curve(tmp_path: Path) -> None:
+    held(tmp_path, "time [s],E [Pa]", TIME, MODULUS)
+    options = {"file": "test.csv", "columns": {"modulus": "E"}, "reference_temperature": "23 degC"}
+    found = read(tmp_path, **options, ramp="2 s")
+    np.testing.assert_allclose(found.columns[0], TIME[TIME >= 4] - 1)
+    assert read(tmp_path, **options, discard_before="50 s").columns[0][0] >= 50
+
+
+def test_creep_of_a_machine_is_a_compliance(tmp_path: Path) -> None:
+    stress = 1e4
+    held(tmp_path, "t [min],u [mm],F [N]", TIME / 60, 1e3 * GAUGE * stress / MODULUS[::-1], stress * AREA)
+    columns = {"time": "t", "extension": "u", "force": "F"}
+    options = {"file": "test.csv", "columns": columns, "specimen": SPECIMEN, "reference_temperature": "23 degC"}
+    found = read(tmp_path, **options, measurement="creep")
+    assert found.test == "creep"
+    np.testing.assert_allclose(found.columns, [TIME, 1 / MODULUS[::-1]], rtol=1e-12)
+    with pytest.warns(DielastWarning, match='as in creep: say measurement = "creep"'):
+        read(tmp_path, **options)
+
+
+def test_the_temperature_is_stated_once(tmp_path: Path) -> None:
+    rows = np.column_stack((20 + 0.1 * np.sin(TIME), TIME, MODULUS))
+    (tmp_path / "test.csv").write_text(table("T [degC],time [s],E [Pa]", rows))
+    options: dict[str, Any] = {"file": "test.csv", "columns": {"temperature": "T", "modulus": "E"}}
+    assert read(tmp_path, **options).shift.reference_temperature == pytest.approx(rows[:, 0].mean(), abs=1e-5)
+    assert read(tmp_path, **options, reference_temperature="20 degC").shift.reference_temperature == 20
+    with pytest.raises(
+        InputError, match=r"test.csv: the test was at 20.* degC, but reference_temperature is 60 degC: leave one out"
+    ):
+        read(tmp_path, **options, reference_temperature="60 degC")
+    with pytest.raises(InputError, match=r'test.csv: the data state no temperature: say reference_temperature = "20 degC"'):
+        read(tmp_path, file="test.csv", columns={"modulus": "E"})
+    with pytest.raises(InputError, match=r"data: temperature: the temperature of the test is reference_temperature"):
+        read(tmp_path, **options, temperature="20 degC")
+    rows[40:, 0] += 20
+    (tmp_path / "test.csv").write_text(table("T [degC],time [s],E [Pa]", rows))
+    with pytest.raises(InputError, match='and a spectrum is made of one temperature: "dielast mastercurve" joins several'):
+        read(tmp_path, **options)
+
+
+def test_a_noise_floor_is_left_out_with_a_warning(tmp_path: Path) -> None:
+    held(tmp_path, "time [s],modulus [Pa]", TIME, np.where(TIME > 5e3, -1.0, MODULUS))
+    with pytest.warns(DielastWarning, match=r"test.csv: 6 of 80 points are zero or negative \(noise floor\) and left out"):
+        found = read(tmp_path, file="test.csv", reference_temperature="23 degC")
+    assert found.columns[0].max() <= 5e3
+
+
+def test_an_export_of_one_temperature_needs_nothing_else(tmp_path: Path) -> None:
+    name = "trios-sweeps.txt"
+    (tmp_path / name).write_bytes(exports.files()[name])
+    found = read(tmp_path, file=name, steps=[3])
+    assert found.test == "oscillation"
+    assert found.shift.reference_temperature == pytest.approx(exports.TEMPERATURES[0], abs=0.01)
+    said = {"measurement": "oscillation", "test": "shear", "format": "TA Instruments TRIOS", "points": exports.OMEGA.size}
+    assert found.data is not None
+    assert said.items() <= found.data.items()
+    with pytest.raises(InputError, match="a spectrum is made of one temperature"):
+        read(tmp_path, file=name)
+
+
+def test_a_material_comes_of_force_and_extension_alone(tmp_path: Path) -> None:
+    held(tmp_path, "Time [s],Extension [mm],Load [N]", TIME, 1e3 * STRAIN * GAUGE, STRAIN * MODULUS * AREA)
+    columns = {"time": "Time", "extension": "Extension", "force": "Load"}
+    data = {"file": "test.csv", "columns": columns, "specimen": SPECIMEN, "reference_temperature": "23 degC"}
+    document = {"kind": "spectrum", "data": data, "fit": {"method": "nnls", "branches": 12}}
+    recipe = SpectrumRecipe.model_validate(document, context={"folder": tmp_path})
+    report = run_spectrum([Case(recipe, {})], Inputs(tmp_path), Execution())
+    assert report.headline["fit"]["rms_relative_error"] < 0.01
+    assert b'law = "none"' in report.files["material.toml"]
+    assert "data" not in report.headline
+
+
+def test_a_sweep_s_moduli_must_agree(tmp_path: Path) -> None:
+    """Kramers and Kronig hold storage and loss to each other, also at one temperature."""
+    omega, storage, loss = exports.sweep(20.0).T
+    (tmp_path / "sweep.csv").write_text(table("w [rad/s],E' [Pa],E'' [MPa]", np.column_stack((omega, storage, loss))))
+    columns = {"angular_frequency": "w", "storage": "E'", "loss": "E''"}
+    with pytest.warns(DielastWarning, match="different units: the loss moduli"):
+        read(tmp_path, file="sweep.csv", columns=columns, reference_temperature="20 degC")
+
+
+@pytest.mark.parametrize("column", [True, False])
+def test_both_ways_to_refuse_one_temperature_say_what_takes_it(tmp_path: Path, column: bool) -> None:
+    rows = np.column_stack((np.full(TIME.shape, 20.0), TIME, MODULUS))
+    (tmp_path / "test.csv").write_text(table("T [degC],time [s],E [Pa]", rows))
+    columns = {"modulus": "E", **({"temperature": "T"} if column else {})}
+    document = {"kind": "mastercurve", "data": {"file": "test.csv", "columns": columns}}
+    document["shift"] = {"reference_temperature": "20 degC"}
+    recipe = MasterCurveRecipe.model_validate(document, context={"folder": tmp_path})
+    with pytest.raises(InputError) as caught:
+        run_mastercurve([Case(recipe, {})], Inputs(tmp_path), Execution())
+    said = 'of a test at one temperature "dielast spectrum" makes a material: kind = "spectrum", the same [data] with'
+    assert said in str(caught.value)
+
+
+def test_what_is_advised_is_a_recipe(tmp_path: Path) -> None:
+    """Both ways, taken at their word."""
+    rows = np.column_stack((np.full(TIME.shape, 20.0), TIME, MODULUS))
+    (tmp_path / "test.csv").write_text(table("T [degC],time [s],E [Pa]", rows))
+    for columns in ('{ modulus = "E" }', '{ temperature = "T", modulus = "E" }'):
+        recipe = tmp_path / "recipe.toml"
+        recipe.write_text(
+            f'kind = "spectrum"\n[data]\nfile = "test.csv"\ncolumns = {columns}\nreference_temperature = "20 degC"\n'
+            '[fit]\nmethod = "nnls"\n'
+        )
+        assert run_spectrum(read_cases(recipe), Inputs(tmp_path), Execution()).files
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (
+            {"columns": {"extension": "u", "force": "F"}},
+            'a force need the undeformed specimen: specimen = { gauge_length = "80 mm", ',
+        ),
+        (
+            {"columns": {"strain": "u", "force": "F"}, "specimen": {"gauge_length": "1 mm"}},
+            "data: a force needs the undeformed specimen",
+        ),
+        (
+            {"columns": {"extension": "u", "stress": "F"}},
+            "data: an extension needs the undeformed specimen: specimen = { gauge_length",
+        ),
+        ({"columns": {"extension": "u", "force": "F"}, "specimen": SPECIMEN, "test": "shear"}, "are of a test in tension"),
+        ({"columns": {"extension": "u", "strain": "F", "force": "F"}}, "strain and extension say the same"),
+        ({"columns": {"extension": "u"}}, "strain (or stretch, or extension) and stress (or force) go together"),
+        ({"columns": {"modulus": "u"}, "specimen": {"width": "1 mm"}}, "width and thickness go together"),
+    ],
+)
+def test_what_lacks_is_said(tmp_path: Path, data: dict[str, Any], message: str) -> None:
+    held(tmp_path, "time [s],u [mm],F [N]", TIME, 1.0, 1.0)
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, file="test.csv", reference_temperature="20 degC", **data)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("header", "columns", "message"),
+    [
+        (
+            "time [s],e [%],Load [N]",
+            {"strain": "e", "stress": "Load [N]"},
+            'column "Load" [N] is a force, not a stress: say columns.force = "Load [N]" instead, and specimen = { width = "6 mm", '
+            'thickness = "0.5 mm" } (data.columns.stress)',
+        ),
+        (
+            "time [s],u [mm],s [kPa]",
+            {"strain": "u", "stress": "s"},
+            'column "u" [mm] is a length, not a strain: say columns.extension = "u" instead, and specimen = { gauge_length = ',
+        ),
+        (
+            "time [s],e [%],M [mN-m]",
+            {"strain": "e", "stress": "M"},
+            'column "M" [mN-m] is a torque, not a stress: export the stress',
+        ),
+        ("time [s],e [%],F [MPa]", {"strain": "e", "force": "F"}, 'is a stress or modulus, not a force: say columns.stress = "F"'),
+        ("time [s],u [%],F [N]", {"extension": "u", "force": "F"}, 'is a strain, not an extension: say columns.strain = "u"'),
+        ("time [s],x,F [N]", {"modulus": "F"}, "is a force, not a modulus: with a strain, say columns.force"),
+        ("time [s],x,k [N/mm]", {"modulus": "k"}, "is a stiffness, not a modulus: say columns.extension and columns.force"),
+        ("time [s],e [%],m [g]", {"strain": "e", "stress": "m"}, "is a mass, not a stress: a force is needed, mass times 9.81"),
+    ],
+)
+def test_columns_of_another_quantity_say_what_they_are(tmp_path: Path, header: str, columns: dict[str, str], message: str) -> None:
+    held(tmp_path, header, TIME, 1.0, 1.0)
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, file="test.csv", columns=columns, specimen=SPECIMEN, reference_temperature="20 degC")
+    assert message in str(caught.value)
+    assert len(caught.value.messages) == 1
