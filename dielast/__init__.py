@@ -11,32 +11,30 @@ from typing import TYPE_CHECKING, Any
 from dielast._version import __version__
 
 if TYPE_CHECKING:
-    from dielast.characterise.bootstrap import MasterCurveDraws, bootstrap_master_curve
-    from dielast.characterise.continuous import ContinuousSpectrum, continuous_spectrum
-    from dielast.characterise.creep import fit_creep
-    from dielast.characterise.interconversion import (
+    from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
+    from dielast.export.card import export_card
+    from dielast.export.conventions import CardOptions
+    from dielast.handover.material_draws import read_draws
+    from dielast.handover.material_file import read_material, write_material
+    from dielast.material.material import Breakdown, Material
+    from dielast.material.scatter import NormalScatter, Sample, WeibullScatter, draw_sample, interval
+    from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
+    from dielast.material.spectrum import Spectrum
+    from dielast.material.springs import Gent
+    from dielast.mechanics.load import Step, Track, Waveform
+    from dielast.mechanics.stability import TimeScale
+    from dielast.plots.mastercurve import plot_master_curve
+    from dielast.plots.spectrum import plot_spectrum
+    from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
+    from dielast.relaxation.creep import fit_creep
+    from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+    from dielast.relaxation.interconversion import (
         RetardationSpectrum,
         relaxation_from_retardation,
         retardation_from_relaxation,
     )
-    from dielast.characterise.mastercurve import MasterCurve, build_master_curve
-    from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
-    from dielast.characterise.oscillation import fit_oscillation
-    from dielast.characterise.reduce import Reduction, reduce_spectrum
-    from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
-    from dielast.ensemble import NormalScatter, Sample, WeibullScatter, draw_sample, interval
-    from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
-    from dielast.export.card import export_card
-    from dielast.export.conventions import CardOptions
-    from dielast.gent import Gent
-    from dielast.load import Step, Track, Waveform
-    from dielast.material import Breakdown, Material
-    from dielast.plots.mastercurve import plot_master_curve
-    from dielast.plots.spectrum import plot_spectrum
-    from dielast.prony import Spectrum
-    from dielast.recipe.draws import read_draws
-    from dielast.recipe.material import read_material, write_material
-    from dielast.shift import WLF, Arrhenius, NoShift, ShiftTable
+    from dielast.relaxation.oscillation import fit_oscillation
+    from dielast.relaxation.reduce import Reduction, reduce_spectrum
     from dielast.simulate.actuate import ActuationHistory, actuate
     from dielast.simulate.creep import creep
     from dielast.simulate.failure_map import FailureMap, failure_map, plan_failure_map, solve_map
@@ -44,31 +42,33 @@ if TYPE_CHECKING:
     from dielast.simulate.membrane import MembraneHistory
     from dielast.simulate.relax import relax
     from dielast.simulate.voltage import VoltageStep
-    from dielast.stability import TimeScale
+    from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
+    from dielast.superposition.mastercurve import MasterCurve, build_master_curve
+    from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 _HOME = {
-    "characterise.bootstrap": ("MasterCurveDraws", "bootstrap_master_curve"),
-    "characterise.continuous": ("ContinuousSpectrum", "continuous_spectrum"),
-    "characterise.creep": ("fit_creep",),
-    "characterise.interconversion": ("RetardationSpectrum", "relaxation_from_retardation", "retardation_from_relaxation"),
-    "characterise.mastercurve": ("MasterCurve", "build_master_curve"),
-    "characterise.measurement": ("CreepCurve", "FrequencySweep", "RelaxationCurve"),
-    "characterise.oscillation": ("fit_oscillation",),
-    "characterise.reduce": ("Reduction", "reduce_spectrum"),
-    "characterise.spectrum": ("SpectrumFit", "fit_spectrum"),
-    "ensemble": ("NormalScatter", "Sample", "WeibullScatter", "draw_sample", "interval"),
+    "superposition.bootstrap": ("MasterCurveDraws", "bootstrap_master_curve"),
+    "relaxation.continuous": ("ContinuousSpectrum", "continuous_spectrum"),
+    "relaxation.creep": ("fit_creep",),
+    "relaxation.interconversion": ("RetardationSpectrum", "relaxation_from_retardation", "retardation_from_relaxation"),
+    "superposition.mastercurve": ("MasterCurve", "build_master_curve"),
+    "superposition.measurement": ("CreepCurve", "FrequencySweep", "RelaxationCurve"),
+    "relaxation.oscillation": ("fit_oscillation",),
+    "relaxation.reduce": ("Reduction", "reduce_spectrum"),
+    "relaxation.fit": ("SpectrumFit", "fit_spectrum"),
+    "material.scatter": ("NormalScatter", "Sample", "WeibullScatter", "draw_sample", "interval"),
     "errors": ("DielastError", "DielastWarning", "InputError", "NumericsError"),
     "export.card": ("export_card",),
     "export.conventions": ("CardOptions",),
-    "gent": ("Gent",),
-    "load": ("Step", "Track", "Waveform"),
-    "material": ("Breakdown", "Material"),
+    "material.springs": ("Gent",),
+    "mechanics.load": ("Step", "Track", "Waveform"),
+    "material.material": ("Breakdown", "Material"),
     "plots.mastercurve": ("plot_master_curve",),
     "plots.spectrum": ("plot_spectrum",),
-    "prony": ("Spectrum",),
-    "recipe.draws": ("read_draws",),
-    "recipe.material": ("read_material", "write_material"),
-    "shift": ("WLF", "Arrhenius", "NoShift", "ShiftTable"),
+    "material.spectrum": ("Spectrum",),
+    "handover.material_draws": ("read_draws",),
+    "handover.material_file": ("read_material", "write_material"),
+    "material.shift": ("WLF", "Arrhenius", "NoShift", "ShiftTable"),
     "simulate.actuate": ("ActuationHistory", "actuate"),
     "simulate.creep": ("creep",),
     "simulate.failure_map": ("FailureMap", "failure_map", "plan_failure_map", "solve_map"),
@@ -76,7 +76,7 @@ _HOME = {
     "simulate.membrane": ("MembraneHistory",),
     "simulate.relax": ("relax",),
     "simulate.voltage": ("VoltageStep",),
-    "stability": ("TimeScale",),
+    "mechanics.stability": ("TimeScale",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 

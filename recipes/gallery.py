@@ -12,7 +12,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from dielast.files import write_files
+from dielast.io.files import write_files
 
 
 def small(path: Path) -> bytes:

@@ -15,9 +15,9 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from dielast.files import write_files
+from dielast.io.files import write_files
+from dielast.io.table import Column, to_csv
 from dielast.plots.style import COLOURS, MARKERS, legend_below, log_axis, panels, render, style
-from dielast.table import Column, to_csv
 
 Array = NDArray[np.float64]
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.gent import Gent
-from dielast.integrate import Status
-from dielast.load import Piece
-from dielast.material import Material
-from dielast.point import Points
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Piece
+from dielast.mechanics.point import Points
+from dielast.numerics.integrate import Status
 from dielast.simulate.follow import REASONS, Condition, Outcome, follow
 from dielast.simulate.reach import symmetry_of
 from dielast.simulate.record import Recorder, Wanted

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
 
 Array = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise.measurement import FrequencySweep, Measurement
-from dielast.files import Inputs
-from dielast.recipe.measurements import MeasurementData
+from dielast.io.files import Inputs
+from dielast.readings.read import Reading, read_all
+from dielast.readings.recipe import MeasurementData
 from dielast.recipe.validate import check
-from dielast.workflow.measurements import Reading, read_all
+from dielast.superposition.measurement import FrequencySweep, Measurement
 
 
 def table(header: str, rows: NDArray[np.float64]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
 
 # log10 G [Pa] over log10 t [s]; coefficients of x^7 .. x^0, valid for -7.4 <= x <= 5.51
 LOG_MODULUS = np.poly1d(

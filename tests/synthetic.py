@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.characterise.bootstrap import bootstrap_master_curve
-from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
-from dielast.characterise.spectrum import Method, SpectrumFit, fit_spectrum
-from dielast.characterise.spectrum_draws import CurveDraws, draw_spectra
-from dielast.ensemble import draw_sample, interval
 from dielast.errors import DielastWarning
-from dielast.gent import Gent
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
-from dielast.shift import WLF
+from dielast.material.material import Breakdown, Material
+from dielast.material.scatter import draw_sample, interval
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.relaxation.fit import Method, SpectrumFit, fit_spectrum
+from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
 from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
+from dielast.superposition.bootstrap import bootstrap_master_curve
+from dielast.superposition.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 TRUTH = Material(

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dielast.errors import DielastWarning, InputError, shown
-from dielast.files import Inputs, read_file
+from dielast.io.files import Inputs, read_file
 from dielast.recipe.models import KINDS, or_kind
 from dielast.recipe.toml import parse_toml
 
@@ -42,12 +42,12 @@ def validate_files(paths: Sequence[Path]) -> int:
 
 def _validate(path: Path) -> list[str]:
     """Warnings on the way; raises `InputError` with a line for every mistake."""
+    from dielast.commands.inspect import mistakes
     from dielast.recipe.cases import read_cases, read_load
-    from dielast.workflow.inspect import mistakes
 
     keys = parse_toml(read_file(path, str(path)), str(path)).keys() if os.path.isfile(path) else set()
     if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
-        from dielast.recipe.material import read_material
+        from dielast.handover.material_file import read_material
 
         read_material(path)
         return []

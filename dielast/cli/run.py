@@ -16,16 +16,17 @@ from typing import Any
 
 from dielast.cli.interrupt import working
 from dielast.cli.progress import NOTHING_KEPT, Bar
-from dielast.cli.summary import tell
 from dielast.errors import DielastWarning, InputError, NumericsError
-from dielast.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
+from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case, read_cases
 from dielast.recipe.validate import settings
+from dielast.report.report import Source, contents, left_over, replaced, summarise
+from dielast.report.summary import tell
 from dielast.sharing.execution import Execution
-from dielast.workflow.report import Source, contents, left_over, replaced, summarise
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
+FOLDERS = {"relax": "membrane", "creep": "membrane", "failure-map": "failure_map"}
 SHARED = ("relax", "creep", "actuate", "failure-map")  # kinds whose cases or cells processes and clusters can share
 
 
@@ -106,7 +107,7 @@ def compute(
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
     """Every file of the result (name -> bytes), its summary with the `source`, what was read, and the warnings on the way."""
     inputs = Inputs(path.parent)
-    workflow = import_module(f"dielast.workflow.{kind.replace('-', '_')}")
+    workflow = import_module(f"dielast.commands.{FOLDERS.get(kind, kind)}.run")
     gc.enable()
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("ignore")
@@ -153,7 +154,7 @@ def _check_scheduler(kind: str, options: Options) -> None:
 
 def _check_golden(golden: Path, out: Path) -> None:
     """Raise `InputError` before anything is computed if there is nothing to compare with, or the result would overwrite it."""
-    from dielast.workflow.golden import golden_files
+    from dielast.report.golden import golden_files
 
     golden_files(golden)
     if os.path.realpath(golden) == os.path.realpath(out):
@@ -166,7 +167,7 @@ def _note(line: str) -> None:
 
 
 def _compare(files: Mapping[str, bytes], options: Options) -> int:
-    from dielast.workflow.golden import differences
+    from dielast.report.golden import differences
 
     assert options.golden is not None
     lines = differences(files, options.golden, options.rtol)

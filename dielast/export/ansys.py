@@ -9,8 +9,8 @@ temperatures. d = 2/K, zero for incompressible.
 from __future__ import annotations
 
 from dielast.export.conventions import Card, CardOptions, Code, number, prepare, ratios_below_one, temperature, yeoh_series
-from dielast.material import Material
-from dielast.shift import GAS_CONSTANT, WLF, Arrhenius
+from dielast.material.material import Material
+from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
 
 CODE = Code("ansys", laws=("gent", "neo-hookean", "yeoh"), shifts=(WLF, Arrhenius), most_terms=100, arrhenius_in_kelvin=True)
 

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from dielast.errors import InputError, shown
 from dielast.export import abaqus, ansys, comsol, febio, mfront
 from dielast.export.conventions import CardOptions
-from dielast.material import Material
+from dielast.material.material import Material
 
 WRITERS: Mapping[str, Callable[[Material, CardOptions], dict[str, str]]] = MappingProxyType(
     {"abaqus": abaqus.write, "ansys": ansys.write, "febio": febio.write, "comsol": comsol.write, "mfront": mfront.write}

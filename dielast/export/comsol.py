@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from dielast.export.conventions import Card, CardOptions, Code, number, prepare, yeoh_series
-from dielast.material import Material
-from dielast.shift import WLF, Arrhenius, ShiftTable
+from dielast.material.material import Material
+from dielast.material.shift import WLF, Arrhenius, ShiftTable
 from dielast.units import ZERO_CELSIUS
 
 CODE = Code("comsol", laws=("gent", "neo-hookean", "yeoh"), shifts=(WLF, Arrhenius, ShiftTable))

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
-from dielast.gent import Gent
-from dielast.material import Material
-from dielast.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
+from dielast.material.material import Material
+from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
+from dielast.material.springs import Gent
 from dielast.units import ZERO_CELSIUS
 
 Made = TypeVar("Made")

@@ -8,7 +8,7 @@ Mooney-Rivlin with c2 = 0, G = 2 c1.
 from __future__ import annotations
 
 from dielast.export.conventions import CardOptions, Code, number, prepare
-from dielast.material import Material
+from dielast.material.material import Material
 
 CODE = Code("febio", laws=("gent", "neo-hookean"), shifts=(), most_terms=6, flows=True, poisson_ratio=0.495)
 

@@ -14,8 +14,8 @@ from string import Template
 import numpy as np
 
 from dielast.export.conventions import CardOptions, Code, number, prepare
-from dielast.material import Material
-from dielast.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable
+from dielast.material.material import Material
+from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable
 from dielast.units import ZERO_CELSIUS
 
 CODE = Code(

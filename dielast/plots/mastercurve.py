@@ -9,8 +9,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from dielast.characterise.mastercurve import MasterCurve
-from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.plots.oscillation import plot_oscillation
 from dielast.plots.style import TEMPERATURES, degrees, log_axis, sheet, style
 from dielast.plots.superposition import (
@@ -22,6 +20,8 @@ from dielast.plots.superposition import (
     shift_factors,
     where_determined,
 )
+from dielast.superposition.mastercurve import MasterCurve
+from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 Measurement = RelaxationCurve | FrequencySweep | CreepCurve
 # label, and the factor from SI into the unit shown

@@ -13,8 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from dielast.characterise.mastercurve import MasterCurve
-from dielast.characterise.measurement import FrequencySweep
 from dielast.plots.style import TEMPERATURES, degrees, log_axis, sheet, style
 from dielast.plots.superposition import (
     MOST_IN_LEGEND,
@@ -25,6 +23,8 @@ from dielast.plots.superposition import (
     shift_factors,
     where_determined,
 )
+from dielast.superposition.mastercurve import MasterCurve
+from dielast.superposition.measurement import FrequencySweep
 
 MEGA = 1e-6  # from Pa
 

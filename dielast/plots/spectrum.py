@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from dielast.characterise.continuous import ContinuousSpectrum
-from dielast.characterise.interconversion import retardation_from_relaxation
-from dielast.characterise.reduce import Reduction
-from dielast.characterise.spectrum import SpectrumFit
 from dielast.plots.style import COLOURS, degrees, log_axis, panels, row_legend, spread, style
+from dielast.relaxation.continuous import ContinuousSpectrum
+from dielast.relaxation.fit import SpectrumFit
+from dielast.relaxation.interconversion import retardation_from_relaxation
+from dielast.relaxation.reduce import Reduction
 
 MEGA = 1e-6  # from Pa
 # label, and the factor from SI into the unit shown

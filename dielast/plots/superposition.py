@@ -12,9 +12,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from dielast.characterise.mastercurve import MasterCurve
+from dielast.material.shift import WLF, Arrhenius, ShiftLaw
 from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, number, spread
-from dielast.shift import WLF, Arrhenius, ShiftLaw
+from dielast.superposition.mastercurve import MasterCurve
 
 Array = NDArray[np.float64]
 MOST_IN_LEGEND = 6  # temperatures; more are told by a colour bar

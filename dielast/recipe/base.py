@@ -13,7 +13,7 @@ from dielast.recipe.fields import BreakdownFields, Permittivity, Section, SheetN
 from dielast.units import Dimension, conversion
 
 if TYPE_CHECKING:
-    from dielast.measured import TextFormat
+    from dielast.io.text_table import TextFormat
 
 
 class RecipeBase(Section):
@@ -56,7 +56,7 @@ class TextTable(Section):
     def text_format(self) -> TextFormat:
         """The same for the reader."""
 
-        from dielast.measured import TextFormat
+        from dielast.io.text_table import TextFormat
 
         return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows, self.sheet)
 

@@ -14,7 +14,7 @@ from typing import Any, Generic, TypeVar
 from pydantic import create_model
 
 from dielast.errors import InputError, quoted, shown, shown_path
-from dielast.files import read_file, resolve
+from dielast.io.files import read_file, resolve
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Section
 from dielast.recipe.models import recipe_model

@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from dielast import units
 from dielast.errors import InputError, shown
-from dielast.files import resolve
+from dielast.io.files import resolve
 from dielast.units import Dimension
 
 

@@ -14,8 +14,8 @@ _MODELS = {
     "spectrum": ("spectrum", "SpectrumRecipe"),
     "relax": ("simulation", "RelaxRecipe"),
     "creep": ("simulation", "CreepRecipe"),
-    "actuate": ("voltage", "ActuateRecipe"),
-    "failure-map": ("voltage", "FailureMapRecipe"),
+    "actuate": ("actuate", "ActuateRecipe"),
+    "failure-map": ("actuate", "FailureMapRecipe"),
 }
 KINDS = tuple(_MODELS)
 """Every kind of recipe, in the order of a workflow."""
@@ -32,5 +32,5 @@ def or_kind(wrong: str, others: tuple[str, ...] = ()) -> str:
 def recipe_model(kind: str) -> type[RecipeBase]:
     """The model of recipes of `kind`; raises `KeyError` for an unknown one."""
     module, name = _MODELS[kind]
-    model: type[RecipeBase] = getattr(import_module(f"dielast.recipe.{module}"), name)
+    model: type[RecipeBase] = getattr(import_module(f"dielast.commands.{module}.recipe"), name)
     return model

@@ -6,8 +6,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
-from dielast.ensemble import NormalScatter, Scatter, WeibullScatter, fewest_draws
 from dielast.errors import InputError, shown
+from dielast.material.scatter import NormalScatter, Scatter, WeibullScatter, fewest_draws
 from dielast.recipe.fields import Section, mistake_at
 from dielast.units import STRAIN, parse
 

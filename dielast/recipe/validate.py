@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from dielast.errors import InputError, as_toml, shown, shown_path
-from dielast.files import read_file
+from dielast.io.files import read_file
 from dielast.recipe.fields import Section
 from dielast.recipe.models import KINDS, or_kind, recipe_model
 from dielast.recipe.paths import read_path, read_setting, set_key

@@ -19,7 +19,7 @@ import numpy as np
 
 from dielast._version import __version__
 from dielast.errors import InputError
-from dielast.files import read_file
+from dielast.io.files import read_file
 
 if TYPE_CHECKING:
     from distributed import Client

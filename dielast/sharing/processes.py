@@ -33,12 +33,12 @@ def solve_in_processes(
     futures: list[Future[Solved]] = []
     pool = ProcessPoolExecutor(min(jobs, len(chunks)), initializer=_receive, initargs=(solve, plan))
     try:
-        with _cancelled(futures):
+        # the handler stands before signals are let through again: one that came meanwhile is answered
+        with _cancelled(futures), _terminated_as_interrupted():
             with _undisturbed():
                 futures += [pool.submit(_solve_given, *chunk) for chunk in chunks]
-            with _terminated_as_interrupted():
-                for future in as_completed(futures):
-                    yield future.result()
+            for future in as_completed(futures):
+                yield future.result()
     except BrokenProcessPool:
         # it would end its other workers with a signal that they ignore, and wait for them
         for child in set(multiprocessing.active_children()).difference(others):

@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
-from dielast.events import Happened, Kind, Watch
-from dielast.gent import Floats
-from dielast.integrate import Status
-from dielast.material import Breakdown, Material
-from dielast.result import TabularResult
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Frame, Table, case_table, to_frame
+from dielast.material.material import Breakdown, Material
+from dielast.material.springs import Floats
+from dielast.mechanics.events import Happened, Kind, Watch
+from dielast.mechanics.stability import ONE_PERCENT, TimeScale, stability
+from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.film import programme
 from dielast.simulate.follow import REASONS, Outcome
 from dielast.simulate.record import Recorder, Wanted, check_cycles, check_end, ending, given_times, kept_cycles
 from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.voltage import VoltageStep, some_of, spanning, voltage_pieces
-from dielast.stability import ONE_PERCENT, TimeScale, stability
-from dielast.table import Column, Frame, Table, case_table, to_frame
 
 NAMES = {
     Kind.BREAKDOWN: "breakdown",

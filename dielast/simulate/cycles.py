@@ -14,12 +14,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.course import Course, Cycles
-from dielast.integrate import Cases, Segment, Stride
-from dielast.result import TabularResult
-from dielast.span import Control, Floats, Load
-from dielast.symmetric import Films
-from dielast.table import Column, Table
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Table
+from dielast.mechanics.course import Course, Cycles
+from dielast.mechanics.span import Control, Floats, Load
+from dielast.mechanics.symmetric import Films
+from dielast.numerics.integrate import Cases, Segment, Stride
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 PLACES = np.concatenate(([0.0], 0.5 * (1 + _NODES), [1.0]))  # in a step

@@ -14,21 +14,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError, NumericsError
-from dielast.events import Kind, Watch
-from dielast.gent import Floats
-from dielast.integrate import Status
-from dielast.load import Piece
-from dielast.material import Breakdown, Material
-from dielast.result import Result, TabularResult
+from dielast.io.result import Result, TabularResult
+from dielast.io.table import Column, Table
+from dielast.material.material import Breakdown, Material
+from dielast.material.springs import Floats
+from dielast.mechanics.events import Kind, Watch
+from dielast.mechanics.load import Piece
+from dielast.mechanics.span import Control
+from dielast.mechanics.stability import ONE_PERCENT, TimeScale
+from dielast.numerics.integrate import Status
 from dielast.simulate.film import Film, programme
 from dielast.simulate.follow import REASONS
 from dielast.simulate.setup import Setup, set_up
-from dielast.span import Control
-from dielast.stability import ONE_PERCENT, TimeScale
-from dielast.table import Column, Table
 
 if TYPE_CHECKING:
-    from dielast.ensemble import Sample
+    from dielast.material.scatter import Sample
 
 CHUNK = 2048  # cells
 DRAWN_RTOL = 5e-4  # of draws, unless it is stated: their times are then exact to 0.1 %, commonly far less than they differ by

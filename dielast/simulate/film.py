@@ -13,18 +13,18 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.events import Kind, Watch
-from dielast.gent import Cases, Floats
-from dielast.integrate import Status
-from dielast.jump import jump
-from dielast.load import Piece
-from dielast.point import Points
+from dielast.material.springs import Cases, Floats
+from dielast.mechanics.events import Kind, Watch
+from dielast.mechanics.jump import jump
+from dielast.mechanics.load import Piece
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control, Controls
+from dielast.mechanics.stability import Fold, damped
+from dielast.mechanics.symmetric import EQUIBIAXIAL, Symmetry
+from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.follow import Condition, follow
 from dielast.simulate.record import Recorder
-from dielast.span import Control, Controls
-from dielast.stability import Fold, damped
-from dielast.symmetric import EQUIBIAXIAL, Symmetry
 
 MAX_MOVE = 0.05  # in Lambda: a load applied at once that moves the film further is followed in smaller shares
 SMALLEST_SHARE = 1e-7  # of a load; where no smaller one has an equilibrium nearby, none has

@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.course import Course
-from dielast.gent import Cases, Floats
-from dielast.integrate import Status, Stride, integrate
-from dielast.jump import jump
-from dielast.load import Piece
-from dielast.point import LoadedPoints, Points
+from dielast.material.springs import Cases, Floats
+from dielast.mechanics.course import Course
+from dielast.mechanics.jump import jump
+from dielast.mechanics.load import Piece
+from dielast.mechanics.point import LoadedPoints, Points
+from dielast.mechanics.span import Control, Controls, Load
+from dielast.mechanics.symmetric import Films, SymmetricPoints, Symmetry
+from dielast.numerics.integrate import Status, Stride, integrate
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.record import Recorder
-from dielast.span import Control, Controls, Load
-from dielast.symmetric import Films, SymmetricPoints, Symmetry
 
 if TYPE_CHECKING:
-    from dielast.events import Watch
+    from dielast.mechanics.events import Watch
 
 REASONS = {
     Status.STEP_VANISHED: "the rates grow beyond all bounds",

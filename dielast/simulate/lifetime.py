@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.result import Result
+from dielast.io.result import Result
+from dielast.io.table import Column, Frame, Table, to_frame
 from dielast.simulate.failure_map import FailureMap
-from dielast.table import Column, Frame, Table, to_frame
 
 
 @dataclass(frozen=True, slots=True, repr=False)

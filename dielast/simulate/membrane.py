@@ -8,20 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast import kinematics
 from dielast.errors import InputError
-from dielast.gent import Floats, SpringLaw
-from dielast.integrate import Status
-from dielast.load import Mode, Step, case_count, numbers, pieces
-from dielast.material import Material
-from dielast.point import Points
-from dielast.result import TabularResult
+from dielast.io.result import TabularResult
+from dielast.io.table import Table, case_table
+from dielast.material.material import Material
+from dielast.material.springs import Floats, SpringLaw
+from dielast.mechanics import kinematics
+from dielast.mechanics.load import Mode, Step, case_count, numbers, pieces
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control
+from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.follow import REASONS, Condition, Outcome, follow
 from dielast.simulate.reach import check_reach, symmetry_of
 from dielast.simulate.record import Recorder, Wanted, check_cycles, check_end, given_times, kept_cycles
-from dielast.span import Control
-from dielast.table import Table, case_table
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

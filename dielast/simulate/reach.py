@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.gent import Floats
-from dielast.load import Piece, of_case
-from dielast.point import Points
-from dielast.span import Control
-from dielast.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
+from dielast.material.springs import Floats
+from dielast.mechanics.load import Piece, of_case
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control
+from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
 
 PER_CENT = 20  # stretches from here on may be per cent
 

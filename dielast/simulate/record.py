@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.course import Chain, Course
 from dielast.errors import InputError, shown
-from dielast.integrate import Cases, Stride
-from dielast.load import Piece, Waveform, of_case
-from dielast.span import Floats
-from dielast.symmetric import Films
+from dielast.mechanics.course import Chain, Course
+from dielast.mechanics.load import Piece, Waveform, of_case
+from dielast.mechanics.span import Floats
+from dielast.mechanics.symmetric import Films
+from dielast.numerics.integrate import Cases, Stride
 
 if TYPE_CHECKING:
-    from dielast.events import Watch
+    from dielast.mechanics.events import Watch
 
 ROWS = 6
 DIGITS = 1e-8  # of a time; no table tells rows apart that are closer

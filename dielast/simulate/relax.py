@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
-from dielast.load import Mode, Step
-from dielast.material import Material
+from dielast.material.material import Material
+from dielast.mechanics.load import Mode, Step
 from dielast.simulate.membrane import MembraneHistory, simulate
 
 

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError, NumericsError
-from dielast.gent import Floats
-from dielast.integrate import Status
-from dielast.load import of_case
-from dielast.material import Breakdown, Material
-from dielast.point import Points
+from dielast.material.material import Breakdown, Material
+from dielast.material.springs import Floats
+from dielast.mechanics.load import of_case
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control
+from dielast.numerics.integrate import Status
 from dielast.simulate.film import Film, prestretch
 from dielast.simulate.follow import REASONS
 from dielast.simulate.reach import or_per_cent, out_of_reach
-from dielast.span import Control
 
 Prestretch = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
-from dielast.gent import Floats
-from dielast.load import Path, Piece, of_case, path_pieces, spread
-from dielast.result import Result
-from dielast.span import Control
+from dielast.io.result import Result
+from dielast.material.springs import Floats
+from dielast.mechanics.load import Path, Piece, of_case, path_pieces, spread
+from dielast.mechanics.span import Control
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

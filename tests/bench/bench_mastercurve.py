@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, Vertical, build_master_curve
+from dielast.superposition.mastercurve import MasterCurve, RelaxationCurve, Vertical, build_master_curve
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS), str(TESTS / "physics")]

@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.gent import Gent
-from dielast.load import Step
-from dielast.material import Material
-from dielast.shift import WLF
+from dielast.material.material import Material
+from dielast.material.shift import WLF
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Step
 from dielast.simulate.creep import creep
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))

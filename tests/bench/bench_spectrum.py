@@ -22,14 +22,14 @@ from typing import Any
 
 import numpy as np
 
-from dielast.characterise.continuous import continuous_spectrum
-from dielast.characterise.creep import fit_creep
-from dielast.characterise.interconversion import retardation_from_relaxation
-from dielast.characterise.oscillation import fit_oscillation
-from dielast.characterise.reduce import reduce_spectrum
-from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
-from dielast.prony import Spectrum
-from dielast.shift import WLF
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.continuous import continuous_spectrum
+from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.interconversion import retardation_from_relaxation
+from dielast.relaxation.oscillation import fit_oscillation
+from dielast.relaxation.reduce import reduce_spectrum
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from reconstruction import EQUILIBRIUM_MODULUS, LOG_MODULUS, spectrum

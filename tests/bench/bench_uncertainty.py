@@ -24,14 +24,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from synthetic import TRUTH
 
-from dielast.ensemble import draw_sample, interval
-from dielast.material import Material
-from dielast.prony import Spectrum
-from dielast.recipe.draws import draw_columns
-from dielast.recipe.material import write_material
-from dielast.shift import WLF
+from dielast.handover.material_draws import draw_columns
+from dielast.handover.material_file import write_material
+from dielast.io.table import to_csv
+from dielast.material.material import Material
+from dielast.material.scatter import draw_sample, interval
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
 from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
-from dielast.table import to_csv
 
 MAP: dict[str, Any] = {
     "voltage": np.linspace(3.4e3, 4.6e3, 25),

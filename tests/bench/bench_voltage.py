@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 from bench_solver import seconds, vhb
 
-from dielast.material import Breakdown, Material
+from dielast.material.material import Breakdown, Material
 from dielast.simulate.actuate import VoltageStep, actuate
 from dielast.simulate.failure_map import FailureMap, failure_map
 

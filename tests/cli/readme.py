@@ -21,10 +21,10 @@ from pathlib import Path
 from typer.main import get_command
 
 from dielast.cli.app import app
-from dielast.recipe.material import MaterialFile
+from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.handover.material_file import MaterialFile
 from dielast.recipe.models import KINDS, recipe_model
 from dielast.recipe.schema import Key, keys
-from dielast.recipe.simulation import SimulationRecipe
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"

@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from processes import until
 
+from dielast.commands.actuate import run as actuate
 from dielast.errors import InputError
-from dielast.files import Inputs
+from dielast.io.files import Inputs
+from dielast.io.table import to_csv
 from dielast.recipe.cases import read_cases
 from dielast.sharing import cluster
 from dielast.sharing.execution import Execution
-from dielast.table import to_csv
-from dielast.workflow import actuate
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 Process = subprocess.Popen[str]

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from dielast import __version__
+from dielast.io.table import parse_csv
 from dielast.recipe.models import KINDS
-from dielast.table import parse_csv
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 Starter = Callable[[str], Path]

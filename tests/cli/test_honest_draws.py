@@ -14,10 +14,10 @@ import pytest
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
-from dielast.files import resolve
-from dielast.recipe.draws import draw_columns
-from dielast.recipe.material import write_material
-from dielast.table import to_csv
+from dielast.handover.material_draws import draw_columns
+from dielast.handover.material_file import write_material
+from dielast.io.files import resolve
+from dielast.io.table import to_csv
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 MEMBERS = 24

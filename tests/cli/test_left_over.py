@@ -12,10 +12,10 @@ import pytest
 import dielast as library
 from dielast.export.card import FORMATS, export_card
 from dielast.export.conventions import CardOptions
-from dielast.files import resolve
-from dielast.prony import Spectrum
+from dielast.io.files import resolve
+from dielast.material.spectrum import Spectrum
 from dielast.recipe.models import KINDS
-from dielast.workflow.report import FILES, left_over
+from dielast.report.report import FILES, left_over
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 GOLDEN = Path(__file__).parents[1] / "golden"

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import readme
 
-from dielast.instruments import FORMATS
+from dielast.readings.instruments import FORMATS
 from dielast.recipe.models import recipe_model
 
 TEXT = readme.README.read_text()

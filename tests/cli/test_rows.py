@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from dielast.cli.run import compute
+from dielast.io.table import number_columns, parse_csv
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
-from dielast.table import number_columns, parse_csv
 
 WITHIN = 2e-3  # of a column's range
 CYCLES = """

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dielast.table import number_columns
+from dielast.io.table import number_columns
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 RELAX = """

@@ -14,11 +14,30 @@ import pytest
 UNASKED = (
     *("scipy", "pandas", "matplotlib", "pint", "rich", "numpy.ma", "numpy.random", "statistics"),
     *("concurrent.futures", "multiprocessing", "importlib.resources.readers", "logging"),
-    *("dielast.characterise", "dielast.export", "dielast.instruments", "dielast.plots", "dielast.recipe.draws"),
-    *("dielast.recipe.spectrum", "dielast.recipe.measurements", "dielast.sharing.processes", "dielast.sharing.cluster"),
-    *(f"dielast.workflow.{name}" for name in ("bounds", "compare", "curve", "draws", "golden", "uncertainty", "spectrum")),
+    *(
+        "dielast.superposition",
+        "dielast.relaxation",
+        "dielast.export",
+        "dielast.readings.instruments",
+        "dielast.plots",
+        "dielast.handover.material_draws",
+    ),
+    *("dielast.commands.spectrum.recipe", "dielast.readings.recipe", "dielast.sharing.processes", "dielast.sharing.cluster"),
+    *(f"dielast.commands.simulation.{name}" for name in ("bounds", "compare", "uncertainty")),
+    *(
+        "dielast.handover.mastercurve_folder",
+        "dielast.handover.mastercurve_draws",
+        "dielast.report.golden",
+        "dielast.commands.spectrum",
+    ),
 )
-OF_FILMS = ("dielast.events", "dielast.recipe.voltage", "dielast.simulate.actuate", "dielast.workflow.waveform", "dielast.measured")
+OF_FILMS = (
+    "dielast.mechanics.events",
+    "dielast.commands.actuate.recipe",
+    "dielast.simulate.actuate",
+    "dielast.commands.actuate.waveform",
+    "dielast.io.text_table",
+)
 PROGRAM = """
 import json, sys
 from dielast.cli import main
@@ -35,7 +54,7 @@ finally:
         ("relax", OF_FILMS),
         ("creep", OF_FILMS),
         ("actuate", ("dielast.simulate.failure_map",)),
-        ("failure-map", ("dielast.simulate.actuate", "dielast.measured")),
+        ("failure-map", ("dielast.simulate.actuate", "dielast.io.text_table")),
     ],
 )
 def test_a_run_without_figure_loads_only_what_it_needs(
@@ -45,4 +64,4 @@ def test_a_run_without_figure_loads_only_what_it_needs(
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     loaded = set(json.loads(done.stdout))
     assert sorted(loaded & {*UNASKED, *more}) == []
-    assert f"dielast.recipe.{'simulation' if kind in ('relax', 'creep') else 'voltage'}" in loaded
+    assert f"dielast.commands.{'simulation' if kind in ('relax', 'creep') else 'actuate'}.recipe" in loaded

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from dielast.commands.simulation.memory import check_cells, check_series
 from dielast.errors import NumericsError
-from dielast.files import Inputs
+from dielast.io.files import Inputs
 from dielast.recipe.cases import read_cases
 from dielast.sharing import memory
-from dielast.workflow.memory import check_cells, check_series
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -128,7 +128,7 @@ def test_a_limit_on_the_address_space_is_known() -> None:
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_running_out_of_memory_is_one_line(jobs: str, dielast: Run, starter: Callable[[str], Path], tmp_path: Path) -> None:
     lost = (
-        "import dielast.workflow.cases as cases\ndef solve(self):\n    raise MemoryError('Unable to allocate')\n"
+        "import dielast.commands.simulation.cases as cases\ndef solve(self):\n    raise MemoryError('Unable to allocate')\n"
         "cases.SimulationBatch.solve = solve"
     )
     sweep = "--set", 'sweep={ "step.0.rate" = ["1 %/s", "2 %/s"], "step.1.hold" = ["1 s", "2 s"], mode = "zip" }'

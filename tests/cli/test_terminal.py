@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from dielast.cli.summary import rows
+from dielast.report.summary import rows
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 CODE = "from dielast.cli import main; main()"

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dielast.table import number_columns, parse_csv
+from dielast.io.table import number_columns, parse_csv
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 ACTUATE = """

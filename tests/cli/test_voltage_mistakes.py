@@ -9,11 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from dielast.commands.actuate import run as actuate
+from dielast.commands.failure_map import run as failure_map
+from dielast.commands.membrane import run as relax
 from dielast.errors import InputError
-from dielast.files import Inputs, read_file, resolve
+from dielast.io.files import Inputs, read_file, resolve
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
-from dielast.workflow import actuate, failure_map, relax
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 WORKFLOWS = {"actuate": actuate, "failure-map": failure_map, "relax": relax}

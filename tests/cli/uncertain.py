@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.table import number_columns, parse_csv
+from dielast.io.table import number_columns, parse_csv
 
 FILM = """
 material = "material.toml"

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from dielast.cli.run import compute
-from dielast.files import write_files
+from dielast.io.files import write_files
 from dielast.recipe.cases import read_cases
+from dielast.report.golden import differences
 from dielast.sharing.execution import Execution
-from dielast.workflow.golden import differences
 
 HERE = Path(__file__).resolve().parent
 RTOL = 1e-6  # where rounding or a fit amplifies it, a folder's tolerance.toml says so

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from dielast.cli.run import compute
-from dielast.files import write_files
+from dielast.io.files import write_files
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast.gent import Gent
-from dielast.load import Step
-from dielast.material import Material
-from dielast.shift import WLF
+from dielast.material.material import Material
+from dielast.material.shift import WLF
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Step
 from dielast.simulate.creep import creep
 from dielast.simulate.membrane import MembraneHistory
 from dielast.simulate.relax import relax

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from dielast.cli.run import compute
+from dielast.io.table import number_columns, parse_csv
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
-from dielast.table import number_columns, parse_csv
 
 MODULUS, PERMITTIVITY, THICKNESS, LIMIT = 26e3, 4e-11, 5e-4, 30.0
 BRANCHLESS = "[nonequilibrium]\nrelaxation_time_s = []\nshear_modulus_Pa = []\n"

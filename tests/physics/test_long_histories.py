@@ -7,11 +7,11 @@ import pytest
 from films import SOFT
 
 from dielast import Material, NoShift, Spectrum, Step, VoltageStep, actuate, creep, relax
-from dielast.course import EVEN_ROWS, Chain, Cycles, Line
 from dielast.errors import InputError
-from dielast.gent import Gent
-from dielast.load import Track, Waveform
-from dielast.span import Control
+from dielast.material.springs import Gent
+from dielast.mechanics.course import EVEN_ROWS, Chain, Cycles, Line
+from dielast.mechanics.load import Track, Waveform
+from dielast.mechanics.span import Control
 
 LINEAR = Material("linear", 20e3, Spectrum([0.3, 0.02], [3e4, 8e4]), NoShift(20.0), permittivity=4e-11)
 FREE = (Control.STRESS, Control.STRESS)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import dielast
-from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, Vertical, build_master_curve
 from dielast.errors import DielastWarning
-from dielast.shift import WLF
+from dielast.material.shift import WLF
+from dielast.superposition.mastercurve import MasterCurve, RelaxationCurve, Vertical, build_master_curve
 from reconstruction import spectrum
 
 LAW = WLF(20.0, 13.7, 187.1)

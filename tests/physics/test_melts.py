@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from melts import melt
 
-from dielast.characterise.mastercurve import MasterCurve, build_master_curve
 from dielast.errors import DielastWarning
+from dielast.superposition.mastercurve import MasterCurve, build_master_curve
 
 # the worst of the bench, those that were worst when the storage modulus was believed, and some more
 SEEDS = ((29, None), (33, None), (91, 91), (170, 170), (0, None), (2, None), (3, None), (8, None), (11, 11), (34, 34), (50, None))

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from ramps import ramp_error
 
-from dielast.characterise.reduce import Reduction, reduce_spectrum
-from dielast.gent import Gent
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
-from dielast.shift import WLF
+from dielast.material.material import Breakdown, Material
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.relaxation.reduce import Reduction, reduce_spectrum
 from dielast.simulate.actuate import actuate
 from dielast.simulate.voltage import VoltageStep
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum

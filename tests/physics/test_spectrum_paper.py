@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise.spectrum import fit_spectrum
 from dielast.errors import DielastWarning
+from dielast.relaxation.fit import fit_spectrum
 from reconstruction import LOG_MODULUS
 
 Array = NDArray[np.float64]

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise.creep import fit_creep
-from dielast.characterise.interconversion import retardation_from_relaxation
-from dielast.characterise.oscillation import fit_oscillation
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.interconversion import retardation_from_relaxation
+from dielast.relaxation.oscillation import fit_oscillation
 
 Array = NDArray[np.float64]
 Find = Callable[[str], Path]

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.characterise.mastercurve import CreepCurve, FrequencySweep, MasterCurve, Measurement, build_master_curve
 from dielast.errors import DielastWarning
-from dielast.shift import WLF
+from dielast.material.shift import WLF
+from dielast.superposition.mastercurve import CreepCurve, FrequencySweep, MasterCurve, Measurement, build_master_curve
 from reconstruction import spectrum
 
 LAW = WLF(20.0, 13.7, 187.1)

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 import dielast
-from dielast import integrate
-from dielast.load import Step, Track
-from dielast.recipe.material import parse_material
+from dielast.handover.material_file import parse_material
+from dielast.mechanics.load import Step, Track
+from dielast.numerics import integrate
 from dielast.simulate.actuate import actuate
 from dielast.simulate.creep import creep
 from dielast.simulate.relax import relax

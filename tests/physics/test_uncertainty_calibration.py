@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from synthetic import MAP, TRUTH, Flaws, ensemble, experiment, held_by_fit, measure, superposed
 
-from dielast.characterise.bootstrap import bootstrap_master_curve
-from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
-from dielast.characterise.spectrum_draws import CurveDraws, draw_spectra
 from dielast.errors import DielastWarning, InputError
+from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
 from dielast.simulate.failure_map import failure_map
+from dielast.superposition.bootstrap import bootstrap_master_curve
 
 TIME = np.geomspace(1e-6, 1e6, 200)
 

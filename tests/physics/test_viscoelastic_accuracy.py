@@ -9,11 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from dielast.gent import Gent
-from dielast.load import Step
-from dielast.material import Material
-from dielast.prony import Spectrum
-from dielast.shift import WLF
+from dielast.material.material import Material
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Step
 from dielast.simulate.creep import creep
 from dielast.simulate.relax import relax
 from reconstruction import spectrum

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from films import Followed, followed
 
-from dielast.gent import Gent
-from dielast.load import Piece
-from dielast.material import Material
-from dielast.point import Points
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
-from dielast.span import Control
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Piece
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control
 
 MU, PERMITTIVITY = 26e3, 3.98e-11
 FREE = (Control.STRESS, Control.STRESS)

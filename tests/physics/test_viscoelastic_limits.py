@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from dielast.gent import Gent
-from dielast.load import Step
-from dielast.material import Material
-from dielast.prony import Spectrum
-from dielast.shift import WLF, NoShift
+from dielast.material.material import Material
+from dielast.material.shift import WLF, NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Step
 from dielast.simulate.creep import creep
 from dielast.simulate.relax import relax
 

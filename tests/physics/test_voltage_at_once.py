@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast.gent import Gent
-from dielast.material import Material
-from dielast.prony import Spectrum
-from dielast.shift import WLF, NoShift
+from dielast.material.material import Material
+from dielast.material.shift import WLF, NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.stability import TimeScale
 from dielast.simulate.actuate import Event, actuate
 from dielast.simulate.voltage import VoltageStep
-from dielast.stability import TimeScale
 from reconstruction import spectrum
 
 FULL = spectrum()

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast import kinematics
-from dielast.events import Watch
-from dielast.gent import Gent
-from dielast.integrate import Stride
-from dielast.material import Material
-from dielast.point import Points
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics import kinematics
+from dielast.mechanics.events import Watch
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control
+from dielast.mechanics.stability import ONE_PERCENT
+from dielast.mechanics.symmetric import Films
+from dielast.numerics.integrate import Stride
 from dielast.simulate.film import prestretch, programme
 from dielast.simulate.voltage import VoltageStep, voltage_pieces
-from dielast.span import Control
-from dielast.stability import ONE_PERCENT
-from dielast.symmetric import Films
 
 PERMITTIVITY, THICKNESS = 3.98e-11, 0.5e-3
 SOLID = Material(

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.gent import Gent
-from dielast.material import Breakdown, Material
-from dielast.shift import WLF
+from dielast.material.material import Breakdown, Material
+from dielast.material.shift import WLF
+from dielast.material.springs import Gent
+from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.failure_map import failure_map
 from dielast.simulate.lifetime import fit_lifetime
 from dielast.simulate.voltage import VoltageStep
-from dielast.stability import ONE_PERCENT, TimeScale
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 THICKNESS, RELAX = 0.5e-3, 5400.0

@@ -13,14 +13,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import dielast
-from dielast.gent import Gent
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
-from dielast.recipe.material import parse_material
-from dielast.shift import NoShift
+from dielast.handover.material_file import parse_material
+from dielast.material.material import Breakdown, Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.stability import TimeScale
 from dielast.simulate.actuate import Event, actuate
 from dielast.simulate.voltage import VoltageStep
-from dielast.stability import TimeScale
 
 MODULUS, PERMITTIVITY, THICKNESS = 26e3, 3.98e-11, 0.5e-3
 LITERAL = TimeScale.fixed(0.0)

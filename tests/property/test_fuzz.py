@@ -16,7 +16,7 @@ import pytest
 
 from dielast.errors import InputError
 from dielast.recipe.cases import read_cases
-from dielast.workflow.golden import differences
+from dielast.report.golden import differences
 
 INPUTS = 150
 HUGE = "1" + 400 * "0"  # beyond every floating-point number, and short enough for Python

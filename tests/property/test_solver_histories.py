@@ -6,11 +6,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dielast.gent import Gent
-from dielast.load import Step
-from dielast.material import Material
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Step
 from dielast.simulate.creep import creep
 from dielast.simulate.membrane import MembraneHistory
 from dielast.simulate.relax import relax

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dielast.gent import Gent
-from dielast.load import Waveform
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
-from dielast.shift import WLF
+from dielast.material.material import Breakdown, Material
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Waveform
+from dielast.mechanics.stability import TimeScale
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.failure_map import assemble, failure_map, plan_failure_map, solve_cells
 from dielast.simulate.voltage import VoltageStep
-from dielast.stability import TimeScale
 
 THICKNESS, PERMITTIVITY = 0.5e-3, 3.98e-11
 FIELD = Breakdown((1.0, 3.0), (30e6, 60e6))

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from dielast.errors import DielastError, DielastWarning, InputError
-from dielast.files import Inputs
-from dielast.measured import read_measured
+from dielast.handover.material_file import parse_material
+from dielast.io.files import Inputs
+from dielast.io.text_table import read_measured
 from dielast.recipe.cases import read_cases
-from dielast.recipe.material import parse_material
 from dielast.units import STRESS, TEMPERATURE, TIME
 
 SECONDS = 10
@@ -161,10 +161,10 @@ def _uncommented(block: re.Match[bytes]) -> bytes:
 
 def _runs(scratch: Path) -> dict[str, Target]:
     """Targets that read damaged data through a sound recipe, as far as the numbers that are computed with."""
-    from dielast.recipe.mastercurve import MasterCurveRecipe
-    from dielast.recipe.simulation import RelaxRecipe
-    from dielast.workflow.history import solver_steps
-    from dielast.workflow.measurements import read_curves, read_measurements
+    from dielast.commands.mastercurve.recipe import MasterCurveRecipe
+    from dielast.commands.simulation.history import solver_steps
+    from dielast.commands.simulation.recipe import RelaxRecipe
+    from dielast.readings.read import read_curves, read_measurements
 
     folder = scratch / "inputs"
     folder.mkdir(exist_ok=True)
@@ -222,10 +222,10 @@ def _runs(scratch: Path) -> dict[str, Target]:
 
 def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
     """Wide tables, a test at one temperature, and tables of a testing machine as loads and in comparisons."""
-    from dielast.workflow.compare import read_points
-    from dielast.workflow.curve import read_curve
-    from dielast.workflow.history import solver_steps
-    from dielast.workflow.measurements import read_measurements
+    from dielast.commands.simulation.compare import read_points
+    from dielast.commands.simulation.history import solver_steps
+    from dielast.handover.mastercurve_folder import read_curve
+    from dielast.readings.read import read_measurements
 
     wide_file, curve_file, machine_file = (folder / name for name in ("wide.csv", "curve.csv", "machine.csv"))
     for path in (wide_file, curve_file, machine_file):
@@ -271,8 +271,8 @@ def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
 
 def _folders(scratch: Path) -> dict[str, Target]:
     """A folder that `mastercurve` wrote, with draws, one of whose files is damaged."""
-    from dielast.workflow.curve import read_master_curve
-    from dielast.workflow.draws import CURVES, LAWS, read_curve_draws
+    from dielast.handover.mastercurve_draws import CURVES, LAWS, read_curve_draws
+    from dielast.handover.mastercurve_folder import read_master_curve
 
     expected = GOLDEN / "mastercurve-wlf" / "expected"
     whole = {name: (expected / name).read_bytes() for name in ("summary.toml", "mastercurve.csv", "shift-factors.csv")}
@@ -314,11 +314,11 @@ def _folders(scratch: Path) -> dict[str, Target]:
 
 def _draws(scratch: Path) -> dict[str, Target]:
     """The table of draws beside a material."""
-    from dielast.recipe.draws import draw_columns
-    from dielast.recipe.material import write_material
+    from dielast.commands.simulation.uncertainty import sample_of
+    from dielast.handover.material_draws import draw_columns
+    from dielast.handover.material_file import write_material
+    from dielast.io.table import to_csv
     from dielast.recipe.uncertainty import Uncertainty
-    from dielast.table import to_csv
-    from dielast.workflow.uncertainty import sample_of
 
     seeds, materials = [], {}
     laws = {"wlf": b"C1 [1]", "arrhenius": b"activation_energy [J/mol]", "table": b"log10_shift_factor"}
@@ -345,11 +345,11 @@ def _draws(scratch: Path) -> dict[str, Target]:
 
 def _kept(scratch: Path) -> dict[str, Target]:
     """What a run is compared with, and what an interrupted map left, which is taken for nothing if it is damaged."""
-    from dielast.files import STORE
-    from dielast.integrate import Status
+    from dielast.commands.failure_map.resume import _load, _save
+    from dielast.io.files import STORE
+    from dielast.numerics.integrate import Status
+    from dielast.report.golden import TOLERANCES, differences
     from dielast.simulate.failure_map import Cells
-    from dielast.workflow.golden import TOLERANCES, differences
-    from dielast.workflow.partial import _load, _save
 
     expected = GOLDEN / "failure-map-ramp" / "expected"
     result = {}

@@ -50,7 +50,7 @@ def environment(folder: Path, python: str, pins: list[str]) -> Path:
 def write_results(out: Path) -> None:
     """Run every golden recipe with this interpreter's dielast into `out`."""
     from dielast.cli.run import compute
-    from dielast.files import write_files
+    from dielast.io.files import write_files
     from dielast.recipe.cases import read_cases
     from dielast.sharing.execution import Execution
 
@@ -61,7 +61,7 @@ def write_results(out: Path) -> None:
 
 def compare(out: Path) -> tuple[float, str, list[str]]:
     """The largest relative difference of a number from the golden one, where it is, and what differs otherwise."""
-    from dielast.workflow.golden import NEGLIGIBLE, differences, golden_files, tolerances
+    from dielast.report.golden import NEGLIGIBLE, differences, golden_files, tolerances
 
     worst, where, other = 0.0, "", []
     for folder in sorted(path.parent for path in GOLDEN.glob("*/recipe.toml")):

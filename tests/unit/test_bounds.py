@@ -9,13 +9,13 @@ import pytest
 from films import SOFT
 
 from dielast.cli.run import compute
+from dielast.commands.simulation.bounds import bounded
+from dielast.commands.simulation.cases import CaseResult
 from dielast.errors import InputError
+from dielast.handover.material_file import write_material
+from dielast.io.table import number_columns
 from dielast.recipe.cases import read_cases
-from dielast.recipe.material import write_material
 from dielast.sharing.execution import Execution
-from dielast.table import number_columns
-from dielast.workflow.bounds import bounded
-from dielast.workflow.cases import CaseResult
 
 RELAX = 'kind = "relax"\nmaterial = "m.toml"\n[[step]]\nstretch = 1.5\nrate = "5 %/s"\n[output]\npoints_per_decade = 2\n'
 HEAD = 'reference_temperature = "20 degC"\ndraws = "draws.csv"\nequilibrium = { shear_modulus = "26 kPa" }\n'

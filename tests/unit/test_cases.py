@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dielast.commands.simulation.cases import case_columns
+from dielast.commands.simulation.naming import labels, swept
 from dielast.errors import InputError, as_toml
-from dielast.files import read_file, resolve
+from dielast.handover.material_file import parse_material
+from dielast.io.files import read_file, resolve
+from dielast.io.table import to_csv
 from dielast.recipe.cases import read_cases
-from dielast.recipe.material import parse_material
 from dielast.recipe.validate import settings
-from dielast.table import to_csv
-from dielast.workflow.cases import case_columns
-from dielast.workflow.naming import labels, swept
 
 RELAX = """
 kind = "relax"

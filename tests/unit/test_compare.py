@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dielast.commands.simulation.cases import check_case, compare_headline
+from dielast.commands.simulation.compare import Fine, match
+from dielast.commands.simulation.recipe import Comparison
 from dielast.errors import DielastWarning, InputError
-from dielast.files import Inputs
-from dielast.recipe.simulation import Comparison
-from dielast.workflow.cases import check_case, compare_headline
-from dielast.workflow.compare import Fine, match
+from dielast.io.files import Inputs
 
 TIME = np.geomspace(0.1, 1000, 200)
 X, Y = "time [s]", "nominal_stress_1 [Pa]"

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise.continuous import continuous_spectrum
-from dielast.characterise.creep import fit_creep
-from dielast.characterise.oscillation import fit_oscillation
-from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
 from dielast.errors import DielastWarning, InputError
+from dielast.relaxation.continuous import continuous_spectrum
+from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.oscillation import fit_oscillation
 
 Array = NDArray[np.float64]
 

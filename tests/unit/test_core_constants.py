@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 import scipy.constants
 
-from dielast.material import VACUUM_PERMITTIVITY
-from dielast.shift import GAS_CONSTANT
+from dielast.material.material import VACUUM_PERMITTIVITY
+from dielast.material.shift import GAS_CONSTANT
 from dielast.units import ZERO_CELSIUS
 
 

@@ -9,20 +9,20 @@ import pytest
 from films import SOFT
 from numpy.typing import NDArray
 
-from dielast.events import Kind, Watch
-from dielast.gent import Gent
-from dielast.integrate import Stride
-from dielast.material import Material
-from dielast.point import LoadedPoints, Points
-from dielast.prony import Spectrum
-from dielast.roots import fall, samples
-from dielast.rosenbrock import RODAS5P
-from dielast.shift import NoShift
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.events import Kind, Watch
+from dielast.mechanics.point import LoadedPoints, Points
+from dielast.mechanics.span import Control, Load
+from dielast.mechanics.stability import ONE_PERCENT, damped
+from dielast.numerics.integrate import Stride
+from dielast.numerics.roots import fall, samples
+from dielast.numerics.rosenbrock import RODAS5P
 from dielast.simulate import actuate as module
 from dielast.simulate.actuate import actuate
 from dielast.simulate.voltage import VoltageStep
-from dielast.span import Control, Load
-from dielast.stability import ONE_PERCENT, damped
 
 Array = NDArray[np.float64]
 AT, WIDTH = 300.0, 1e-3

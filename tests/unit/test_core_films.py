@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.ensemble import Sample
-from dielast.gent import Gent
-from dielast.load import Step
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
-from dielast.shift import WLF
+from dielast.material.material import Breakdown, Material
+from dielast.material.scatter import Sample
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Step
 from dielast.simulate.actuate import actuate
 from dielast.simulate.creep import creep
 from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map

@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from dielast.gent import Gent
-from dielast.jump import jump
-from dielast.point import Points
-from dielast.span import Control
+from dielast.material.springs import Gent
+from dielast.mechanics.jump import jump
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control
 
 FREE, HELD = Control.STRESS, Control.STRETCH
 Array = NDArray[np.float64]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast import kinematics
-from dielast.gent import FirstAndRest, Gent, join
-from dielast.prony import Spectrum
-from dielast.shift import WLF, Arrhenius, ShiftTable
+from dielast.material.shift import WLF, Arrhenius, ShiftTable
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import FirstAndRest, Gent, join
+from dielast.mechanics import kinematics
 
 
 def test_limits_of_each_case_are_joined_and_taken_case_by_case() -> None:

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.gent import Gent
-from dielast.point import LoadedPoints, Points
-from dielast.span import Control, Load
-from dielast.symmetric import EQUIBIAXIAL, UNIAXIAL, SymmetricPoints, Symmetry
+from dielast.material.springs import Gent
+from dielast.mechanics.point import LoadedPoints, Points
+from dielast.mechanics.span import Control, Load
+from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, SymmetricPoints, Symmetry
 
 FREE, HELD = Control.STRESS, Control.STRETCH
 SPRINGS, CASES, GAMMA = 4, 3, 0.21

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dielast.errors import InputError
-from dielast.load import Piece, Step, of_case, pieces
-from dielast.span import Control, Load
+from dielast.mechanics.load import Piece, Step, of_case, pieces
+from dielast.mechanics.span import Control, Load
 
 BOTH = (Control.STRETCH, Control.STRESS)
 

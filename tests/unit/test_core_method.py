@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.integrate import Stride
-from dielast.rosenbrock import RODAS5P
+from dielast.numerics.integrate import Stride
+from dielast.numerics.rosenbrock import RODAS5P
 
 NOTHING: Any = None  # dense output asks no system
 

@@ -11,14 +11,14 @@ import pytest
 from films import followed
 from scipy.optimize import brentq
 
-from dielast.ensemble import draw_sample
 from dielast.errors import InputError, NumericsError
-from dielast.gent import Cases, Floats, Gent, SpringLaw
-from dielast.load import Step, Track, Waveform, pieces
-from dielast.material import Breakdown, Material
-from dielast.point import Points
-from dielast.prony import Spectrum
-from dielast.shift import NoShift, ShiftTable
+from dielast.material.material import Breakdown, Material
+from dielast.material.scatter import draw_sample
+from dielast.material.shift import NoShift, ShiftTable
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Cases, Floats, Gent, SpringLaw
+from dielast.mechanics.load import Step, Track, Waveform, pieces
+from dielast.mechanics.point import Points
 from dielast.simulate.actuate import actuate
 from dielast.simulate.creep import creep
 from dielast.simulate.failure_map import plan_failure_map

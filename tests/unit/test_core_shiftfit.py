@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast.characterise.shiftfit import SMALLEST_C2, fit_shift_law
 from dielast.errors import DielastWarning, InputError
-from dielast.shift import WLF
+from dielast.material.shift import WLF
+from dielast.superposition.shiftfit import SMALLEST_C2, fit_shift_law
 
 
 @pytest.mark.parametrize("reference", [0.0, 3.0, 12.0, 29.0, 44.0, 58.0, 60.0])

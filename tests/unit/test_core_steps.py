@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast import integrate as module
-from dielast.integrate import Status, Stride, integrate
-from dielast.rosenbrock import RODAS5P
+from dielast.numerics import integrate as module
+from dielast.numerics.integrate import Status, Stride, integrate
+from dielast.numerics.rosenbrock import RODAS5P
 
 Array = NDArray[np.float64]
 

@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise.creep import fit_creep
-from dielast.characterise.interconversion import RetardationSpectrum, retardation_from_relaxation
-from dielast.characterise.spectrum import SpectrumFit
-from dielast.characterise.spectrum_draws import CurveDraws
+from dielast.commands.spectrum import run as workflow
+from dielast.commands.spectrum.recipe import Fit
 from dielast.errors import DielastWarning, InputError
-from dielast.files import Inputs
-from dielast.gent import Gent
-from dielast.material import Material
-from dielast.prony import Spectrum
-from dielast.recipe.spectrum import Fit
-from dielast.shift import WLF
-from dielast.workflow import spectrum as workflow
-from dielast.workflow.curve import Curve
-from dielast.workflow.draws import ReadDraws
+from dielast.handover.mastercurve_draws import ReadDraws
+from dielast.handover.mastercurve_folder import Curve
+from dielast.io.files import Inputs
+from dielast.material.material import Material
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.fit import SpectrumFit
+from dielast.relaxation.interconversion import RetardationSpectrum, retardation_from_relaxation
+from dielast.relaxation.spectrum_draws import CurveDraws
 
 Array = NDArray[np.float64]
 

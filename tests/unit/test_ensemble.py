@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dielast.ensemble import NormalScatter, WeibullScatter, draw_sample, fewest_draws, interval, scaled
 from dielast.errors import InputError
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
+from dielast.material.material import Breakdown, Material
+from dielast.material.scatter import NormalScatter, WeibullScatter, draw_sample, fewest_draws, interval, scaled
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
 
 MEMBERS = tuple(Material(str(k), 1e4 + k, Spectrum(np.array([1.0]), np.array([1e4])), NoShift(20.0)) for k in range(5))
 EVEN = (np.arange(20_000) + 0.5) / 20_000

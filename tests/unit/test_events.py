@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from dielast.events import Kind, Watch
-from dielast.gent import Cases
-from dielast.roots import fall, samples
+from dielast.material.springs import Cases
+from dielast.mechanics.events import Kind, Watch
+from dielast.mechanics.symmetric import Films
+from dielast.numerics.roots import fall, samples
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.voltage import VoltageStep
-from dielast.symmetric import Films
 
 Array = NDArray[np.float64]
 

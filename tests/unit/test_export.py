@@ -17,7 +17,7 @@ from dielast import CardOptions, Gent, InputError, Material, Spectrum, export_ca
 from dielast.errors import DielastWarning
 from dielast.export.card import FORMATS, export_cards
 from dielast.export.conventions import identifier, number, plain
-from dielast.shift import WLF, Arrhenius, NoShift, ShiftTable
+from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
 
 WLF_LAW = WLF(20.0, 13.7, 187.1)
 SPECTRUM = Spectrum(np.array([1e3, 10.0, 0.1]), np.array([1e4, 3e4, 7e5]))

@@ -9,16 +9,16 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from dielast.commands.spectrum.export import Export
+from dielast.commands.spectrum.recipe import SpectrumRecipe
+from dielast.commands.spectrum.run import run
 from dielast.errors import InputError
 from dielast.export.card import FORMATS
-from dielast.files import Inputs
+from dielast.handover.material_file import parse_material
+from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
-from dielast.recipe.export import Export
-from dielast.recipe.material import parse_material
-from dielast.recipe.spectrum import SpectrumRecipe
 from dielast.recipe.validate import check
 from dielast.sharing.execution import Execution
-from dielast.workflow.spectrum import run
 
 RECIPE = {
     "kind": "spectrum",

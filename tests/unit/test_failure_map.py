@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from dielast.errors import InputError
-from dielast.gent import Gent
-from dielast.integrate import Status
-from dielast.load import Track
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
+from dielast.material.material import Breakdown, Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Track
+from dielast.numerics.integrate import Status
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import Cells, assemble, failure_map, plan_failure_map, solve_cells
 from dielast.simulate.lifetime import fit_lifetime

@@ -20,8 +20,9 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
+from dielast.cli.run import FOLDERS
 from dielast.errors import DielastWarning, InputError
-from dielast.files import Inputs
+from dielast.io.files import Inputs
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
@@ -116,7 +117,7 @@ def figure_of(folder: Path, recipe: str) -> Figure:
     path = folder / "r.toml"
     path.write_text(recipe)
     cases = read_cases(path)
-    workflow = import_module(f"dielast.workflow.{cases[0].recipe.kind.replace('-', '_')}")
+    workflow = import_module(f"dielast.commands.{FOLDERS.get(cases[0].recipe.kind, cases[0].recipe.kind)}.run")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)
         figure = workflow.run(cases, Inputs(folder), Execution()).figure()
@@ -235,7 +236,7 @@ def test_a_sweep_of_the_voltage_is_a_curve_of_stretch_over_voltage(tmp_path: Pat
     (curve,) = lines_of(axes)
     assert curve.get_marker() == "o"
     cases = read_cases(tmp_path / "r.toml")
-    report = import_module("dielast.workflow.actuate").run(cases, Inputs(tmp_path), Execution())
+    report = import_module("dielast.commands.actuate.run").run(cases, Inputs(tmp_path), Execution())
     table = {column.name: np.asarray(column.values) for column in report.tables["actuate.csv"]}
     ends = [table["relative_stretch_1"][table["case"] == case][-1] for case in range(6)]
     # at 3.5 kV it breaks down before

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from dielast import files
 from dielast.errors import InputError
-from dielast.files import Inputs, depfile, write_files
+from dielast.io import files
+from dielast.io.files import Inputs, depfile, write_files
 
 
 def test_inputs_remember_what_was_read(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_a_depfile_quotes_for_make(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_a_file_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dielast.files.LARGEST", 3 << 20)
+    monkeypatch.setattr("dielast.io.files.LARGEST", 3 << 20)
     with pytest.raises(InputError, match=r"^/dev/zero: larger than 3 MiB"):
         Inputs(tmp_path).read("/dev/zero")
 
@@ -93,7 +93,7 @@ def test_a_name_that_no_file_can_have_is_one_line(tmp_path: Path, name: str) -> 
 def test_of_two_runs_into_one_folder_all_files_are_the_later_ones(tmp_path: Path) -> None:
     names = [f"{number}.csv" for number in range(40)]
     write = (
-        "import sys; from pathlib import Path; from dielast.files import write_files\n"
+        "import sys; from pathlib import Path; from dielast.io.files import write_files\n"
         "for _ in range(30): write_files(Path(sys.argv[1]), {name: sys.argv[2].encode() * 999 for name in sys.argv[3:]})"
     )
     runs = [subprocess.Popen([sys.executable, "-c", write, str(tmp_path / "out"), mark, *names]) for mark in "ab"]

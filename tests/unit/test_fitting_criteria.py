@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise import masterfit
-from dielast.characterise.masterfit import LOOSE, Points
-from dielast.characterise.robust import Weights
+from dielast.superposition import masterfit
+from dielast.superposition.masterfit import LOOSE, Points
+from dielast.superposition.robust import Weights
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise import mastercurve
-from dielast.characterise.mastercurve import (
+from dielast.errors import DielastWarning, InputError
+from dielast.material.shift import WLF
+from dielast.superposition import mastercurve
+from dielast.superposition.mastercurve import (
     CreepCurve,
     FrequencySweep,
     MasterCurve,
@@ -20,9 +22,7 @@ from dielast.characterise.mastercurve import (
     RelaxationCurve,
     build_master_curve,
 )
-from dielast.characterise.masterfit import MasterFit, fit_master
-from dielast.errors import DielastWarning, InputError
-from dielast.shift import WLF
+from dielast.superposition.masterfit import MasterFit, fit_master
 
 Array = NDArray[np.float64]
 

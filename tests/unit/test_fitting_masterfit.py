@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.characterise import masterfit
-from dielast.characterise.effects import walk
-from dielast.characterise.masterfit import LOOSE, MAX_STEP, MasterFit, Points, fit_held, fit_master
-from dielast.characterise.misfit import PARTS, find_misfit
-from dielast.characterise.robust import Weights, even_weights
-from dielast.characterise.spline import Spline, roughness
+from dielast.superposition import masterfit
+from dielast.superposition.effects import walk
+from dielast.superposition.masterfit import LOOSE, MAX_STEP, MasterFit, Points, fit_held, fit_master
+from dielast.superposition.misfit import PARTS, find_misfit
+from dielast.superposition.robust import Weights, even_weights
+from dielast.superposition.spline import Spline, roughness
 
 Array = NDArray[np.float64]
 

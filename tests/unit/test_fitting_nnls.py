@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from dielast.characterise.nnls import Curve, Known, Solution, Total, fit_strengths, place_times
-from dielast.characterise.response import CREEP, OSCILLATION, RELAXATION, Response
+from dielast.relaxation.nnls import Curve, Known, Solution, Total, fit_strengths, place_times
+from dielast.relaxation.response import CREEP, OSCILLATION, RELAXATION, Response
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise.effects import LEAST, OFFSET, TILT, Kind, likeliest, precision_of, walk
+from dielast.superposition.effects import LEAST, OFFSET, TILT, Kind, likeliest, precision_of, walk
 
 Array = NDArray[np.float64]
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
-from dielast.characterise import overlap
-from dielast.characterise.overlap import JUMP, TOUCH, starting_shifts
 from dielast.errors import InputError
+from dielast.superposition import overlap
+from dielast.superposition.overlap import JUMP, TOUCH, starting_shifts
 
 Array = NDArray[np.float64]
 

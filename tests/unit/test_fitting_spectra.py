@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise import schwarzl_staverman as ss
-from dielast.characterise.curve import short_time_end, votes
-from dielast.characterise.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
-from dielast.characterise.oscillation import fit_oscillation
-from dielast.characterise.spectrum import SpectrumFit, fit_spectrum
 from dielast.errors import DielastWarning, InputError
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation import schwarzl_staverman as ss
+from dielast.relaxation.ends import short_time_end, votes
+from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
+from dielast.relaxation.oscillation import fit_oscillation
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast import kinematics
-from dielast.gent import FirstAndRest, Gent, join
+from dielast.material.springs import FirstAndRest, Gent, join
+from dielast.mechanics import kinematics
 
 LAWS = [Gent(), Gent(110.0), Gent(55.0)]
 STRETCHES = np.array([[1.0, 1.3, 0.6, 3.0, 2.5], [1.0, 0.9, 1.5, 0.6, 2.5]])

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from dielast.errors import InputError
-from dielast.workflow.golden import differences
+from dielast.report.golden import differences
 
 TABLE = b"case,time [s],stress [Pa]\n0,1,100\n0,2,200\n"
 SUMMARY = b'kind = "relax"\n[fit]\nerror = 0.01\nbranches = 3\n'

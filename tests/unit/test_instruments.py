@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dielast.errors import InputError
-from dielast.instruments import FORMATS, Segment, recognise
-from dielast.instruments.names import columns_by_role, mode_of
-from dielast.measured import decode
-from dielast.recipe.measurements import ROLES
+from dielast.io.text_table import decode
+from dielast.readings.instruments import FORMATS, Segment, recognise
+from dielast.readings.instruments.names import columns_by_role, mode_of
+from dielast.readings.recipe import ROLES
 from dielast.units import conversion
 
 # what a column is called, its unit, and what one of that unit is in SI

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from dielast import integrate as module
-from dielast.integrate import Status, Stride, integrate
-from dielast.rosenbrock import RODAS5P
+from dielast.numerics import integrate as module
+from dielast.numerics.integrate import Status, Stride, integrate
+from dielast.numerics.rosenbrock import RODAS5P
 
 
 def butcher() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

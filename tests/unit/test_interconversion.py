@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from dielast.characterise.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.errors import InputError
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 
 Array = NDArray[np.float64]
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from dielast.errors import InputError
-from dielast.gent import Gent
-from dielast.load import Step, Track, case_count, pieces
-from dielast.material import Material
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.load import Step, Track, case_count, pieces
+from dielast.mechanics.span import Control, Load
 from dielast.simulate.creep import creep
 from dielast.simulate.relax import relax
-from dielast.span import Control, Load
 
 SOLID = Material("one", 26e3, Spectrum([10.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0))
 

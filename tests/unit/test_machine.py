@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from dielast.cli.run import compute
+from dielast.commands.inspect import mistakes
+from dielast.commands.simulation.compare import read_points
+from dielast.commands.simulation.history import solver_steps
+from dielast.commands.simulation.recipe import Comparison
 from dielast.errors import InputError
-from dielast.files import Inputs
-from dielast.load import Track
+from dielast.io.files import Inputs
+from dielast.mechanics.load import Track
 from dielast.recipe.cases import read_cases
-from dielast.recipe.simulation import Comparison
 from dielast.sharing.execution import Execution
-from dielast.workflow.compare import read_points
-from dielast.workflow.history import solver_steps
-from dielast.workflow.inspect import mistakes
 
 GAUGE, AREA = 80e-3, 6e-3 * 0.5e-3
 SPECIMEN = 'specimen = { gauge_length = "80 mm", width = "6 mm", thickness = "0.5 mm" }\n'

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dielast.characterise.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 from dielast.errors import DielastWarning, InputError
-from dielast.shift import WLF
+from dielast.material.shift import WLF
+from dielast.superposition.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
 
 LAW = WLF(20.0, 8.0, 120.0)
 TIME = np.geomspace(0.1, 1000, 40)

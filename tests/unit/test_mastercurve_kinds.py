@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dielast.characterise.mastercurve import CreepCurve, FrequencySweep, MasterCurve, RelaxationCurve, build_master_curve
 from dielast.errors import DielastWarning, InputError
-from dielast.shift import WLF
+from dielast.material.shift import WLF
+from dielast.superposition.mastercurve import CreepCurve, FrequencySweep, MasterCurve, RelaxationCurve, build_master_curve
 
 LAW = WLF(20.0, 13.7, 187.1)
 TEMPERATURES = np.arange(0.0, 41.0, 10.0)

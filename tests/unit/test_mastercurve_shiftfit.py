@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dielast.characterise.shiftfit import LawName, fit_shift_law
 from dielast.errors import DielastWarning, InputError
-from dielast.shift import WLF, Arrhenius
+from dielast.material.shift import WLF, Arrhenius
+from dielast.superposition.shiftfit import LawName, fit_shift_law
 
 TEMPERATURE = np.arange(-40.0, 61.0, 10.0)
 INDEPENDENT = np.eye(TEMPERATURE.size) * 1e-4

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dielast.errors import InputError
-from dielast.gent import Gent
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
-from dielast.recipe.material import parse_material, read_material, write_material
-from dielast.shift import WLF, Arrhenius, NoShift, ShiftTable
+from dielast.handover.material_file import parse_material, read_material, write_material
+from dielast.material.material import Breakdown, Material
+from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
 
 VHB = """
 name = "VHB 4905"

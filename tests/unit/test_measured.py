@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dielast.errors import InputError
-from dielast.measured import MeasuredTable, TextFormat, decode, is_number, read_measured
+from dielast.io.text_table import MeasuredTable, TextFormat, decode, is_number, read_measured
 from dielast.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMPERATURE, TIME, VISCOSITY, Dimension, conversion
 
 HEADER_ALONE = "no columns of numbers found: there are no rows below the header"

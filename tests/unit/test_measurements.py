@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 from readings import expect_sweeps, read, sweep_file, sweep_rows, table
 
-from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.errors import DielastWarning, InputError
-from dielast.recipe.measurements import MeasurementData
+from dielast.readings.recipe import MeasurementData
 from dielast.recipe.validate import check
+from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 SWEEP = {"temperature": "T", "frequency": "f", "storage": "E'", "loss": "E''"}
 

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from readings import table
 
+from dielast.commands.mastercurve.recipe import MasterCurveRecipe
+from dielast.commands.mastercurve.run import run as run_mastercurve
+from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
+from dielast.commands.spectrum.run import run as run_spectrum
 from dielast.errors import DielastWarning, InputError
-from dielast.files import Inputs
+from dielast.handover.mastercurve_folder import Curve, read_curve
+from dielast.io.files import Inputs
+from dielast.material.shift import NoShift
 from dielast.recipe.cases import Case, read_cases
-from dielast.recipe.mastercurve import MasterCurveRecipe
-from dielast.recipe.spectrum import CurveData, SpectrumRecipe
 from dielast.recipe.validate import check
 from dielast.sharing.execution import Execution
-from dielast.shift import NoShift
-from dielast.workflow.curve import Curve, read_curve
-from dielast.workflow.mastercurve import run as run_mastercurve
-from dielast.workflow.spectrum import run as run_spectrum
 
 TIME = np.geomspace(1.0, 1e4, 80)
 MODULUS = 1e5 * (1 + np.exp(-TIME[:, None] / np.array([3.0, 30.0, 300.0])).sum(axis=1))

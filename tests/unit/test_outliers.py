@@ -7,7 +7,9 @@ import warnings
 import numpy as np
 import pytest
 
-from dielast.characterise.mastercurve import (
+from dielast.errors import DielastWarning
+from dielast.material.shift import WLF
+from dielast.superposition.mastercurve import (
     CreepCurve,
     FrequencySweep,
     MasterCurve,
@@ -15,8 +17,6 @@ from dielast.characterise.mastercurve import (
     RelaxationCurve,
     build_master_curve,
 )
-from dielast.errors import DielastWarning
-from dielast.shift import WLF
 
 LAW = WLF(20.0, 13.7, 187.1)
 TEMPERATURES = (-20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0)

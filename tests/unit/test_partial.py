@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.gent import Gent
-from dielast.integrate import Status
-from dielast.material import Breakdown, Material
-from dielast.prony import Spectrum
+from dielast.commands.failure_map import resume as partial
+from dielast.material.material import Breakdown, Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.numerics.integrate import Status
 from dielast.sharing import processes
 from dielast.sharing.execution import Execution
-from dielast.shift import NoShift
 from dielast.simulate.failure_map import MapPlan, plan_failure_map
-from dielast.workflow import partial
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
 SOLID = Material("soft", 26e3, BRANCH, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.7,), (40e6,)))

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, Field, ValidationError
 
-from dielast.cli.summary import tell
 from dielast.errors import InputError
 from dielast.recipe.cases import read_cases
 from dielast.recipe.fields import Section
 from dielast.recipe.models import KINDS, recipe_model
 from dielast.recipe.validate import _PLAIN, _models, check
+from dielast.report.summary import tell
 
 HEAD = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstretch = 2.0\n'
 ODD: list[Any] = [

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 from dielast.errors import DielastWarning, InputError
-from dielast.gent import Gent
-from dielast.material import VACUUM_PERMITTIVITY, Breakdown, Material
-from dielast.plausible import (
+from dielast.material.checks import (
     Pace,
     doubt_breakdown,
     doubt_curve,
@@ -29,8 +27,10 @@ from dielast.plausible import (
     doubt_use,
     fastest_branch,
 )
-from dielast.prony import Spectrum
-from dielast.shift import WLF, Arrhenius, ShiftTable
+from dielast.material.material import VACUUM_PERMITTIVITY, Breakdown, Material
+from dielast.material.shift import WLF, Arrhenius, ShiftTable
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
 
 VHB = Material(
     "VHB",

@@ -12,15 +12,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from dielast import FrequencySweep, RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
-from dielast.characterise.creep import fit_creep
-from dielast.characterise.interconversion import retardation_from_relaxation
-from dielast.characterise.mastercurve import MasterCurve
-from dielast.characterise.oscillation import fit_oscillation
-from dielast.characterise.reduce import reduce_spectrum
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
 from dielast.plots.oscillation import _tangent_axis
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, lasting, log_axis, number, panels, render, spread, style, typeset
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
+from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.interconversion import retardation_from_relaxation
+from dielast.relaxation.oscillation import fit_oscillation
+from dielast.relaxation.reduce import reduce_spectrum
+from dielast.superposition.mastercurve import MasterCurve
 
 
 def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:

@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from dielast.commands.simulation.naming import swept
+from dielast.commands.simulation.uncertainty import interval_label
 from dielast.plots.quantities import axis_of
 from dielast.plots.simulation import Swept, plot_cases
 from dielast.plots.style import render
 from dielast.recipe.cases import Case
-from dielast.workflow.naming import swept
-from dielast.workflow.uncertainty import interval_label
 
 TIME = np.geomspace(1e-2, 1e3, 20)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dielast.errors import InputError
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
 
 
 def test_processes_are_sorted_slowest_first_and_frozen() -> None:

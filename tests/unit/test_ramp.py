@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from dielast import WLF, Gent, Material, Spectrum, build_master_curve
+from dielast.commands.mastercurve.run import read_curves
 from dielast.errors import InputError
-from dielast.files import Inputs
-from dielast.load import Step
-from dielast.recipe.measurements import MeasurementData
+from dielast.io.files import Inputs
+from dielast.mechanics.load import Step
+from dielast.readings.recipe import MeasurementData
 from dielast.simulate.relax import relax
-from dielast.workflow.mastercurve import read_curves
 
 TEMPERATURES = [0.0, 10.0, 20.0, 30.0]
 LAW = WLF(20.0, 13.7, 187.1)

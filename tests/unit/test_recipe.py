@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dielast.commands.mastercurve.recipe import MasterCurveRecipe
+from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.errors import InputError
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import read_cases
-from dielast.recipe.mastercurve import MasterCurveRecipe
 from dielast.recipe.models import KINDS, recipe_model
-from dielast.recipe.spectrum import SpectrumRecipe
 from dielast.recipe.toml import parse_toml
 
 MASTERCURVE = """

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dielast.errors import InputError, quoted, shown, shown_path
+from dielast.handover.material_file import read_material
 from dielast.recipe.cases import read_cases, read_load
-from dielast.recipe.material import read_material
 from dielast.recipe.paths import read_path, read_setting
 
 HEAD = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n'

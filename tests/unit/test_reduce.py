@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from ramps import area, ramp_error
 from scipy.optimize import linprog
 
-from dielast.characterise.reduce import reduce_spectrum
 from dielast.errors import InputError
-from dielast.prony import Spectrum
-from dielast.shift import WLF, NoShift
+from dielast.material.shift import WLF, NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.reduce import reduce_spectrum
 
 Array = NDArray[np.float64]
 

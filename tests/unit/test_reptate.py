@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from readings import read
 
-from dielast.characterise.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.errors import InputError
-from dielast.files import Inputs
-from dielast.instruments import recognise
-from dielast.measured import read_measured
-from dielast.recipe.spectrum import CurveData
+from dielast.handover.mastercurve_folder import read_curve
+from dielast.io.files import Inputs
+from dielast.io.text_table import read_measured
+from dielast.readings.curve_recipe import CurveData
+from dielast.readings.instruments import recognise
 from dielast.recipe.validate import check
+from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.units import ANGULAR_FREQUENCY, STRESS
-from dielast.workflow.curve import read_curve
 
 NAMES = "w\tG'\tG\"\tTemp\tg\td\th*\tTorque\td\ttan(d)\tNormalStress"
 UNITS = "rad/s\tPa\tPa\t°C\t%\t°\tPa-s\tN-m\t°\t \tPa"

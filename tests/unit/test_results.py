@@ -12,8 +12,8 @@ import pytest
 
 import dielast
 from dielast import NormalScatter, RelaxationCurve, ShiftTable, Step, VoltageStep
-from dielast.result import Result, TabularResult
-from dielast.table import parse_csv, to_csv
+from dielast.io.result import Result, TabularResult
+from dielast.io.table import parse_csv, to_csv
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 MODULUS = "relaxation_modulus [Pa]"

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from dielast.cli.run import compute
+from dielast.commands.simulation.history import solver_steps
 from dielast.errors import DielastWarning, InputError
-from dielast.files import Inputs
-from dielast.load import Track
+from dielast.io.files import Inputs
+from dielast.io.table import number_columns
+from dielast.mechanics.load import Track
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
-from dielast.table import number_columns
-from dielast.workflow.history import solver_steps
 
 MATERIAL = """
 name = "two branches"

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from dielast.commands.simulation.cases import PART, divided, one_or_all
 from dielast.errors import DielastError, InputError, NumericsError
-from dielast.gent import Gent
-from dielast.material import Material
-from dielast.prony import Spectrum
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
 from dielast.sharing.batches import solve_batches
 from dielast.sharing.execution import Execution
-from dielast.shift import NoShift
-from dielast.workflow.cases import PART, divided, one_or_all
 
 
 @dataclass(frozen=True)

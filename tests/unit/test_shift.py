@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dielast.errors import InputError
-from dielast.shift import WLF, Arrhenius, NoShift, ShiftTable
+from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
 
 TABLE = ShiftTable(10.0, (0.0, 20.0, 40.0), (2.0, 0.0, -1.0))
 LAWS = [WLF(20.0, 13.7, 187.1), Arrhenius(20.0, 1e5), TABLE]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dielast import InputError, Step, creep, read_material, relax
-from dielast.files import resolve
+from dielast.io.files import resolve
 
 VHB = read_material(resolve(Path(), "example:vhb4905.toml"))
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise.spectrum import Method, fit_spectrum
 from dielast.errors import DielastWarning, InputError
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.fit import Method, fit_spectrum
 
 Array = NDArray[np.float64]
 

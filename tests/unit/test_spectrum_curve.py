@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dielast.characterise.curve import least_modulus, long_time_end, short_time_end, votes
-from dielast.characterise.spectrum import fit_spectrum
+from dielast.relaxation.ends import least_modulus, long_time_end, short_time_end, votes
+from dielast.relaxation.fit import fit_spectrum
 
 
 def test_points_far_apart_count_one_each_and_crowds_share() -> None:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.characterise.creep import fit_creep
-from dielast.characterise.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
-from dielast.characterise.oscillation import fit_oscillation
 from dielast.errors import DielastWarning, InputError
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
+from dielast.relaxation.oscillation import fit_oscillation
 
 TRUTH = Spectrum(np.logspace(3, -4, 8), np.array([1e4, 3e4, 2e4, 9e4, 4e5, 3e5, 8e5, 2e6]))
 LEVEL = 5e4

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dielast.characterise.nnls import Curve, fit_strengths
-from dielast.characterise.spectrum import Method, fit_spectrum
 from dielast.errors import InputError
-from dielast.prony import Spectrum
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.fit import Method, fit_spectrum
+from dielast.relaxation.nnls import Curve, fit_strengths
 
 strengths = st.lists(st.floats(min_value=0, max_value=1), min_size=8, max_size=8).filter(lambda found: max(found) > 0.01)
 

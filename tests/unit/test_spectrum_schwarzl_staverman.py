@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev
 
-from dielast.characterise.schwarzl_staverman import CumulativeSpectrum, discrete_moduli, fit_polynomial, relaxation_times
 from dielast.errors import InputError
+from dielast.relaxation.schwarzl_staverman import CumulativeSpectrum, discrete_moduli, fit_polynomial, relaxation_times
 
 levels = st.lists(st.floats(min_value=0, max_value=1e9), min_size=3, max_size=40)
 

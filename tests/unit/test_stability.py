@@ -9,13 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.gent import Gent
-from dielast.material import Material
-from dielast.point import Points
-from dielast.prony import Spectrum
-from dielast.shift import NoShift
-from dielast.span import Control
-from dielast.stability import ONE_PERCENT, TimeScale, damped, stability
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control
+from dielast.mechanics.stability import ONE_PERCENT, TimeScale, damped, stability
 
 FREE, HELD = Control.STRESS, Control.STRETCH
 PERMITTIVITY = 3.98e-11

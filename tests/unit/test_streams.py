@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.streams import stream
+from dielast.numerics.random_streams import stream
 
 PACKAGE = Path(__file__).parents[2] / "dielast"
 NAMES = ("noise", "measurements", "model error", "material", "breakdown field", "thickness")
@@ -31,7 +31,7 @@ def test_every_random_number_comes_from_a_stream_of_its_own_name() -> None:
     used: list[str] = []
     for path in sorted(PACKAGE.rglob("*.py")):
         text = path.read_text()
-        if path.name != "streams.py":
+        if path.name != "random_streams.py":
             assert "default_rng" not in text, path
             assert "np.random." not in text.replace("np.random.Generator", ""), path
             used += re.findall(r"(?<!\w)stream\([^\"()]*, \"([^\"]+)\"", text)

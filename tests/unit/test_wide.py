@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from readings import expect_sweeps, read
 
-from dielast.characterise.measurement import RelaxationCurve
 from dielast.errors import InputError
-from dielast.header import temperature_in
+from dielast.io.header import temperature_in
+from dielast.superposition.measurement import RelaxationCurve
 
 TIME = np.geomspace(1, 1000, 8)
 TEMPERATURES = (20.0, 30.0, -10.0)

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from readings import expect_sweeps, read
 
-from dielast import workbook
 from dielast.errors import InputError
-from dielast.files import Inputs, sha256
-from dielast.measured import TextFormat, decode, read_measured
-from dielast.recipe.spectrum import CurveData
+from dielast.handover.mastercurve_folder import read_curve
+from dielast.io import workbook
+from dielast.io.files import Inputs, sha256
+from dielast.io.text_table import TextFormat, decode, read_measured
+from dielast.readings.curve_recipe import CurveData
 from dielast.recipe.validate import check
 from dielast.units import STRESS, TEMPERATURE, TIME
-from dielast.workflow.curve import read_curve
 
 openpyxl = pytest.importorskip("openpyxl")
 pytest.importorskip("python_calamine")

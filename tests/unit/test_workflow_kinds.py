@@ -12,9 +12,9 @@ import pytest
 
 from dielast.cli.run import compute
 from dielast.errors import DielastWarning, InputError
+from dielast.io.table import parse_csv
 from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
-from dielast.table import parse_csv
 
 ABSCISSA = np.logspace(-1, 2, 16)
 TEMPERATURES = (0.0, 10.0, 20.0, 30.0)

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from dielast import RelaxationCurve, build_master_curve
+from dielast.commands.mastercurve.recipe import MasterCurveRecipe
+from dielast.commands.mastercurve.run import read_curves, run
 from dielast.errors import DielastWarning, InputError
-from dielast.files import Inputs
+from dielast.io.files import Inputs
+from dielast.readings.read import read_all
+from dielast.readings.recipe import MeasurementData
 from dielast.recipe.cases import Case
-from dielast.recipe.mastercurve import MasterCurveRecipe
-from dielast.recipe.measurements import MeasurementData
 from dielast.sharing.execution import Execution
-from dielast.workflow.mastercurve import read_curves, run
-from dielast.workflow.measurements import read_all
 
 COLUMNS = {"temperature": "T", "time": "t", "modulus": "E"}
 TIME = np.geomspace(1, 100, 12)

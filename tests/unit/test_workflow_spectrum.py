@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.characterise.interconversion import retardation_from_relaxation
-from dielast.characterise.spectrum import fit_spectrum
+from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
+from dielast.commands.spectrum.run import read_curve, run
 from dielast.errors import DielastWarning, InputError
-from dielast.files import Inputs
+from dielast.io.files import Inputs
+from dielast.io.table import number_columns, to_csv
+from dielast.material.spectrum import Spectrum
 from dielast.plots.spectrum import plot_spectrum
-from dielast.prony import Spectrum
 from dielast.recipe.cases import Case
-from dielast.recipe.spectrum import CurveData, SpectrumRecipe
 from dielast.recipe.validate import check
+from dielast.relaxation.fit import fit_spectrum
+from dielast.relaxation.interconversion import retardation_from_relaxation
+from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.table import number_columns, to_csv
-from dielast.workflow.report import Report
-from dielast.workflow.spectrum import read_curve, run
 
 Array = NDArray[np.float64]
 
@@ -204,7 +204,7 @@ def test_truncate_and_reduce_exclude_each_other(tmp_path: Path) -> None:
 
 
 def test_a_plot_needs_neither() -> None:
-    from dielast.characterise.oscillation import fit_oscillation
+    from dielast.relaxation.oscillation import fit_oscillation
 
     _, (frequency, _, storage, loss) = MEASURED["oscillation"]
     assert len(plot_spectrum(fit_oscillation(frequency, storage, loss)).axes) == 2
@@ -231,7 +231,7 @@ def test_a_creep_curve_has_no_continuous_spectrum_says_the_key(tmp_path: Path) -
 
 
 def test_the_legend_of_a_sweep_names_what_was_measured_first() -> None:
-    from dielast.characterise.oscillation import fit_oscillation
+    from dielast.relaxation.oscillation import fit_oscillation
 
     _, (frequency, _, storage, loss) = MEASURED["oscillation"]
     legend = plot_spectrum(fit_oscillation(frequency, storage, loss)).axes[1].get_legend()

@@ -1,0 +1,128 @@
+"""Solve the cells of a map chunk by chunk, and go on where an interrupted run stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import time
+from collections.abc import Generator, Sequence
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+
+from dielast._version import __version__
+from dielast.errors import InputError, NumericsError
+from dielast.io.files import KEPT, STORE, Inputs, write_files
+from dielast.numerics.integrate import Status
+from dielast.recipe.base import RecipeBase
+from dielast.sharing.execution import Execution, share_out
+from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
+
+CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
+OTHERS = "the recipe, a file that it names, or dielast has changed"
+GOES_ON = "the same command goes on from there, a changed recipe begins anew"
+NONE_SOLVED = "no cell was solved yet; the same command begins anew"
+PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than a disk saves
+
+
+def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
+    """What an unfinished map must share with this one to be of use: versions, recipe and inputs."""
+    # whether a value is stated may matter, even where it is the default
+    stated = f"{__version__}\n{np.__version__}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{sorted(inputs.digests)}"
+    return hashlib.sha256(stated.encode()).hexdigest()
+
+
+def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
+    """All cells of the plan. What is solved is kept in the execution's folder until all is done.
+
+    A `KeyboardInterrupt` says what is kept.
+    """
+    store = None if execution.folder is None else execution.folder / STORE
+    known, changed = _load(store, key, plan)
+    if known and execution.note is not None:
+        solved_before = sum(cells.status.size for cells in known.values())
+        execution.note(f"goes on from an interrupted run, which solved {solved_before} of {plan.cells} cells")
+    elif changed and execution.note is not None:
+        execution.note(f"the {changed} cells of an interrupted run are discarded: {OTHERS} since")
+    waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
+    done = sum(cells.status.size for cells in known.values())
+    saved, due = len(known), 0.0
+    try:
+        with closing(_solved(plan, waiting, execution)) as solved:
+            for cells in solved:
+                known[cells.first] = cells
+                done += cells.status.size
+                if store is not None and done < plan.cells and time.monotonic() >= due:
+                    _save(store, key, list(known.values()))
+                    saved, due = len(known), time.monotonic() + PAUSE
+                if execution.progress is not None:
+                    execution.progress(done, plan.cells, "cells")
+    except KeyboardInterrupt:
+        none = store is None or not done
+        raise KeyboardInterrupt(NONE_SOLVED if none else f"{done} of {plan.cells} cells are kept: {GOES_ON}") from None
+    finally:
+        if store is not None and len(known) > saved and done < plan.cells:
+            _save(store, key, list(known.values()))
+    return list(known.values())
+
+
+def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:
+    some = False
+    try:
+        with closing(share_out(solve_cells, plan, chunks, execution)) as solved:
+            for cells in solved:
+                some = True
+                yield cells
+    except (InputError, NumericsError) as error:
+        if not some:
+            raise
+        raise type(error)(*(f"{line}; {KEPT}" for line in error.messages)) from None
+
+
+def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
+    buffer = io.BytesIO()
+    np.savez(
+        buffer,
+        key=np.array(key),
+        first=np.array([cells.first for cells in solved]),
+        size=np.array([cells.status.size for cells in solved]),
+        time_to_breakdown=np.concatenate([cells.time_to_breakdown for cells in solved]),
+        time_to_pull_in=np.concatenate([cells.time_to_pull_in for cells in solved]),
+        status=np.concatenate([cells.status for cells in solved]),
+    )
+    write_files(store.parent, {store.name: buffer.getvalue()})
+
+
+def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells], int]:
+    """The chunks of an earlier run of the same map, by first cell, none if there are none; and the number of cells that there are
+    of another map.
+    """
+    if store is None or not os.path.isfile(store):
+        return {}, 0
+    try:
+        with store.open("rb") as file, np.load(file) as saved:
+            if str(saved["key"]) != key:
+                return {}, int(saved["status"].size)
+            bounds = np.cumsum(saved["size"])[:-1]
+            parts = (np.split(saved[name], bounds) for name in ("time_to_breakdown", "time_to_pull_in", "status"))
+            known = {int(first): Cells(int(first), *own) for first, *own in zip(saved["first"], *parts, strict=True)}
+        chunks = set(plan.chunks(CHUNK))
+        return (known if all(_belongs(cells, chunks, plan.horizon) for cells in known.values()) else {}), 0
+    except Exception:  # zipfile and numpy have many for what is damaged
+        return {}, 0  # not what this program wrote, or not whole: begin anew
+
+
+def _belongs(cells: Cells, chunks: set[tuple[int, int]], horizon: float) -> bool:
+    """Whether these are a chunk of the map with results that it may have."""
+    times = np.array([cells.time_to_breakdown, cells.time_to_pull_in])
+    lived, size = np.isnan(times), cells.status.size
+    return bool(
+        (cells.first, cells.first + size) in chunks
+        and times.shape == (2, size)
+        and cells.status.shape == (size,)
+        and np.isin(cells.status, list(Status)).all()
+        and np.all(lived | ((times >= 0) & (times <= (1 + 1e-9) * horizon)))
+        and not np.any(lived.all(axis=0) & (cells.status == Status.STOPPED))
+    )

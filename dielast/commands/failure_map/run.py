@@ -1,0 +1,140 @@
+"""`failure-map`: time to failure over voltage, prestretch and temperature."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dielast.commands.actuate.recipe import FailureMapRecipe, VoltageAxis
+from dielast.commands.failure_map.resume import fingerprint, solve
+from dielast.commands.simulation.cases import first_of_each
+from dielast.commands.simulation.history import in_keys
+from dielast.commands.simulation.memory import check_cells
+from dielast.commands.simulation.sanity import doubt_failures, doubt_map
+from dielast.errors import InputError, NumericsError
+from dielast.handover.material_file import breakdown, parse_material
+from dielast.io.files import Inputs
+from dielast.material.material import Material
+from dielast.mechanics.stability import TimeScale
+from dielast.recipe.cases import Case
+from dielast.report.report import Report
+from dielast.sharing.execution import Execution
+from dielast.simulate.failure_map import FailureMap, MapPlan, assemble_all, plan_failure_map
+from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
+
+if TYPE_CHECKING:
+    from dielast.material.scatter import Sample
+
+MODES = ("breakdown", "pull-in", "none", "unfinished")
+
+
+def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
+    """Plan the map, solve its cells, report."""
+    recipe = cases[0].recipe
+    material, wanted = parse_material(inputs.read(recipe.material), recipe.material), recipe.uncertainty
+    sample = None
+    if wanted is not None:
+        from dielast.commands.simulation.uncertainty import sample_of
+
+        sample = sample_of(recipe.material, material, wanted, inputs)
+    temperatures = recipe.temperature or [material.reference_temperature]
+    films = len(temperatures) * len(recipe.film.prestretch)
+    check_cells(films * voltages(recipe.voltage).size, 0 if sample is None else len(sample))
+    plan = _plan(recipe, material, sample)
+    doubt_map(recipe, material, plan)
+    result, *drawn = assemble_all(plan, solve(plan, fingerprint(recipe, inputs), execution))
+    doubt_failures(recipe, material, result)
+    lines = fit_lifetime(result)
+
+    def figure() -> Any:
+        from dielast.commands.simulation.bounds import map_bounds
+        from dielast.commands.simulation.naming import titled
+        from dielast.commands.simulation.uncertainty import interval_label
+        from dielast.plots.failure_map import plot_failure_map
+
+        bounds = None if wanted is None else map_bounds(drawn, wanted.level)["time_to_failure"]
+        title = titled(recipe.title, cases, [material])
+        return plot_failure_map(result, lines, title, bounds, interval_label([recipe]))
+
+    unfinished = np.argwhere(result.outcome != "completed")
+    failures = [
+        (
+            str(result.outcome[i, j, k]),
+            f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {result.voltage[k]:g} V: "
+            f"given up: {result.outcome[i, j, k]}",
+        )
+        for i, j, k in unfinished
+    ]
+    cells, fits = result.columns(), lines.columns()
+    sections = headline(result, lines)
+    if wanted is not None:
+        from dielast.commands.simulation.bounds import bounded_line_columns, bounded_map_columns
+        from dielast.commands.simulation.uncertainty import uncertainty_headline
+
+        cells = bounded_map_columns(cells, drawn, wanted.level)
+        fits = bounded_line_columns(fits, [fit_lifetime(each) for each in drawn], wanted.level)
+        sections |= uncertainty_headline([wanted], [sample])
+    return Report({"failure-map.csv": cells, "fit.csv": fits}, sections, figure, failures=first_of_each(failures, "cells"))
+
+
+def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
+    """The map that the recipe asks for; errors speak of the recipe's keys."""
+    share, by_share = recipe.pull_in.timescale
+    films, temperatures = recipe.film.prestretch, recipe.temperature or [material.reference_temperature]
+    try:
+        return plan_failure_map(
+            material,
+            voltage=voltages(recipe.voltage),
+            prestretch=np.array(films),
+            thickness=recipe.film.thickness,
+            horizon=recipe.horizon,
+            temperature=np.array(temperatures),
+            prestretch_rate=recipe.film.prestretch_rate,
+            relax=recipe.film.relax,
+            ramp=recipe.voltage.ramp,
+            boundary=recipe.film.boundary,
+            breakdown_field=breakdown(recipe.breakdown),
+            pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            rtol=recipe.solver.rtol,
+            sample=sample,
+            drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,
+        )
+    except (InputError, NumericsError) as error:
+        raise type(error)(*(_in_recipe_terms(line, len(films), temperatures) for line in error.messages)) from None
+
+
+def _in_recipe_terms(line: str, films: int, temperatures: Sequence[float]) -> str:
+    """An error of the solver, whose cases are the films at one temperature after the other, as one of the recipe's key."""
+    found = re.match(r"case (\d+): (prestretch )?", line)
+    if found is None or found[2] is None:
+        return in_keys(line if found is None else line[found.end() :])
+    temperature, film = divmod(int(found[1]), films)
+    at = f"{temperatures[temperature]:g} degC: " if len(temperatures) > 1 else ""
+    return f"film.prestretch[{film}]: {at}{line[found.end() :]}"
+
+
+def voltages(axis: VoltageAxis) -> np.ndarray:
+    """The voltages of the map's axis, in V."""
+    if axis.values is not None:
+        return np.array(axis.values)
+    return np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
+
+
+def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dict[str, Any]]:
+    """How many cells fail in which way, and how straight the lines are."""
+    modes = result.failure_mode
+    failed = result.time_to_failure[np.isfinite(result.time_to_failure)]
+    fitted = [line.r_squared for line in lines if np.isfinite(line.r_squared)]
+    return {
+        "map": {
+            "cells": int(modes.size),
+            **{name.replace("-", "_"): int(np.count_nonzero(modes == name)) for name in MODES},
+            "given_up": int(np.count_nonzero(result.outcome != "completed")),
+            "shortest_time_to_failure_s": float(failed.min()) if failed.size else None,
+            "longest_time_to_failure_s": float(failed.max()) if failed.size else None,
+        },
+        "fit": {"lines": len(lines), "least_r_squared": min(fitted) if fitted else None},
+    }

@@ -1,0 +1,1 @@
+"""`dielast mastercurve`."""

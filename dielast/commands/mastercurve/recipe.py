@@ -1,0 +1,37 @@
+"""Recipes of `mastercurve`."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from dielast.readings.recipe import MeasurementData
+from dielast.recipe.base import RecipeBase
+from dielast.recipe.fields import Section, Temperature, ThermalExpansion
+from dielast.recipe.uncertainty import Draws
+
+
+class Shift(Section):
+    """How the curves are shifted, and the law fitted to the shift factors."""
+
+    reference_temperature: Temperature = Field(description="Any, measured or not.")
+    law: Literal["wlf", "arrhenius", "table"] = Field("wlf", description="Fitted to the shift factors.")
+    vertical: Literal["none", "density-temperature", "free"] = Field("none", description="Whether moduli are shifted, too.")
+    thermal_expansion: ThermalExpansion = Field(
+        0.0, validate_default=False, description="Volumetric, for vertical = density-temperature."
+    )
+    on: Literal["auto", "moduli", "tan-delta", "storage"] = Field(
+        "auto",
+        description="What frequency sweeps are shifted on: storage and loss modulus together, tan delta alone, the storage modulus "
+        "alone, or what determines the shifts best.",
+    )
+
+
+class MasterCurveRecipe(RecipeBase):
+    """Relaxation tests, creep tests or frequency sweeps at several temperatures -> master curve and shift factors."""
+
+    kind: Literal["mastercurve"] = Field(description="The subcommand that runs this recipe.")
+    data: MeasurementData = Field(description="The measurements.")
+    shift: Shift = Field(description="How they are shifted.")
+    uncertainty: Draws | None = Field(None, description="Resample the noise, for the uncertainty of all that follows.")

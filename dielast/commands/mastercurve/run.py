@@ -1,0 +1,148 @@
+"""`mastercurve`: relaxation tests, creep tests or frequency sweeps at several temperatures -> master curve and shift factors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from dielast.commands.mastercurve.recipe import MasterCurveRecipe
+from dielast.errors import InputError
+from dielast.handover.mastercurve_draws import curve_tables, draws_headline
+from dielast.io.files import Inputs
+from dielast.io.table import Table
+from dielast.material.checks import doubt_curve, doubt_temperature
+from dielast.material.shift import WLF, Arrhenius
+from dielast.readings.read import ONE_TEMPERATURE, Reading, read_all, read_curves
+from dielast.recipe.cases import Case
+from dielast.report.report import Report
+from dielast.sharing.execution import Execution
+from dielast.superposition.bootstrap import bootstrap_master_curve
+from dielast.superposition.mastercurve import FrequencySweep, MasterCurve, build_master_curve
+from dielast.superposition.undetermined import LAST_STRETCH, PLATEAU_SLOPE
+
+__all__ = ["headline", "read_curves", "run", "tables"]
+
+ONE_ALONE = "a master curve needs at least two temperatures"
+# what an error about an argument begins with -> the key of [shift] that it is
+KEYS = {"on = ": "on", "reference temperature ": "reference_temperature", "thermal expansion ": "thermal_expansion"}
+
+
+def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
+    """Read the tests, shift them, report."""
+    recipe = cases[0].recipe
+    reading = read_all(recipe.data, inputs)
+    shift, uncertainty = recipe.shift, recipe.uncertainty
+    try:
+        result = build_master_curve(
+            reading.in_order,
+            reference_temperature=shift.reference_temperature,
+            law=shift.law,
+            vertical=shift.vertical,
+            thermal_expansion=shift.thermal_expansion,
+            on=shift.on,
+            temperature_stderr=recipe.data.temperature_stderr,
+            drift=recipe.data.drift or 0.0,
+        )
+    except InputError as error:
+        raise InputError(*map(_in_keys, error.messages)) from None
+    doubt_temperature(result.temperature, "the tests are at")
+    doubt_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
+    drawn = None
+    if uncertainty is not None:
+        drawn = bootstrap_master_curve(
+            reading.in_order,
+            result,
+            draws=uncertainty.draws,
+            seed=uncertainty.seed,
+            law=shift.law,
+            vertical=shift.vertical,
+            thermal_expansion=shift.thermal_expansion,
+            progress=None if (hears := execution.progress) is None else lambda done, of: hears(done, of, "draws"),
+        )
+
+    def figure() -> Any:
+        if result.measurement == "oscillation":
+            from dielast.plots.oscillation import plot_oscillation
+
+            sweeps = [curve for curve in reading.measurements if isinstance(curve, FrequencySweep)]
+            return plot_oscillation(result, sweeps, recipe.title)
+        from dielast.plots.mastercurve import plot_master_curve
+
+        return plot_master_curve(result, reading.measurements, recipe.title)
+
+    if drawn is None or uncertainty is None:
+        return Report(tables(result), headline(result, recipe, reading), figure)
+    found = {**headline(result, recipe, reading), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
+    return Report({**tables(result), **curve_tables(drawn, result.measurement)}, found, figure)
+
+
+def _levels_off(result: MasterCurve) -> bool:
+    """Whether the smooth curve has a plateau where its equilibrium modulus is read."""
+    where, smooth = np.log10(result.smooth_abscissa), np.log10(result.smooth_ordinates[0])
+    where, smooth = (-where[::-1], smooth[::-1]) if result.measurement == "oscillation" else (where, smooth)
+    end = smooth[where >= where[-1] - LAST_STRETCH]
+    return float(np.ptp(end)) <= PLATEAU_SLOPE * LAST_STRETCH
+
+
+def _in_keys(line: str) -> str:
+    """What is said of an argument, said of the recipe's key for it; of one temperature alone, what takes it."""
+    if line.startswith(ONE_ALONE):
+        return f"{line}; {ONE_TEMPERATURE}"
+    for words, key in KEYS.items():
+        if line.startswith(words):
+            return f"shift.{key}: {line.removeprefix(words)}"
+    return line
+
+
+def tables(result: MasterCurve) -> dict[str, Table]:
+    """The tables of a master curve by file name."""
+    return {
+        "shift-factors.csv": result.shift_columns(),
+        "mastercurve.csv": result.columns(),
+    }
+
+
+def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -> Mapping[str, Mapping[str, Any]]:
+    """The headline numbers of a master curve by section of the summary."""
+    fit = result.shift_fit
+    constants: dict[str, Any] = {}
+    stderr = np.sqrt(np.diag(fit.covariance)) if fit.covariance.size else np.zeros(0)
+    match fit.law:
+        case WLF():
+            constants = {
+                "C1": fit.law.C1,
+                "C1_stderr": float(stderr[0]),
+                "C2_K": fit.law.C2,
+                "C2_K_stderr": float(stderr[1]),
+                "C1_C2_covariance_K": float(fit.covariance[0, 1]),
+            }
+        case Arrhenius():
+            constants = {
+                "activation_energy_J_per_mol": fit.law.activation_energy,
+                "activation_energy_J_per_mol_stderr": float(stderr[0]),
+            }
+    return {
+        "shift": {
+            "reference_temperature_degC": result.reference_temperature,
+            "law": recipe.shift.law,
+            "vertical": recipe.shift.vertical,
+            **({"on": result.shifted_on} if result.measurement == "oscillation" else {}),
+            **constants,
+            "law_misfit": fit.misfit,
+            "rms_residual_decades": result.rms_residual_decades,
+            "offset_spread_decades": result.offset_spread,
+            "tilt_spread_decades": result.tilt_spread,
+        },
+        "modulus": {"equilibrium_Pa": result.equilibrium_modulus, "glassy_Pa": result.glassy_modulus},
+        "data": {
+            **reading.summary,
+            "temperature_stderr_K": result.stated.temperature_stderr,
+            **({"drift": result.stated.drift} if result.stated.drift > 0 else {}),
+            "temperatures": int(result.temperature.size),
+            "points": int(result.abscissa.size),
+            "decades": float(np.log10(result.reduced_abscissa[-1] / result.reduced_abscissa[0])),
+            "undetermined_temperatures_degC": [entry.temperature for entry in result.undetermined],
+        },
+    }

@@ -1,0 +1,1 @@
+"""`dielast relax` and `dielast creep`."""

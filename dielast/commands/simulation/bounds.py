@@ -1,0 +1,277 @@
+"""The bounds that draws tell: the cases of a simulation again with each draw, and the cells of a map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.commands.actuate.recipe import ActuateRecipe
+from dielast.commands.simulation.cases import CaseResult
+from dielast.errors import InputError, NumericsError
+from dielast.handover.material_file import breakdown
+from dielast.io.table import Column
+from dielast.material.material import Material
+from dielast.material.scatter import Sample, interval, scaled
+from dielast.recipe.cases import Case
+from dielast.sharing.batches import Batch, solve_batches
+from dielast.sharing.execution import Execution
+from dielast.simulate.actuate import Event
+from dielast.simulate.failure_map import FailureMap
+from dielast.simulate.lifetime import LifetimeLine
+
+Array = NDArray[np.float64]
+Band = tuple[Array, Array, Array]
+Result = TypeVar("Result")
+Told = TypeVar("Told")
+
+STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
+SURVIVING = "surviving [1]"
+FAILURES = ("breakdown", "pull-in")
+RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")  # towards a failure; all else grows
+NUMBERS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}  # of an event
+LINE = ("slope", "intercept", "rms_residual", "r_squared")
+
+
+@dataclass(frozen=True, slots=True)
+class BoundedEvent:
+    """An event of a case, None where it happens in draws only, with the bounds of its `numbers` by name, and how likely it is."""
+
+    name: str
+    event: Event | None
+    lower: Mapping[str, float]
+    upper: Mapping[str, float]
+    probability: float
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lower and upper bound of the time, infinite where it may never come."""
+        return self.lower["time"], self.upper["time"]
+
+
+FilmResult = tuple[CaseResult, Sequence[Event]]
+BoundedFilm = tuple[CaseResult, Sequence[BoundedEvent]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn(Generic[Result, Told]):
+    """One case of those with draws, named in errors; its `batches` are the draws, and `bounds` makes of them what is told of it."""
+
+    members: Sequence[int]
+    name: str
+    batches: Sequence[Batch[Result]]
+    bounds: partial[Told]
+
+    def solve(self) -> list[Told]:
+        """What is told of the case."""
+        with _said_of_a_draw(self.name):
+            drawn = solve_batches(self.batches)
+        return [self.bounds(drawn)]
+
+
+def bounded_cases(
+    cases: Sequence[Case[Any]],
+    samples: Sequence[Sample | None],
+    results: Sequence[CaseResult],
+    batches: Callable[[Sequence[Case[Any]], Sequence[Material]], Sequence[Batch[CaseResult]]],
+    execution: Execution,
+) -> list[CaseResult]:
+    """The results with bounds, in cases that have draws; `batches` says how cases of these materials are solved together."""
+    drawn: dict[int, Drawn[CaseResult, CaseResult]] = {}
+    for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
+        if sample is not None:
+            name = _name(number, cases)
+            with _said_of_a_draw(name):
+                own = batches([case] * len(sample), sample.materials)
+            drawn[number] = Drawn([len(drawn)], name, own, partial(bounded, result, level=case.recipe.uncertainty.level))
+    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
+    return [told.get(number, result) for number, result in enumerate(results)]
+
+
+def bounded_films(
+    cases: Sequence[Case[ActuateRecipe]],
+    samples: Sequence[Sample | None],
+    films: Sequence[FilmResult],
+    batches: Callable[[Sequence[Case[ActuateRecipe]], Sequence[Material], Array], Sequence[Batch[FilmResult]]],
+    execution: Execution,
+) -> list[BoundedFilm]:
+    """The results and the events with bounds, in cases that have draws; `batches` as in `bounded_cases`."""
+    drawn: dict[int, Drawn[FilmResult, BoundedFilm]] = {}
+    for number, (case, sample, film) in enumerate(zip(cases, samples, films, strict=True)):
+        wanted = case.recipe.uncertainty
+        if wanted is None or sample is None:
+            continue
+        known = breakdown(case.recipe.breakdown)
+        materials = []
+        for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
+            field = known or member.breakdown
+            materials.append(replace(member, breakdown=None if field is None else scaled(field, factor)))
+        name = _name(number, cases)
+        with _said_of_a_draw(name):
+            # each has its breakdown field with its material, and is asked for the rows of the result, its end among them
+            output = case.recipe.output.model_copy(update={"times": _asked(film[0].columns["time [s]"])})
+            one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
+            own = batches([one] * len(sample), materials, sample.thickness_factor)
+        drawn[number] = Drawn([len(drawn)], name, own, partial(_bounded_film, film, level=wanted.level))
+    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
+    return [told.get(number, (result, ())) for number, (result, _) in enumerate(films)]
+
+
+def _bounded_film(film: FilmResult, drawn: Sequence[FilmResult], level: float) -> BoundedFilm:
+    result, events = film
+    failed = [any(event.name in FAILURES for event in own) for _, own in drawn]
+    told = bounded(result, [own for own, _ in drawn], level, failed)
+    return told, bounded_events(events, [own for _, own in drawn], level)
+
+
+def _asked(time: Array) -> list[float] | None:
+    """Times at which a draw tells what a result's rows at `time` do: of two rows at one time, the second is after a jump."""
+    return np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
+
+
+def _passed(time: Array) -> NDArray[np.bool_]:
+    """Rows between two jumps at one moment, which no time tells from those after them."""
+    first, last = np.diff(time, prepend=np.nan) != 0, np.diff(time, append=np.nan) != 0
+    return np.asarray(~last & (~first | (time == 0)))
+
+
+def _name(number: int, cases: Sequence[Case[Any]]) -> str:
+    return f"case {number}: " if len(cases) > 1 else ""
+
+
+@contextmanager
+def _said_of_a_draw(case: str) -> Iterator[None]:
+    """Errors that only a draw meets say so, and of which `case`."""
+    try:
+        yield
+    except (InputError, NumericsError) as error:
+        raise type(error)(*(f"{case}uncertainty: in a draw: {line}" for line in error.messages)) from None
+
+
+def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, failed: Sequence[bool] | None = None) -> CaseResult:
+    """The result of a case with lower and upper columns beside each that the draws differ in.
+
+    Of films, `failed` says which draws end because they fail. Such a draw is from then on beyond every bound on the side that it
+    failed towards: above in stretches and field, below in the stress that the film carries and in its stability. A bound that is
+    among those is infinite. A column tells the share of the draws that had not failed by each time; a draw that ends for another
+    reason is none from then on.
+    """
+    time = result.columns["time [s]"]
+    there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
+    lost = ~there & np.array(failed if failed is not None else [False] * len(drawn))[:, None]
+    told = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
+    columns: dict[str, Array] = {}
+    for header, values in result.columns.items():
+        columns[header] = values
+        if header not in STATED:
+            table = _stacked([each.columns[header] for each in drawn], time.size)
+            beyond = -np.inf if header in RUNS_DOWN else np.inf
+            low, high = interval(np.where(told, np.where(lost, beyond, table), np.nan), level)
+            columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
+    if failed is not None:
+        columns[SURVIVING] = np.sum(there, axis=0) / np.maximum(np.sum(there | lost, axis=0), 1)
+    return replace(result, columns=columns)
+
+
+def band(columns: Mapping[str, Array], x: str, y: str) -> Band | None:
+    """x, lower and upper y of a bounded case, for a figure; none where x itself is uncertain."""
+    if x not in STATED or _beside(y, "lower") not in columns:
+        return None
+    return columns[x], columns[_beside(y, "lower")], columns[_beside(y, "upper")]
+
+
+def _beside(header: str, which: str) -> str:
+    name, unit = header.rstrip("]").split(" [")
+    return f"{name}_{which} [{unit}]"
+
+
+def _stacked(columns: Sequence[Array], rows: int) -> Array:
+    """Columns of several draws as (draws, rows), NaN where one ended before."""
+    table = np.full((len(columns), rows), np.nan)
+    for row, values in zip(table, columns, strict=True):
+        row[: min(rows, values.size)] = values[:rows]
+    return table
+
+
+def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], level: float) -> list[BoundedEvent]:
+    """The events of a case, and those that happen in draws only.
+
+    In a draw in which an event does not happen, it is later than all others: a time without upper bound may be beyond the end. All
+    else is that of the draws in which it happens.
+    """
+    seen: dict[str, int] = {}
+    rows: list[tuple[str, int, Event | None]] = []
+    for own_event in events:
+        rows.append((own_event.name, seen.get(own_event.name, 0), own_event))
+        seen[own_event.name] = seen.get(own_event.name, 0) + 1
+    rows += [(name, 0, None) for name in dict.fromkeys(each.name for own in drawn for each in own) if name not in seen]
+    result = []
+    for name, which, event in rows:
+        found = [next((e for k, e in enumerate(x for x in own if x.name == name) if k == which), None) for own in drawn]
+        lower, upper = {}, {}
+        for number in NUMBERS:
+            absent = np.inf if number == "time" else np.nan
+            low, high = interval(np.array([absent if e is None else float(getattr(e, number)) for e in found]), level)
+            lower[number], upper[number] = float(low), float(high)
+        result.append(BoundedEvent(name, event, lower, upper, sum(e is not None for e in found) / len(found)))
+    return result
+
+
+def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Column]:
+    """The table of events with bounds, by case; an event that happens in draws only has bounds alone."""
+    flat = [(case, event) for case, own in enumerate(events) for event in own]
+    columns = [
+        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
+        Column("event", None, [event.name for _, event in flat]),
+    ]
+    for name, unit in NUMBERS.items():
+        central = [np.nan if row.event is None else float(getattr(row.event, name)) for _, row in flat]
+        columns.append(Column(name, unit, np.array(central, dtype=float)))
+        columns.append(Column(f"{name}_lower", unit, np.array([row.lower[name] for _, row in flat], dtype=float)))
+        columns.append(Column(f"{name}_upper", unit, np.array([row.upper[name] for _, row in flat], dtype=float)))
+    return [*columns, Column("probability", "1", np.array([row.probability for _, row in flat], dtype=float))]
+
+
+def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Array, Array]]:
+    """Lower and upper bound of each time of a map by name; infinite where it is beyond the horizon."""
+    known = np.array([each.failure_mode != "unfinished" for each in drawn])
+    bounds = {}
+    for name in ("time_to_breakdown", "time_to_pull_in", "time_to_failure"):
+        times = np.array([getattr(each, name) for each in drawn])
+        bounds[name] = interval(np.where(np.isnan(times), np.where(known, np.inf, np.nan), times), level)
+    return bounds
+
+
+def failure_probability(drawn: Sequence[FailureMap]) -> Array:
+    """Share of the draws that fail within the horizon, of those whose fate is known."""
+    failed = np.array([np.isfinite(each.time_to_failure) for each in drawn])
+    known = np.array([each.failure_mode != "unfinished" for each in drawn])
+    return np.asarray(np.sum(failed, axis=0) / np.maximum(np.sum(known, axis=0), 1))
+
+
+def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], level: float) -> list[Column]:
+    """The table of a map with bounds beside each time, and the probability of failure."""
+    bounds = map_bounds(drawn, level)
+    result = []
+    for column in columns:
+        result.append(column)
+        if column.name in bounds:
+            pairs = zip(("lower", "upper"), bounds[column.name], strict=True)
+            result += [Column(f"{column.name}_{which}", column.unit, values.ravel()) for which, values in pairs]
+    return [*result, Column("failure_probability", "1", failure_probability(drawn).ravel())]
+
+
+def bounded_line_columns(columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float) -> list[Column]:
+    """The table of lifetime lines with bounds beside each number, from the lines of every draw."""
+    result = []
+    for column in columns:
+        result.append(column)
+        if column.name in LINE:
+            low, high = interval(np.array([[getattr(line, column.name) for line in lines] for lines in drawn], dtype=float), level)
+            result += [Column(f"{column.name}_lower", column.unit, low), Column(f"{column.name}_upper", column.unit, high)]
+    return result

@@ -1,0 +1,239 @@
+"""What simulations of several cases share: their tables, their labels, comparison with measured points, their figure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.commands.simulation.recipe import Comparison, HistoryStep, SimulationRecipe
+from dielast.errors import InputError, NumericsError, as_toml
+from dielast.handover.material_file import parse_material
+from dielast.io.files import Inputs
+from dielast.io.table import Column, Table, case_table
+from dielast.material.checks import doubt_material
+from dielast.material.material import Material
+from dielast.recipe.cases import Case
+from dielast.recipe.fields import on_one_scale
+from dielast.simulate.cycles import CycleTable, cycle_table
+from dielast.simulate.follow import Outcome
+
+if TYPE_CHECKING:
+    from dielast.commands.simulation.compare import Match
+
+Array = NDArray[np.float64]
+Result = TypeVar("Result")
+PART = 2**14  # branches, over all cases, of a batch that is solved together: a part of a second of work
+FINE = 4000  # points along a history that a comparison over anything but time is drawn through
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CaseResult:
+    """One case: its table's `columns` (times,) by header, up to where it was finished, and why it was not; and what each of its
+    cycles was like, columns (cycles,) by header, if it had any.
+    """
+
+    temperature: float
+    columns: Mapping[str, Array]
+    failure: str | None
+    cycles: Mapping[str, Array] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulationBatch(Generic[Result]):
+    """Cases whose histories are of one shape: `simulate` knows all that they take, `result` is given its history and a row of it,
+    and `in_recipe_terms` says an error in the words of the recipe.
+    """
+
+    members: Sequence[int]
+    simulate: partial[Any]
+    result: partial[Result]
+    in_recipe_terms: partial[str]
+
+    def solve(self) -> list[Result]:
+        """The result of each member."""
+        try:
+            history = self.simulate()
+        except (InputError, NumericsError) as error:
+            raise type(error)(*map(self.in_recipe_terms, error.messages)) from None
+        return [self.result(history, row) for row in range(len(self.members))]
+
+
+def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> list[Material]:
+    """The material of every case; each file is read once."""
+    named = {name: parse_material(inputs.read(name), name) for name in dict.fromkeys(case.recipe.material for case in cases)}
+    for material in named.values():
+        doubt_material(material)
+    return [named[case.recipe.material] for case in cases]
+
+
+def temperature_of(recipe: SimulationRecipe, material: Material) -> float:
+    """The temperature in degC: the recipe's, or the one at which the material's spectrum holds."""
+    return material.reference_temperature if recipe.temperature is None else float(recipe.temperature)
+
+
+def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[int]]:
+    """The members in parts of about equal work: small enough to be shared evenly, large enough to be fast together."""
+    branches = max(materials[index].spectrum.relaxation_time.size for index in members)
+    size = max(PART // max(branches, 1), 1)
+    return [list(members[first : first + size]) for first in range(0, len(members), size)]
+
+
+def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
+    """One material if it is that of all cases, which is then not taken apart case by case."""
+    return materials[0] if all(material is materials[0] for material in materials) else list(materials)
+
+
+def result_columns(results: Sequence[CaseResult]) -> Table:
+    """The table of all cases, one below the other."""
+    return case_table([result.temperature for result in results], [result.columns for result in results])
+
+
+def cycles_of(table: CycleTable | None, row: int) -> Mapping[str, Array] | None:
+    """The cycles that one case finished, by header."""
+    return None if table is None else table.case(row)
+
+
+def cycle_columns(results: Sequence[CaseResult]) -> Table | None:
+    """The table of all cycles of all cases, None if there are none."""
+    cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
+    return cycle_table(cycling) if cycling else None
+
+
+def given_up(outcome: Outcome, material: Material, pulled: bool) -> str | None:
+    """Why a case was not finished, if it was not; `pulled` says whether a load can stretch the film without end."""
+    if outcome.completed:
+        return None
+    # the load was applied, and then went on for some time
+    flows = pulled and material.equilibrium_modulus == 0 and outcome.time > 0
+    more = ": without an equilibrium modulus, the film flows without end" if flows else ""
+    return f"given up at {outcome.time:.6g} s: {outcome.reason}{more}"
+
+
+def failures(results: Sequence[CaseResult]) -> list[str]:
+    """A line for each reason that cases were not finished for, which tells of the first of them."""
+    lost = [(index, result.failure) for index, result in enumerate(results) if result.failure]
+    return first_of_each([(failure.partition(": ")[2], f"case {index}: {failure}") for index, failure in lost], "cases")
+
+
+def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
+    """The first line of each reason, of (reason, line), with the number of the others, which `what` names."""
+    count = Counter(reason for reason, _ in lines)
+    first = dict(reversed(lines))
+    named = {2: what.removesuffix("s")}  # one more than the first
+    return [
+        first[reason] + (f" (and {many - 1} more {named.get(many, what)})" if many > 1 else "") for reason, many in count.items()
+    ]
+
+
+def matches(
+    recipe: SimulationRecipe,
+    columns: Sequence[Mapping[str, Array]],
+    inputs: Inputs,
+    simulate: Callable[[int, Array], Mapping[str, Array]],
+) -> list[Match]:
+    """The measured points of every comparison beside the case they belong to, which `simulate` gives at any times."""
+    if not recipe.compare:
+        return []
+    from dielast.commands.simulation.compare import match
+
+    found = []
+    for index, comparison in enumerate(recipe.compare):
+        check_case(index, comparison, len(columns))
+        own = columns[comparison.case]
+        end = float(own["time [s]"][-1]) if own["time [s]"].size else 0.0
+
+        def fine(
+            times: Array | None, case: int = comparison.case, rows: Array = own["time [s]"], end: float = end
+        ) -> Mapping[str, Array]:
+            wanted = np.union1d(rows, np.linspace(0.0, end, FINE)) if times is None else times[times <= end]
+            return simulate(case, wanted) if wanted.size else {header: np.zeros(0) for header in columns[case]}
+
+        found.append(match(comparison, own, inputs, fine, f"compare[{index}]", getattr(recipe, "specimen", None)))
+    return found
+
+
+def check_case(index: int, comparison: Comparison, cases: int) -> None:
+    """`InputError` if there is no such case as the comparison, the recipe's `index`th, is about."""
+    if comparison.case >= cases:
+        raise InputError(f"compare[{index}].case: {comparison.case}: cases are numbered from 0, and the last is {cases - 1}")
+
+
+def each(values: Sequence[float | int]) -> Any:
+    """Headline values of the cases: one number for one case, else a list."""
+    plain = [value if isinstance(value, int) else float(value) for value in values]
+    return plain[0] if len(plain) == 1 else plain
+
+
+def last(values: Array) -> float:
+    """The last of a case's values; NaN for a case that never began."""
+    return float(values[-1]) if values.size else np.nan
+
+
+def compare_headline(found: Sequence[Match]) -> dict[str, Any]:
+    """What is compared in which case, the misfit in its SI unit, and of how many points it is; others are left out of it."""
+    left_out = [entry.x.size - entry.used for entry in found]
+    compared = [entry.headers[1] for entry in found]
+    return {
+        "y": compared[0] if len(compared) == 1 else compared,
+        "case": each([entry.case for entry in found]),
+        "points": each([entry.used for entry in found]),
+        **({"points_left_out": each(left_out)} if any(left_out) else {}),
+        "rms_error": each([entry.rms_error for entry in found]),
+        "rms_relative_error": each([entry.rms_relative_error for entry in found]),
+    }
+
+
+def axes_of(
+    cases: Sequence[Case[SimulationRecipe]], columns: Mapping[str, Array], measured: str, time_scale: str = "log"
+) -> tuple[str, str, tuple[str, str]]:
+    """Columns for x and y of the figure, x being a swept key perhaps, and their scales; y is by default what is `measured`.
+
+    `columns` are those of the first case. A history that goes on after a hold is not drawn over the logarithm of time: its later
+    steps would be one line.
+    """
+    recipe, swept = cases[0].recipe, cases[0].settings
+    stated = recipe.compare[0] if recipe.compare and recipe.plot.x is None and recipe.plot.y is None else None
+    x, y = recipe.plot.x or "time [s]", recipe.plot.y or measured
+    if stated is not None:
+        x, y = stated.x, stated.y
+    for header in (x, y):
+        if header not in columns and not (header == x and header in swept):
+            raise InputError(f'plot: "{header}" is no column of the result; there are {", ".join(columns)}')
+    if goes_on(recipe):
+        time_scale = "linear"
+    return x, y, (recipe.plot.x_scale or (time_scale if x == "time [s]" else "linear"), recipe.plot.y_scale)
+
+
+def goes_on(recipe: SimulationRecipe) -> bool:
+    """Whether something happens after a hold, or after one load has been reached, or again and again."""
+    steps: Sequence[HistoryStep] = getattr(recipe, "step", ())
+    aims = [step for step in steps if step.aim() is not None]
+    cycles = any(getattr(step, "waveform", None) is not None for step in steps)
+    return len(aims) > 1 or cycles or any(step.hold is not None for step in steps[:-1])
+
+
+def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
+    """The table of cases: their number and each swept value, in SI where all of a key are quantities of one kind."""
+    columns = [Column("case", None, np.arange(len(cases)))]
+    for key in cases[0].settings:
+        values = [case.settings[key] for case in cases]
+        quantities = on_one_scale(values)
+        if quantities is None:
+            columns.append(Column(key, None, [_spelled(value) for value in values]))
+        else:
+            columns.append(Column(key, quantities[1], np.array(quantities[0])))
+    return columns
+
+
+def _spelled(value: Any) -> str:
+    """A recipe's value as TOML has it, text without its quotes, and a path without folders that are this machine's own."""
+    if isinstance(value, str):
+        return Path(value).name if Path(value).is_absolute() else value
+    return as_toml(value)

@@ -1,0 +1,196 @@
+"""Measured points beside a simulated curve, and how far apart they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.commands.simulation.recipe import Comparison, roles_of
+from dielast.errors import InputError, warn
+from dielast.io.files import Inputs
+from dielast.io.table import split_header
+from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.material.checks import doubt_measured_stretch
+from dielast.readings.specimen import KNOWN_AS, read_as, role_in
+from dielast.readings.specimen_recipe import Specimen
+from dielast.units import FIELD, FORCE, LENGTH, NUMBER, STRESS, TIME, VOLTAGE, kind_of
+
+Array = NDArray[np.float64]
+DIMENSIONS = {dimension.unit: dimension for dimension in (TIME, STRESS, VOLTAGE, FIELD, LENGTH, NUMBER)}
+# columns of the result that a testing machine measures in another way
+QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
+
+Fine = Callable[[Array | None], Mapping[str, Array]]
+"""A case's columns at these times in s, or without times closely enough to draw straight lines between them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """Measured points `x`, `y` (n,) of one case in SI, and the `model` (n,) at the same x, NaN where it does not reach."""
+
+    label: str
+    case: int
+    headers: tuple[str, str]
+    x: Array
+    y: Array
+    model: Array
+
+    @property
+    def used(self) -> int:
+        """How many of the points the model reaches: those that the misfit is about."""
+        return int(np.count_nonzero(np.isfinite(self.model)))
+
+    @property
+    def rms_error(self) -> float:
+        """Root mean square of model - y, in the unit of y."""
+        return float(np.sqrt(np.nanmean((self.model - self.y) ** 2)))
+
+    @property
+    def rms_relative_error(self) -> float:
+        """The same over the root mean square of y."""
+        reached = np.isfinite(self.model)
+        level = float(np.sqrt(np.mean(self.y[reached] ** 2)))
+        return self.rms_error / level if level > 0 else np.nan
+
+
+def match(
+    comparison: Comparison,
+    columns: Mapping[str, Array],
+    inputs: Inputs,
+    fine: Fine,
+    key: str = "compare[0]",
+    specimen: Specimen | None = None,
+) -> Match:
+    """The measured points of `comparison`, the recipe's `key`, beside its case, whose result has the `columns` (times,) by header.
+
+    `specimen` is the recipe's, for a comparison that states none.
+
+    The model is evaluated anew where it was measured, so that the misfit does not depend on the rows of the table.
+
+    Raises `InputError` if columns are missing, if the simulation reaches none of the points, or if x runs to and fro.
+    """
+    for axis, header in (("x", comparison.x), ("y", comparison.y)):
+        if header not in columns:
+            raise InputError(f'{key}.{axis}: "{header}" is no column of the result; there are {", ".join(columns)}')
+    x, y = read_points(comparison, inputs, specimen)
+    found = fine(measured_times(x) if comparison.x == "time [s]" else None)
+    model = _interpolate(comparison, x, found[comparison.x], found[comparison.y])
+    missed = int(np.count_nonzero(np.isnan(model)))
+    if missed == x.size:
+        raise InputError(
+            f"{comparison.file}: the simulation reaches none of the {x.size} points, {comparison.x} from {x.min():g} to {x.max():g}"
+        )
+    if missed:
+        warn(f"{comparison.file}: the simulation does not reach {missed} of {x.size} points; they are left out of the misfit")
+    return Match(comparison.label or _label(comparison), comparison.case, (comparison.x, comparison.y), x, y, model)
+
+
+def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | None = None) -> tuple[Array, Array]:
+    """The measured x and y (n,) of a comparison in SI, extension as stretch and force as nominal stress of the `specimen`, unless
+    the comparison states its own.
+
+    Raises `InputError` naming file and line, column or what `where` misses.
+    """
+    table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
+    rows = _rows(table, comparison)
+    known = comparison.specimen or specimen
+    x = _axis(table, comparison, "x", comparison.x, comparison.x_column, known, rows)
+    return x, _axis(table, comparison, "y", comparison.y, comparison.y_column, known, rows)
+
+
+def _axis(
+    table: MeasuredTable,
+    comparison: Comparison,
+    axis: str,
+    header: str,
+    column: str | None,
+    specimen: Specimen | None,
+    rows: NDArray[np.bool_],
+) -> Array:
+    name, unit = split_header(header)
+    quantity = QUANTITIES.get(header)
+    wanted: str | int = column or name
+    if quantity == "time" and column is None:
+        wanted = comparison.columns.time or name
+    elif quantity is not None and quantity != "time":
+        stated = bool(roles_of(header) & comparison.columns.by_role.keys())
+        if stated or (column is None and not table.has(name) and any(map(table.has, KNOWN_AS[quantity]))):
+            role, wanted = role_in(table, quantity, comparison.columns)
+        else:
+            role = _told_by_unit(table, wanted, axis, quantity)
+        if role != quantity:
+            return read_as(table, role, wanted, specimen, rows, axis)
+    values = table.column(wanted, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
+    if "stretch" in name:
+        doubt_measured_stretch(table.names[table.find(wanted, axis)], values, comparison.file)
+    return values
+
+
+def _told_by_unit(table: MeasuredTable, wanted: str | int, axis: str, quantity: str) -> str:
+    """As what a column holds a stretch or a stress: an extension is a length, a force a force."""
+    unit = table.units[table.find(wanted, axis)] or (table.stated_units or {}).get(axis)
+    kind = kind_of(unit) if unit is not None else None
+    machine = {"stretch": ("extension", LENGTH), "stress": ("force", FORCE)}[quantity]
+    return machine[0] if kind is machine[1] else quantity
+
+
+def _label(comparison: Comparison) -> str:
+    chosen = ", ".join(f"{name} {value}" for name, value in comparison.where.items())
+    return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
+
+
+def measured_times(x: Array) -> Array:
+    """The times that a simulation can be asked for."""
+    return np.unique(x[x >= 0])
+
+
+def _rows(table: MeasuredTable, comparison: Comparison) -> NDArray[np.bool_]:
+    """The rows that `where` selects."""
+    keep = np.ones(table.lines.size, dtype=bool)
+    for name, value in comparison.where.items():
+        keep &= table.equals(name, value)
+    if not keep.any():
+        raise InputError(
+            f"{comparison.file}: no row has {', '.join(f'{name} = {value}' for name, value in comparison.where.items())}"
+        )
+    return keep
+
+
+def _interpolate(comparison: Comparison, x: Array, model_x: Array, model_y: Array) -> Array:
+    """`model_y` at `x`, NaN outside; a model that turns back once, as in loading and unloading, is matched branch by branch."""
+    if not model_x.size:
+        return np.full(x.size, np.nan)
+    turns, own_turns = _turns(model_x), _turns(x)
+    if turns > 1 or own_turns > turns:
+        which = "the simulation" if turns > 1 else f"{comparison.file}: the measured x"
+        advice = "choose one curve (where)" if not comparison.where else "choose one curve (by more columns in where)"
+        if comparison.x != "time [s]":
+            advice += ", or compare over time"
+        raise InputError(f"{which} runs to and fro {max(turns, own_turns)} times: {advice}")
+    if not turns:
+        return _one_way(x, model_x, model_y)
+    rising = model_x[int(np.argmax(np.abs(model_x - model_x[0])))] > model_x[0]
+    turn, own = (int(np.argmax(values) if rising else np.argmin(values)) for values in (model_x, x))
+    first = _one_way(x[: own + 1], model_x[: turn + 1], model_y[: turn + 1])
+    return np.concatenate([first, _one_way(x[own + 1 :], model_x[turn:], model_y[turn:])])
+
+
+def _turns(x: Array) -> int:
+    """How often x turns back by more than noise, 2 % of its range."""
+    least = 0.02 * float(np.ptp(x))
+    count, direction, extreme = 0, 0, float(x[0])
+    for value in x.tolist():
+        if direction * (value - extreme) > 0 or (direction == 0 and abs(value - extreme) > least):
+            direction, extreme = direction or int(np.sign(value - extreme)), value
+        elif direction * (extreme - value) > least:
+            count, direction, extreme = count + 1, -direction, value
+    return count
+
+
+def _one_way(x: Array, model_x: Array, model_y: Array) -> Array:
+    order = np.argsort(model_x, kind="stable")
+    return np.interp(x, model_x[order], model_y[order], left=np.nan, right=np.nan)

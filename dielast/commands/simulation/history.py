@@ -1,0 +1,258 @@
+"""A recipe's steps as the solver takes them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.commands.simulation.recipe import CreepRecipe, HistoryStep, LoadStep, RelaxRecipe, StretchStep
+from dielast.errors import InputError
+from dielast.io.files import Inputs
+from dielast.mechanics.load import Path, Step, Track, Waveform
+from dielast.units import FORCE, TIME, TIMES
+
+if TYPE_CHECKING:
+    from dielast.io.text_table import MeasuredTable
+
+Array = NDArray[np.float64]
+# what an error of the solver begins with -> the key that it is about
+KEYS = {
+    "prestretch rate": "film.prestretch_rate",
+    "prestretch": "film.prestretch",
+    "output time": "output.times",
+    "cycle": "output.cycles",
+    "temperature": "temperature",
+    "material": "material",
+}
+OWN = ("stretch_1", "nominal_stress_1")
+Recipe = RelaxRecipe | CreepRecipe
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One step of a history for the solver, and the recipe step (from 0) it comes from; what is not stated is None."""
+
+    origin: int
+    control: str | None
+    target: float | Path | None
+    rate: float | None = None
+    duration: float | None = None
+    still: bool = False
+    """Whether the target is what is there already."""
+
+    @property
+    def shape(self) -> tuple[Any, ...]:
+        """What entries must share to be run together."""
+        path: tuple[Any, ...] = ()
+        if isinstance(self.target, Waveform):
+            path = (self.target.shape, self.target.cycles)
+        elif isinstance(self.target, Track):
+            path = (np.asarray(self.target.time).tobytes(), np.asarray(self.target.value).tobytes())
+        return (self.control, self.rate is None, self.duration is None, self.duration == 0, self.still, path)
+
+
+def values_of(entries: Sequence[Entry], name: str) -> Array | None:
+    """One value of the same step of several cases, as an array (cases,), or () if it is one case again and again."""
+    first = getattr(entries[0], name)
+    if first is None:
+        return None
+    alike = all(entry is entries[0] for entry in entries)
+    return np.array(first) if alike else np.array([getattr(entry, name) for entry in entries])
+
+
+def target_of(entries: Sequence[Entry]) -> Array | Path | None:
+    """Where the same step of several cases goes, as in `values_of`, or the path of all of them."""
+    first = entries[0].target
+    if isinstance(first, Track):
+        return first
+    if isinstance(first, Waveform):
+        if all(entry is entries[0] for entry in entries):
+            return first
+        waves = [entry.target for entry in entries if isinstance(entry.target, Waveform)]
+        low, high, period = ([getattr(wave, part) for wave in waves] for part in ("low", "high", "period"))
+        return Waveform(low, high, period, first.cycles, first.shape)
+    return values_of(entries, "target")
+
+
+def joined(entries: Sequence[Entry]) -> Step:
+    """The same step of several cases as one, with arrays as in `values_of`."""
+    targets = {} if entries[0].control is None else {entries[0].control: target_of(entries)}
+    return Step(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
+
+
+def solver_steps(recipe: Recipe, inputs: Inputs) -> list[Entry]:
+    """The recipe's steps as the solver takes them; forces become nominal stresses, tables become ramps."""
+    if recipe.load is not None:
+        inputs.read(recipe.load)
+    entries: list[Entry] = []
+    for index, step in enumerate(recipe.step):
+        if step.hold is not None:
+            entries.append(Entry(index, None, None, None, step.hold))
+        elif step.table is not None:
+            entries += _followed(index, step, step.table, recipe, inputs)
+        elif step.waveform is not None:
+            entries.append(_cycling(index, step, recipe))
+        elif isinstance(step, StretchStep):
+            entries.append(Entry(index, "stretch", step.stretch, step.rate, step.duration))
+        elif isinstance(step, LoadStep):
+            entries.append(_loaded(index, step, recipe))
+    return marked_still(entries, 1.0 if recipe.kind == "relax" else 0.0)
+
+
+def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
+    """The entries with those marked that lead nowhere, from `rest` on: no case is solved in another way for its company's sake.
+
+    Raises `InputError` for a rate at which an entry would last for no time that can be meant.
+    """
+    present, marked = rest, []
+    for entry in entries:
+        took = lasting(entry, present)
+        if entry.rate is not None and took > 0 and not TIMES[0] <= took <= TIMES[1]:
+            needed = f"from {TIMES[0]:g} to {TIMES[1]:g} s is needed"
+            raise InputError(f"step[{entry.origin}].rate: the step takes {took:.3g} s; {needed}")
+        marked.append(replace(entry, still=not isinstance(entry.target, Path) and entry.target in (None, present)))
+        present = reached(entry, present)
+    return marked
+
+
+def reached(entry: Entry, present: float) -> float:
+    """What is prescribed after an entry."""
+    if isinstance(entry.target, Path):
+        return float(np.asarray(entry.target.last))
+    return present if entry.target is None else entry.target
+
+
+def corners(entry: Entry, present: float) -> list[tuple[float, float]]:
+    """The values that an entry goes to one after another, of a waveform those of its first cycle, and how long each takes in s."""
+    target = entry.target
+    if isinstance(target, Track):
+        time, values = np.asarray(target.time), np.asarray(target.value)
+        return list(zip(values.tolist(), np.diff(time, prepend=0.0).tolist(), strict=True))
+    if isinstance(target, Waveform):
+        low, half = reached(entry, present), 0.5 * float(np.asarray(target.period))
+        turns = [(low, 0.0), (float(np.asarray(target.high)), half), (low, half)]
+        return turns if target.cycles == 1 else [*turns, (low, 2 * half * (target.cycles - 1))]
+    return [(reached(entry, present), lasting(entry, present))]
+
+
+def aims(entries: Sequence[Entry]) -> list[float]:
+    """All values that the entries go to."""
+    return [value for entry in entries if entry.target is not None for value, _ in corners(entry, 0.0)]
+
+
+def lasting(entry: Entry, present: float) -> float:
+    """How long an entry takes in s; 0 at a rate of 0, which the solver refuses."""
+    if isinstance(entry.target, Path):
+        return entry.target.duration
+    if entry.rate is None:
+        return entry.duration or 0.0
+    return abs((entry.target - present) / entry.rate) if entry.target is not None and entry.rate != 0 else 0.0
+
+
+def _loaded(index: int, step: LoadStep, recipe: Recipe) -> Entry:
+    area = _area(recipe) if step.force is not None else 1.0
+    target = step.stress if step.force is None else step.force
+    assert target is not None
+    return Entry(index, "stress", target / area, step.rate[0] / area if step.rate is not None else None, step.duration)
+
+
+def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: Inputs) -> list[Entry]:
+    """Ramps through the points of a table, jumps where a result of dielast's jumps; its times count from the start of the step."""
+    from dielast.io.text_table import TextFormat, read_measured
+    from dielast.readings.specimen import read_as, role_in
+
+    columns, sheet = (step.columns, step.sheet) if isinstance(step, StretchStep | LoadStep) else (None, None)
+    points = read_measured(inputs.read(name), name, TextFormat(sheet=sheet))
+    control = "stretch" if isinstance(step, StretchStep) else "stress"
+    role, column = role_in(points, control, columns)
+    time = ascending_times(points, name, column in OWN, (columns and columns.time) or "time")
+    values = read_as(points, role, column, recipe.specimen)
+    if control == "stretch":
+        for row in np.flatnonzero(values <= 0)[:1]:
+            raise InputError(
+                f"{name}: line {points.lines[row]}: stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)"
+            )
+    return tracks(index, control, time, values)
+
+
+def tracks(index: int, control: str, time: Array, values: Array) -> list[Entry]:
+    """Points of a table of load (k,) as entries, a new one where the load jumps, with two points at one time."""
+    entries, starts = [], [0, *(np.flatnonzero(np.diff(time) == 0) + 1).tolist(), time.size]
+    for first, end in pairwise(starts):
+        begin = time[first] if first else 0.0
+        entries.append(Entry(index, control, Track(time[first:end] - begin, values[first:end])))
+    return entries
+
+
+def _cycling(index: int, step: HistoryStep, recipe: Recipe) -> Entry:
+    """Cycles of a stretch, force or stress."""
+    assert isinstance(step, StretchStep | LoadStep)
+    assert step.high is not None
+    assert step.waveform is not None
+    assert step.period is not None
+    if isinstance(step, StretchStep):
+        low, high, control = step.low if step.low is not None else 1.0, step.high, "stretch"
+    else:
+        area = _area(recipe) if step.high[1] == FORCE.unit else 1.0
+        low, high, control = (step.low[0] if step.low is not None else 0.0) / area, step.high[0] / area, "stress"
+    return Entry(index, control, Waveform(low, high, step.period, step.cycles or 1, step.waveform))
+
+
+def _area(recipe: Recipe) -> float:
+    area = recipe.specimen.area if recipe.specimen is not None else None
+    if area is None:
+        raise InputError("a force needs [specimen] with width and thickness, or state stress")
+    return area
+
+
+def in_recipe_terms(line: str, origin: Sequence[int], members: Sequence[int], cases: int) -> str:
+    """An error of the solver in the recipe's terms: the key, and of so many `cases` the one that is meant.
+
+    `origin` says which of the recipe's steps each of the solver's came from, `members` which cases the solver was given.
+    """
+    found = re.match(r"(?:step (\d+): )?(?:case (\d+): )?", line)
+    assert found is not None
+    step, case = found.groups()
+    told = in_keys(line[found.end() :]) if step is None else f"step[{origin[int(step)]}]: {line[found.end() :]}"
+    one = int(case) if case is not None else 0 if len(members) == 1 else None
+    return told if one is None or cases == 1 else f"case {members[one]}: {told}"
+
+
+def in_keys(said: str) -> str:
+    """What the solver says of one of its arguments, said of the recipe's key for it."""
+    if "has no permittivity" in said:
+        said += ": state [dielectric] permittivity in the material file"
+    for words, key in KEYS.items():
+        if said.startswith(f"{words} "):
+            return f"{key}: {said.removeprefix(f'{words} ')}"
+    return f"breakdown: {said}" if said.startswith("a breakdown field") else said
+
+
+def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, column: str | int = "time") -> Array:
+    """The times in the `column` of a table of load in s; with `jumps` they may repeat.
+
+    Raises `InputError` naming the line unless they ascend from 0 or later, or if it is a result of several cases.
+    """
+    if points.has("case"):
+        number = points.cells[points.find("case", "case")]
+        for line, own in zip(points.lines, number, strict=True):
+            if own != number[0]:
+                ends = f"case {number[0]} ends and case {own} begins, so that times do not ascend"
+                raise InputError(f"{name}: line {line}: {ends}: a load is one case, so leave only its rows in the table")
+    time = points.column(column, "time", TIME)
+    before = np.append(-1.0, time[:-1])
+    late = time < before if jumps else time <= before
+    wrong = np.flatnonzero(late | (time < 0) | (time > TIMES[1]))
+    if wrong.size:
+        row = int(wrong[0])
+        if time[row] > TIMES[1]:
+            raise InputError(f"{name}: line {points.lines[row]}: time {time[row]:g} s: at most {TIMES[1]:g} s is needed")
+        what = f"does not come after {before[row]:g} s" if row and time[row] >= 0 else "is negative"
+        raise InputError(f"{name}: line {points.lines[row]}: time {time[row]:g} s {what}; the times of a load must ascend from 0 s")
+    return time

@@ -1,0 +1,170 @@
+"""What figures say in words: the swept quantities, the names of the cases, the line about material, temperature and film."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from dielast.commands.actuate.recipe import ActuateRecipe, FailureMapRecipe, FilmBase
+from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.material.material import Material
+from dielast.plots.looks import Swept
+from dielast.plots.quantities import UNITS, unit_for
+from dielast.plots.style import FIXED, degrees, lasting, number, typeset
+from dielast.recipe.cases import Case
+from dielast.recipe.fields import on_one_scale
+
+UNNAMED = "unnamed"  # what a material file without a name says
+TIMES = " \N{MULTIPLICATION SIGN} "
+
+
+def swept(cases: Sequence[Case[Any]], materials: Sequence[Material] = ()) -> list[Swept]:
+    """The swept quantities, each in the unit in which figures show it, else in the recipe's own; a material by its name."""
+    factors = []
+    for key, name in _short(list(cases[0].settings)).items():
+        values = [case.settings[key] for case in cases]
+        scale = _on_a_scale(values)
+        if scale is not None:
+            numbers, unit = scale
+            label = f"{name} [{unit}]" if unit else name
+            texts = [f"{name} = {number(value, 6)} {unit}".rstrip() for value in numbers]
+            if unit == "s" and not all(str(value).rstrip().endswith("s") for value in values):
+                # stated in several units: each in the one that suits it
+                texts = [f"{name} = {lasting(value, 6)}" for value in numbers]
+            factors.append(Swept(label, tuple(numbers), tuple(texts)))
+            continue
+        texts = [f"{name} = {_said(value)}" for value in values]
+        if key == "material" and materials:
+            names = _names(materials)
+            texts = names if len(set(names)) == len(set(values)) else texts
+        factors.append(Swept(name, texts=tuple(texts)))
+    return factors
+
+
+def labels(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> list[str]:
+    """What tells each case from the others, for a legend; a material by what its name does not share with the others."""
+    factors = swept(cases, materials)
+    return [", ".join(one.text(case) for one in factors) for case in range(len(cases))]
+
+
+def _on_a_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
+    """The values as numbers in one unit, none if they are plain; None unless all are quantities of one kind."""
+    known = on_one_scale(values)
+    if known is None:
+        return None
+    numbers, unit = known
+    if unit in UNITS:
+        shown, factor = unit_for(unit, max(map(abs, numbers)))
+        return [_exact(value * factor) for value in numbers], shown
+    stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", str(value)) for value in values]
+    units = {one[2] for one in stated if one is not None}
+    if len(units) == 1 and None not in stated:
+        return [float(one[1]) for one in stated if one is not None], typeset(units.pop())
+    return numbers, "" if unit == "1" else unit
+
+
+def _exact(value: float) -> float:
+    """A number without the rounding of a change of units."""
+    return float(f"{value:.12g}")
+
+
+def _said(value: Any) -> str:
+    """A recipe's value as print has it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return number(value, 6)
+    if isinstance(value, list):
+        numbers = all(isinstance(entry, int | float) for entry in value)
+        return (TIMES if numbers and len(value) == 2 else ", ").join(map(_said, value))
+    if isinstance(value, dict):
+        return ", ".join(f"{key.replace('_', ' ')} {_said(inner)}" for key, inner in value.items())
+    text = str(value)
+    return typeset(Path(text).name if Path(text).is_absolute() else text)
+
+
+def _short(keys: Sequence[str]) -> dict[str, str]:
+    """What a figure calls the keys: their last part, if that tells them apart."""
+    ends = [" ".join(key.split(".")[-2:]) if key.split(".")[-1].isdecimal() else key.split(".")[-1] for key in keys]
+    short = zip(keys, ends, strict=True)
+    return {key: (end if ends.count(end) == 1 else key.replace(".", " ")).replace("_", " ") for key, end in short}
+
+
+def _names(materials: Sequence[Material]) -> list[str]:
+    """The names of materials by what they do not share."""
+    parts = [material.name.split(", ") for material in materials]
+    while all(len(words) > 1 and words[0] == parts[0][0] for words in parts):
+        parts = [words[1:] for words in parts]
+    return [", ".join(words) for words in parts]
+
+
+def titled(title: str | None, cases: Sequence[Case[Any]], materials: Sequence[Material], more: str = "") -> str:
+    """The title of a figure with a line below it for material, temperature and film, and `more`."""
+    parts = [_range(_temperatures(cases, materials), degrees)]
+    recipes = [case.recipe for case in cases]
+    if isinstance(recipes[0], SimulationRecipe) and not isinstance(recipes[0], ActuateRecipe):
+        parts.append(_shared([recipe.mode for recipe in recipes]))
+        specimens = [getattr(recipe, "specimen", None) for recipe in recipes]
+        if None not in specimens:
+            sides = [(1e3 * one.width, 1e3 * one.thickness) for one in specimens if one is not None]
+            parts.append(_shared([f"section {number(width)}{TIMES}{number(thick)} mm" for width, thick in sides]))
+    else:
+        parts += _films([recipe.film for recipe in recipes], _prestretches(recipes))
+    return headed(title, [material.name for material in materials], *parts, more)
+
+
+def headed(title: str | None, names: Sequence[str], *more: str) -> str:
+    """The title with a line below it: the name of the material, if all cases share it, and `more`."""
+    name = _shared(names)
+    parts = [part for part in (name if name != UNNAMED else "", *more) if part]
+    # a line that is too long ends between two of them
+    line = ", ".join(part.replace(" ", FIXED) for part in parts)
+    return f"{title}\n{line}" if title else line
+
+
+def _temperatures(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> list[float]:
+    temperatures: list[float] = []
+    for case, material in zip(cases, materials, strict=True):
+        stated = case.recipe.temperature
+        if stated is None:
+            temperatures.append(material.reference_temperature)
+        else:
+            temperatures += stated if isinstance(stated, list | tuple) else [stated]
+    return temperatures
+
+
+def _prestretches(recipes: Sequence[ActuateRecipe | FailureMapRecipe]) -> list[tuple[float, float]]:
+    pairs: list[tuple[float, float]] = []
+    for recipe in recipes:
+        pairs += [recipe.film.prestretch] if isinstance(recipe, ActuateRecipe) else recipe.film.prestretch
+    return pairs
+
+
+def _films(films: Sequence[FilmBase], prestretches: Sequence[tuple[float, float]]) -> list[str]:
+    """Thickness and prestretch of films, how long that was held, and their boundary."""
+    thickness = _range([1e3 * film.thickness for film in films], number)
+    parts = [f"film {thickness} mm", _prestretched(prestretches)]
+    held = [lasting(film.relax) for film in films if film.relax > 0]
+    parts += [f"relaxed {_shared(held)}"] if len(held) == len(films) and _shared(held) else []
+    if all(film.boundary[0] == film.boundary[1] for film in films):
+        return [*parts, _shared([film.boundary[0].replace("-", " ") for film in films])]
+    return [*parts, _shared([TIMES.join(film.boundary).replace("-", " ") for film in films])]
+
+
+def _prestretched(pairs: Sequence[tuple[float, float]]) -> str:
+    if all(first == second for first, second in pairs):
+        return "prestretch " + _range([first for first, _ in pairs], number)
+    one = _shared([f"{number(first)}{TIMES}{number(second)}" for first, second in pairs])
+    return f"prestretch {one}" if one else ""
+
+
+def _range(values: Sequence[float], spelled: Callable[[float], str]) -> str:
+    low, high = spelled(min(values)), spelled(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def _shared(texts: Sequence[str]) -> str:
+    """The text that all share, or nothing."""
+    return texts[0] if len(set(texts)) == 1 else ""

@@ -1,0 +1,258 @@
+"""Legal but foolish simulations: what `dielast.material.checks` doubts, gathered from recipes, their steps and their results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dielast.commands.simulation.cases import CaseResult, last
+from dielast.commands.simulation.history import Entry, Recipe, aims, corners, lasting, reached
+from dielast.commands.simulation.recipe import CreepRecipe, RelaxRecipe
+from dielast.errors import warn
+from dielast.handover.material_file import breakdown
+from dielast.material.checks import (
+    FAINTEST,
+    STRONGEST,
+    THICKEST_SPECIMEN,
+    Pace,
+    doubt_breakdown,
+    doubt_elongation,
+    doubt_field,
+    doubt_material,
+    doubt_paces,
+    doubt_prestretches,
+    doubt_stretch,
+    doubt_thickness,
+    doubt_use,
+    fastest_branch,
+)
+from dielast.material.material import Breakdown, Material
+from dielast.material.springs import Gent
+from dielast.recipe.cases import Case
+
+if TYPE_CHECKING:
+    from dielast.commands.actuate.recipe import ActuateRecipe, FailureMapRecipe
+    from dielast.simulate.actuate import Event
+    from dielast.simulate.failure_map import FailureMap, MapPlan
+
+WHOLE = 0.5  # of the range of a step through many points: a run of them that goes so far one way is a load of its own
+EARLY = 1e-3  # of what follows a load at once: nobody looks at what is earlier, though tables begin there
+MOVED = 1.01  # of the field: a film that broke after it rose by less as the film moved was beyond its breakdown field at once
+SLACK = 0.01  # of the highest stress: what a film can be pushed with before it is said
+AT_ONCE = "as the voltage comes on"
+
+
+def doubt_membranes(
+    cases: Sequence[Case[Recipe]],
+    materials: Sequence[Material],
+    results: Sequence[CaseResult],
+    histories: Sequence[Sequence[Entry]],
+) -> None:
+    """Warn of cases of `relax` or `creep` that ask too much of their material, or whose loads look like something else."""
+    rest = 1.0 if cases[0].recipe.kind == "relax" else 0.0
+    _doubt_use(materials, results)
+    doubt_paces(_paces(cases, materials, results, histories, rest))
+    targets = [aims(entries) for entries in histories]
+    if cases[0].recipe.kind == "relax":
+        doubt_stretch(min(min(own, default=rest) for own in targets), max(max(own, default=rest) for own in targets))
+        _doubt_slack(results)
+        return
+    recipes = [case.recipe for case in cases]
+    specimens = [recipe.specimen for recipe in recipes if isinstance(recipe, CreepRecipe) and recipe.specimen is not None]
+    thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
+    doubt_thickness(thickness, "specimen", THICKEST_SPECIMEN)
+    loaded = [(material, result.columns) for material, result, own in zip(materials, results, targets, strict=True) if any(own)]
+    if loaded:
+        first, second = (np.concatenate([columns[f"stretch_{axis} [1]"] for _, columns in loaded]) for axis in (1, 2))
+        limits = [np.full(columns["time [s]"].size, _taut_at(material)) for material, columns in loaded]
+        doubt_elongation(first, second, np.concatenate(limits))
+
+
+def doubt_films(
+    cases: Sequence[Case[ActuateRecipe]],
+    materials: Sequence[Material],
+    results: Sequence[CaseResult],
+    events: Sequence[Sequence[Event]],
+    histories: Sequence[Sequence[Entry]],
+) -> None:
+    """Warn of cases of `actuate` that ask too much of their material, whose films or voltages look as if they were in another unit,
+    or that break down at once.
+    """
+    _doubt_use(materials, results)
+    films = [case.recipe.film for case in cases]
+    limits = [breakdown(case.recipe.breakdown) or own.breakdown for case, own in zip(cases, materials, strict=True)]
+    doubt_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
+    doubt_prestretches([film.prestretch for film in films], limits)
+    doubt_thickness([film.thickness for film in films])
+    area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
+    voltage = [max(map(abs, aims(own)), default=0.0) for own in histories]
+    field = np.array(voltage) * area / np.array([film.thickness for film in films])
+    known = np.array([_limit(*each) for each in zip(limits, area.tolist(), field.tolist(), strict=True)])
+    doubt_field(field, known)
+    paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
+    for index, (own, material, result) in enumerate(zip(events, materials, results, strict=True)):
+        for event in own:
+            if event.name != "breakdown" or event.time > 0:
+                continue
+            if event.voltage * area[index] / films[index].thickness * MOVED >= known[index]:
+                broken.append(index)
+            else:
+                what = f"{_of_case(index, len(cases))}the film breaks down {AT_ONCE}, after"
+                paces.append(Pace(what, 0.0, fastest_branch(material, result.temperature), result.temperature))
+    doubt_paces(paces)
+    if broken:
+        more = _and_more(broken)
+        said = f"the film breaks down {AT_ONCE}: it is beyond the breakdown field from the start"
+        warn(f"case {broken[0]}{more}: {said}")
+
+
+def doubt_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
+    """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
+    doubt_material(material)
+    doubt_use(material, plan.temperature)
+    doubt_breakdown(plan.breakdown_field)
+    doubt_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
+    doubt_thickness(recipe.film.thickness)
+    area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
+    doubt_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
+
+
+def doubt_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:
+    """Warn of cells that fail before the material's fastest branch moves, or that break down at once."""
+    area = result.prestretch[:, 0] * result.prestretch[:, 1]
+    field = result.voltage * area[:, None] / recipe.film.thickness
+    beyond = (result.time_to_failure == 0) & (field >= result.breakdown_field[:, None])
+    if broken := int(np.count_nonzero(beyond & (result.time_to_breakdown == 0))):
+        some = f"{broken} of {result.failure_mode.size} cells"
+        warn(f"{some} break down {AT_ONCE}: they are beyond the breakdown field from the start")
+    scale, by_share = recipe.pull_in.timescale
+    film, paces = recipe.film, []
+    for index, temperature in enumerate(result.temperature.tolist()):
+        fastest = fastest_branch(material, temperature)
+        # a pull-in that is watched for longer than the fastest branch takes knows nothing of it
+        slow = (result.failure_mode[index] == "pull-in") & (not by_share and scale >= fastest)
+        time = np.where(beyond[index] | slow, np.nan, result.time_to_failure[index])
+        if early := int(np.count_nonzero(time < fastest)):
+            what = f"{early} of {time.size} cells fail too early for the spectrum, the first after"
+            paces.append(Pace(what, float(np.nanmin(time)), fastest, temperature))
+        paces.append(Pace("the horizon is", recipe.horizon, fastest, temperature))
+        took = min(_prestretching(pair, film.prestretch_rate, film.relax) for pair in film.prestretch)
+        paces.append(Pace("prestretch and relaxation take", took, fastest, temperature))
+    doubt_paces(paces)
+
+
+def _doubt_use(materials: Sequence[Material], results: Sequence[CaseResult]) -> None:
+    """Doubt the temperatures that each material is used at."""
+    for one in {id(material): material for material in materials}.values():
+        asked = zip(materials, results, strict=True)
+        doubt_use(one, [result.temperature for material, result in asked if material is one])
+
+
+def _doubt_slack(results: Sequence[CaseResult]) -> None:
+    """Warn of stretched films that are let back faster than they follow, and would go slack: what is prescribed pushes them."""
+    lowest = [float(np.min(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
+    highest = [float(np.max(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
+    slack = [index for index, (low, high) in enumerate(zip(lowest, highest, strict=True)) if -low > SLACK * high > 0]
+    if slack:
+        found = f"the stress falls to {lowest[slack[0]]:.3g} Pa, by which the film is pushed"
+        warn(f"{f'case {slack[0]}{_and_more(slack)}: ' if len(results) > 1 else ''}{found}: a thin one goes slack instead")
+
+
+def _taut_at(material: Material) -> float:
+    """J_lim of the spring that never relaxes; infinite if there is none."""
+    law = material.equilibrium_law
+    return float(np.min(law.J_lim)) if isinstance(law, Gent) and material.equilibrium_modulus > 0 else np.inf
+
+
+def _limit(known: Breakdown | None, area: float, field: float) -> float:
+    """The breakdown field in V/m of a film of this prestretched area; where none is known, that of films next to `field`."""
+    if known is None:
+        return float(np.clip(field, FAINTEST, STRONGEST))
+    return float(known.at(np.sqrt(area)))
+
+
+def _and_more(cases: Sequence[int]) -> str:
+    others = len(cases) - 1
+    return f" (and {others} more case{'s' * (others > 1)})" if others else ""
+
+
+def _of_case(index: int, cases: int) -> str:
+    return f"case {index}: " if cases > 1 else ""
+
+
+def _paces(
+    cases: Sequence[Case[RelaxRecipe | CreepRecipe | ActuateRecipe]],
+    materials: Sequence[Material],
+    results: Sequence[CaseResult],
+    histories: Iterable[Sequence[Entry]],
+    rest: float,
+) -> Iterator[Pace]:
+    """How fast everything goes in all cases, whose histories begin with `rest`."""
+    for index, (case, material, result, entries) in enumerate(zip(cases, materials, results, histories, strict=True)):
+        temperature, recipe = result.temperature, case.recipe
+        fastest, of_case = fastest_branch(material, temperature), _of_case(index, len(cases))
+        if isinstance(recipe, RelaxRecipe | CreepRecipe):
+            times = recipe.output.times
+        else:
+            film, times = recipe.film, None  # a film under voltage may fail at any time, whatever is asked for
+            took = _prestretching(film.prestretch, film.prestretch_rate, film.relax)
+            yield Pace(f"{of_case}prestretch and relaxation take", took, fastest, temperature)
+        for what, took in _loads(entries, rest, last(result.columns["time [s]"]), times):
+            yield Pace(of_case + what, took, fastest, temperature)
+
+
+def _prestretching(prestretch: tuple[float, float], rate: float | None, relax: float) -> float:
+    """How long a film is stretched and held in s before the voltage comes; infinite where it is not, or without a time at all."""
+    further = max(prestretch) - 1
+    return (further / rate if rate else 0.0) + relax or np.inf if further else np.inf
+
+
+def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[float] | None) -> Iterator[tuple[str, float]]:
+    """What each recipe step does up to the `end`, as a clause, and how long that takes in s, or when it is looked at afterwards,
+    which may be at times that are `asked` for alone.
+    """
+    present, start = rest, 0.0
+    groups = [list(group) for _, group in groupby(entries, key=lambda entry: entry.origin)]
+    for number, own in enumerate(groups):
+        values, durations = [present], list[float]()
+        for entry in own:
+            for value, lasts in corners(entry, values[-1]):
+                durations.append(lasts)
+                values.append(value)
+        moves, times = np.diff(values), start + np.append(0.0, np.cumsum(durations))
+        at_once = np.array(durations) == 0
+        # runs of points that go one way
+        new = np.append(True, (np.sign(moves[1:]) != np.sign(moves[:-1])) | at_once[1:] | at_once[:-1])
+        first = np.flatnonzero(new)
+        last_of = np.append(first[1:], moves.size)
+        at = np.array(values)
+        moved = np.abs(at[last_of] - at[first])
+        whole = (moved > 0) & (moved >= WHOLE * np.ptp(at)) & ~(times[first] >= end)
+        for a, b in zip(first[whole].tolist(), last_of[whole].tolist(), strict=True):
+            step, begins, ends = f"step[{own[0].origin}]", float(times[a]), float(times[b])
+            seen = next((time - begins for time in asked or () if time > begins), None)
+            if ends > begins:
+                one = "takes" if b - a == moves.size else "goes up or down within"
+                took = min(ends, end) - begins
+                if seen is not None and seen >= took:
+                    yield f"{step} is first looked at after", seen
+                elif seen is not None or asked is None:
+                    yield f"{step} {one}", took
+            elif seen is not None:
+                yield f"{step} comes at once, and the first output after it is after", seen
+            elif asked is None and (follows := _following(begins, float(times[-1]), groups[number + 1 :], values[b], end)) > 0:
+                yield f"{step} comes at once, and the first thousandth of what follows takes", EARLY * follows
+        present, start = values[-1], float(times[-1])
+
+
+def _following(at: float, own_end: float, later: Sequence[Sequence[Entry]], present: float, end: float) -> float:
+    """How long in s it goes on after a load at once at the time `at` (s), in this step, which ends at `own_end`, or the next."""
+    follows = own_end - at
+    if follows == 0 and later:
+        for entry in later[0]:
+            follows += lasting(entry, present)
+            present = reached(entry, present)
+    return min(follows, end - at)

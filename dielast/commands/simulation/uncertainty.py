@@ -1,0 +1,111 @@
+"""The draws that `[uncertainty]` asks for, and what a summary and a legend say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from dielast.commands.simulation.cases import each
+from dielast.errors import InputError, warn
+from dielast.handover.material_draws import beside, parse_draws
+from dielast.handover.material_file import draws_file, parse_material
+from dielast.io.files import Inputs
+from dielast.material.material import Material
+from dielast.material.scatter import Sample, draw_sample, fewest_draws
+from dielast.recipe.cases import Case
+from dielast.recipe.uncertainty import FilmUncertainty, Uncertainty
+
+BESIDE = 1.1  # factor by which a material may miss the range of its draws: more is not noise
+
+
+def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: Inputs) -> Sample:
+    """The draws of the material in the file `name`; raises `InputError` if there is nothing that could differ between them."""
+    members = read_members(name, inputs)
+    if members and len(members) < (fewest := fewest_draws(uncertainty.level)):
+        raise InputError(
+            f"uncertainty.level: the {len(members)} draws of {name} do not tell an interval of level {uncertainty.level:g}: at "
+            f"least {fewest} are needed"
+        )
+    if members:
+        _doubt_draws(name, material, members)
+    field = thickness = None
+    if isinstance(uncertainty, FilmUncertainty):
+        field, thickness = uncertainty.scatter()
+    if not members and field is None and thickness is None:
+        raise InputError(
+            f"uncertainty: {name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum "
+            "write a material with draws"
+        )
+    draws = uncertainty.draws
+    if field is None and thickness is None and draws > len(members):
+        # the same again tells nothing more
+        if "draws" in uncertainty.model_fields_set:
+            warn(f"uncertainty.draws: {name} has {len(members)} draws, and nothing else scatters: not {draws}, but these are used")
+        draws = len(members)
+    return draw_sample(members or (material,), draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
+
+
+def read_members(name: str, inputs: Inputs) -> tuple[Material, ...]:
+    """The draws of the material in a material file, none if it names no table of them."""
+    content = inputs.read(name)
+    file = draws_file(content, name)
+    if file is None:
+        return ()
+    table = beside(name, file)
+    return parse_draws(inputs.read(table), table, parse_material(content, name))
+
+
+def _doubt_draws(name: str, material: Material, members: Sequence[Material]) -> None:
+    """Warn of draws that are not about the material."""
+    tau = np.union1d(material.spectrum.relaxation_time, members[0].spectrum.relaxation_time)
+    with np.errstate(over="ignore"):  # a time beyond all numbers is one at which all has relaxed
+        time = np.append(tau, 10 * tau.max(initial=1.0))
+        own = material.spectrum.relaxation_modulus(time, material.equilibrium_modulus)
+        drawn = np.array([each.spectrum.relaxation_modulus(time, each.equilibrium_modulus) for each in members])
+        low, high = drawn.min(axis=0), drawn.max(axis=0)
+        missed = (own * BESIDE < low) | (own > high * BESIDE)
+    for k in np.flatnonzero(missed)[:1]:
+        warn(
+            f"{name}: a shear modulus of {own[k]:.4g} Pa after {time[k]:.3g} s is far from those of all draws, {low[k]:.4g} to "
+            f"{high[k]:.4g} Pa: if the material has been edited, make its draws anew"
+        )
+
+
+def uncertainty_headline(
+    uncertainties: Sequence[Uncertainty | None], samples: Sequence[Sample | None]
+) -> dict[str, dict[str, Any]]:
+    """The section of a summary that says what the intervals of the cases are; none without them."""
+    told = [(own, sample) for own, sample in zip(uncertainties, samples, strict=True) if own is not None and sample is not None]
+    if not told:
+        return {}
+    numbers: dict[str, list[float | int]] = {
+        "draws": [len(sample) for _, sample in told],
+        "materials": [len({id(member) for member in sample.materials}) for _, sample in told],
+        "seed": [own.seed for own, _ in told],
+        "level": [own.level for own, _ in told],
+    }
+    return {"uncertainty": {key: values[0] if len(set(values)) == 1 else each(values) for key, values in numbers.items()}}
+
+
+def samples_of(cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs) -> list[Sample | None]:
+    """The draws of every case, none in cases without `[uncertainty]`."""
+    known: dict[str, Sample] = {}
+    samples: list[Sample | None] = []
+    for case, material in zip(cases, materials, strict=True):
+        wanted: Uncertainty | None = case.recipe.uncertainty
+        if wanted is None:
+            samples.append(None)
+            continue
+        key = f"{case.recipe.material}\n{wanted!r}"
+        if key not in known:
+            known[key] = sample_of(case.recipe.material, material, wanted, inputs)
+        samples.append(known[key])
+    return samples
+
+
+def interval_label(recipes: Sequence[Any]) -> str:
+    """What a legend calls the bands of these recipes, such as "90 % interval"."""
+    levels = sorted({each.uncertainty.level for each in recipes if each.uncertainty is not None})
+    return " and ".join(f"{100 * level:g} %" for level in levels) + " interval" + "s" * (len(levels) > 1)

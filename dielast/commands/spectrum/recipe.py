@@ -1,0 +1,125 @@
+"""Recipes of `spectrum`."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from dielast.commands.spectrum.export import Export
+from dielast.errors import InputError
+from dielast.readings.curve_recipe import CurveData
+from dielast.recipe.base import BreakdownField, Dielectric, RecipeBase
+from dielast.recipe.fields import (
+    InputFolder,
+    Modulus,
+    PositiveModulus,
+    PositiveTime,
+    RelaxationTime,
+    Section,
+    Temperatures,
+)
+
+
+class RelaxationTimes(Section):
+    """The shortest and the longest relaxation time."""
+
+    min: RelaxationTime | None = Field(None, description="The shortest; by default from the curve.")
+    max: RelaxationTime | None = Field(None, description="The longest; by default from the curve.")
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        if self.min is not None and self.max is not None and self.min >= self.max:
+            raise InputError(f"min ({self.min:g} s) must be below max ({self.max:g} s)")
+        return self
+
+
+class Fit(Section):
+    """How the spectrum is found; moduli are Young's, and default to what the curve shows."""
+
+    method: Literal["schwarzl-staverman", "nnls"] | None = Field(
+        None,
+        description="Second-order approximation on a polynomial, which a relaxation curve has if left out, or non-negative least "
+        "squares, which oscillation and creep have.",
+    )
+    branches: int = Field(30, ge=1, le=200, description="Relaxation processes, evenly spaced in log time.")
+    polynomial_degree: int = Field(7, ge=1, le=30, description="Of log modulus over log time, for schwarzl-staverman.")
+    relaxation_time: RelaxationTimes = Field(RelaxationTimes(), description="The range of relaxation times.")
+    equilibrium_modulus: Modulus | None = Field(None, description="Young's; by default from the curve's long-time end.")
+    glassy_modulus: PositiveModulus | None = Field(
+        None, description="Young's, that of all springs together; by default from the curve's short-time end."
+    )
+    liquid: bool = Field(False, description="Whether the material is a melt, which flows: its equilibrium modulus is then 0.")
+    continuous: bool = Field(False, description="Whether to write the continuous spectrum H(ln tau), too.")
+
+    @model_validator(mode="after")
+    def _liquid_or_solid(self) -> Self:
+        if self.liquid and self.equilibrium_modulus:
+            raise InputError("liquid = true and an equilibrium_modulus above 0 contradict each other: state one of them")
+        return self
+
+
+class Truncate(Section):
+    """Keep only the slowest branches."""
+
+    keep: int = Field(ge=1, description="How many of the slowest branches are kept.")
+
+
+class Reduce(Section):
+    """The smallest spectrum that answers like the whole one over a window of times."""
+
+    window: list[PositiveTime] = Field(
+        min_length=2,
+        max_length=2,
+        description="The times from and to which the stress must come out alike, counted from the beginning of a step of strain, "
+        "or of a ramp, however long.",
+    )
+    temperatures: Temperatures | None = Field(None, description="Where the window holds; left out: the reference temperature.")
+    tolerance: float = Field(0.01, gt=0, lt=1, description="Greatest relative error of the stress against the whole spectrum's.")
+
+    @model_validator(mode="after")
+    def _ascending(self) -> Self:
+        first, last = self.window
+        if first >= last:
+            raise InputError(f"window from {first:g} to {last:g} s: the shorter time must come first")
+        return self
+
+
+class GentLimits(Section):
+    """J_lim of the equilibrium spring and of the branches; left out, a spring is neo-Hookean."""
+
+    equilibrium: float | None = Field(None, ge=1e-6, description="Of the spring that never relaxes.")
+    nonequilibrium: float | None = Field(None, ge=1e-6, description="Of the spring in every branch.")
+
+
+class MaterialConstants(Dielectric):
+    """Constants that no relaxation test gives, passed on to the material file."""
+
+    name: str = Field("unnamed", description="Of the material, for legends.")
+    J_lim: GentLimits = Field(GentLimits(), description="Limits of stretch of the Gent springs.")
+    breakdown: BreakdownField | None = Field(None, description="The field that the film breaks down at.")
+
+
+class SpectrumRecipe(RecipeBase):
+    """Master curve -> discrete relaxation spectrum and material file."""
+
+    ELSEWHERE: ClassVar = {
+        "uncertainty": "the draws of a spectrum are those of its master curve: [uncertainty] belongs into the recipe of mastercurve"
+    }
+
+    kind: Literal["spectrum"] = Field(description="The subcommand that runs this recipe.")
+    mastercurve: InputFolder | None = Field(None, description="A folder written by mastercurve.")
+    data: CurveData | None = Field(None, description="Instead of mastercurve: a test at one temperature or a curve from elsewhere.")
+    fit: Fit = Field(Fit(), description="How the spectrum is found.")
+    truncate: Truncate | None = Field(None, description="Keep only the slowest branches.")
+    reduce: Reduce | None = Field(None, description="Keep as few branches as a window of times needs.")
+    material: MaterialConstants = Field(MaterialConstants(), description="Constants passed on to the material file.")
+    export: Export | None = Field(None, description="Material cards for finite-element codes.")
+
+    @model_validator(mode="after")
+    def _one_curve(self) -> Self:
+        if (self.mastercurve is None) == (self.data is None):
+            raise InputError("either mastercurve (a folder) or [data] (a file) is needed")
+        if self.truncate is not None and self.reduce is not None:
+            raise InputError("[truncate] and [reduce] both say which branches to keep: give one of them")
+        return self

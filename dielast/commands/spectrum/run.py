@@ -1,0 +1,301 @@
+"""`spectrum`: master curve -> discrete relaxation spectrum and material file."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.commands.spectrum.recipe import Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
+from dielast.errors import DielastWarning, InputError, warn
+from dielast.export.card import export_cards
+from dielast.handover.mastercurve_draws import DRAWS, DrawnMaterials, drawn_materials, read_curve_draws
+from dielast.handover.mastercurve_folder import Curve, read_curve, read_master_curve
+from dielast.handover.material_file import breakdown, permittivity, write_material
+from dielast.io.files import Inputs
+from dielast.io.table import Table
+from dielast.material.checks import doubt_material
+from dielast.material.material import Material
+from dielast.material.shift import ShiftLaw
+from dielast.material.springs import Gent
+from dielast.recipe.cases import Case
+from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
+from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.oscillation import fit_oscillation
+from dielast.relaxation.reduce import Reduction, reduce_spectrum
+from dielast.report.report import Report
+from dielast.sharing.execution import Execution
+
+__all__ = ["Curve", "headline", "make_material", "read_curve", "read_master_curve", "run", "tables"]
+
+Array = NDArray[np.float64]
+Result = TypeVar("Result")
+# what the library calls its arguments, and the recipe its keys
+KEYS = (
+    (re.compile(r"(?<![\w.])(equilibrium_modulus|glassy_modulus|polynomial_degree|(?:method|branches)(?= = ))"), r"fit.\1"),
+    (re.compile(r"^relaxation_time (min|max)"), r"fit.relaxation_time.\1"),
+    (re.compile(r"^cannot keep"), "truncate.keep: cannot keep"),
+)
+BEYOND = 3.0  # times the ends of a master curve: so far processes within still show
+
+
+def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
+    """Read the master curve, fit the spectrum, report."""
+    recipe = cases[0].recipe
+    curve = read_master_curve(recipe.mastercurve, inputs) if recipe.mastercurve is not None else read_curve(recipe.data, inputs)
+    result, reduction, material, cards = characterise(recipe, curve)
+    continuous = continuous_spectrum(result) if recipe.fit.continuous else None
+
+    def figure() -> Any:
+        from dielast.commands.simulation.naming import headed
+        from dielast.plots.spectrum import plot_spectrum
+
+        at = curve.shift.reference_temperature
+        title = headed(recipe.title, [material.name], f"reference temperature {at:g} degC")
+        return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at)
+
+    drawn = None
+    if recipe.mastercurve is not None:
+        drawn = draw_materials(recipe.mastercurve, curve, result, material, recipe.fit, inputs)
+    files = {"material.toml": write_material(material, None if drawn is None else DRAWS)}
+    files |= {name: text.encode() for name, text in cards.items()}
+    found, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
+    if curve.data is not None:
+        numbers["data"] = dict(curve.data)
+    if drawn is None:
+        return Report(found, numbers, figure, files)
+    return Report({**found, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
+
+
+def characterise(recipe: SpectrumRecipe, curve: Curve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
+    """The spectrum of the curve, what it is reduced to, its material, and the cards (name -> text) that the recipe asks for.
+
+    Raises `InputError` with a line for everything, draws apart, that the recipe asks of the curve and that cannot be had.
+    """
+    wrong: list[str] = []
+
+    def tried(make: Callable[[], Result]) -> Result | None:
+        try:
+            return make()
+        except InputError as error:
+            wrong.extend(error.messages)
+            return None
+
+    if recipe.fit.continuous and curve.test == "creep":
+        wrong.append("fit.continuous: a creep curve has no relaxation spectrum of its own: only its discrete one is converted")
+    result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
+    reduce, export = recipe.reduce, recipe.export
+    reduction = tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
+    material, cards = make_material(result, curve, recipe.material, reduction), None
+    doubt_material(material)
+    if export is not None:
+        options = replace(export.options(), notes=_validity(result, recipe, reduction))
+        cards = tried(lambda: export_cards(material, tuple(export.formats), options))
+    if wrong:
+        # the branches are then too many because they could not be reduced
+        lost = reduce is not None and reduction is None
+        raise InputError(*(line for line in wrong if not (lost and line.startswith("export.formats: "))))
+    return result, reduction, material, cards or {}
+
+
+def fit_curve(curve: Curve, fit: Fit, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
+    """The spectrum of a master curve of any kind; raises `InputError` where the method does not go with it.
+
+    `flows` is that of `fit_creep`.
+    """
+    with _keys_of_the_recipe():
+        return _fitted(curve, fit, keep, flows)
+
+
+@contextmanager
+def _keys_of_the_recipe() -> Iterator[None]:
+    """Errors and warnings of the library name the keys of a recipe."""
+
+    def said(message: str) -> str:
+        for pattern, key in KEYS:
+            message = pattern.sub(key, message)
+        return message
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            yield
+        except InputError as error:
+            raise InputError(*map(said, error.messages)) from None
+    for own in caught:
+        warnings.warn(said(str(own.message)), own.category, stacklevel=2)
+
+
+def _fitted(curve: Curve, fit: Fit, keep: int | None, flows: bool | None) -> SpectrumFit:
+    ends = fit.relaxation_time.min, fit.relaxation_time.max
+    wanted: dict[str, Any] = {
+        "branches": fit.branches,
+        "equilibrium_modulus": fit.equilibrium_modulus,
+        "liquid": fit.liquid,
+        "glassy_modulus": fit.glassy_modulus,
+        "keep": keep,
+    }
+    if curve.test == "relaxation":
+        method, degree = fit.method or "schwarzl-staverman", fit.polynomial_degree
+        return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, **wanted)
+    if fit.method == "schwarzl-staverman":
+        raise InputError(f'fit.method: "schwarzl-staverman" reads a relaxation modulus; {curve.test} needs "nnls"')
+    if curve.test == "creep":
+        return fit_creep(*curve.columns, retardation_time=ends, flows=flows, **wanted)
+    return fit_oscillation(*curve.columns, relaxation_time=ends, **wanted)
+
+
+def draw_materials(
+    folder: str, curve: Curve, result: SpectrumFit, material: Material, fit: Fit, inputs: Inputs
+) -> DrawnMaterials | None:
+    """The draws of the material, if the folder of the master curve has draws."""
+    read = read_curve_draws(folder, curve, inputs)
+    if read is None:
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)  # said of the fit itself
+        whole = result if len(result.spectrum) == fit.branches else fit_curve(curve, fit)
+    tau = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time
+    held = fit
+    if tau.size > 1:
+        held = fit.model_copy(update={"relaxation_time": RelaxationTimes.model_construct(min=float(tau[-1]), max=float(tau[0]))})
+
+    flows = None if whole.retardation is None else whole.retardation.fluidity > 0  # a solid is one in every draw
+
+    def refit(abscissa: Array, ordinates: Array) -> SpectrumFit:
+        return fit_curve(Curve(curve.test, (abscissa, *ordinates), curve.shift), held, flows=flows)
+
+    return drawn_materials(material, curve, read, whole, refit)
+
+
+def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
+    """The reduced spectrum that a recipe asks for; raises `InputError` as `reduce_spectrum` does."""
+    first, last = reduce.window
+    try:
+        reduction = reduce_spectrum(
+            result.spectrum,
+            result.equilibrium_shear_modulus,
+            shift,
+            window=(first, last),
+            temperatures=reduce.temperatures,
+            tolerance=reduce.tolerance,
+        )
+    except InputError as error:
+        raise InputError(*(f"reduce: {message}" for message in error.messages)) from None
+    _warn_of_unmeasured(result, shift, reduction, reduce)
+    return reduction
+
+
+def _validity(result: SpectrumFit, recipe: SpectrumRecipe, reduction: Reduction | None) -> tuple[str, ...]:
+    """What a card says of branches that were left out; warns of a card for a temperature that the spectrum was not reduced for."""
+    if recipe.truncate is not None:
+        kept, shortest = len(result.spectrum), result.spectrum.relaxation_time[-1]
+        return (f"Truncated to the {kept} slowest branches: what relaxes faster than {shortest:.3g} s is left out.",)
+    if reduction is None or recipe.reduce is None:
+        return ()
+    first, last = recipe.reduce.window
+    temperatures, error = np.unique(reduction.test_temperature), reduction.max_relative_error
+    alone = None if recipe.export is None else recipe.export.temperature
+    if alone is not None and not temperatures[0] <= alone <= temperatures[-1]:
+        warn(f"export.temperature: {alone:g} degC is outside of reduce.temperatures: the spectrum was not reduced for it")
+    there = ", ".join(f"{own:g}" for own in temperatures)
+    return (
+        f"Reduced from {len(result.spectrum)} to {len(reduction.spectrum)} branches: G(t) within {error:.2%} "
+        f"from {first:g} to {last:g} s at {there} degC;",
+        "faster processes are left out, so that the instantaneous modulus is not the glassy one.",
+    )
+
+
+def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reduction, reduce: Reduce) -> None:
+    """The window may reach, at its temperatures, beyond what the master curve was measured for."""
+    known_from, known_to = float(result.reduced_time[0]) / BEYOND, float(result.reduced_time[-1]) * BEYOND
+    temperatures = np.unique(reduction.test_temperature)
+    faster = 10 ** -shift.log10_shift_factor(temperatures)
+    out = [
+        f"to {faster.max() * reduce.window[1]:.3g} s at {temperatures[faster.argmax()]:g} degC",
+        f"from {faster.min() * reduce.window[0]:.3g} s at {temperatures[faster.argmin()]:g} degC",
+    ]
+    beyond = [faster.max() * reduce.window[1] > known_to, faster.min() * reduce.window[0] < known_from]
+    if any(beyond):
+        reach = " and ".join(text for text, is_out in zip(out, beyond, strict=True) if is_out)
+        warn(
+            f"reduce.window reaches {reach} in reduced time, but the master curve is known from {result.reduced_time[0]:.3g} to "
+            f"{result.reduced_time[-1]:.3g} s: beyond, the reduced spectrum agrees with a whole one that is itself extrapolated"
+        )
+
+
+def tables(
+    result: SpectrumFit, continuous: ContinuousSpectrum | None = None, reduction: Reduction | None = None
+) -> dict[str, Table]:
+    """The tables of a spectrum by file name; all moduli of a reduced one's proof are shear."""
+    spectrum = result.spectrum if reduction is None else reduction.spectrum
+    found = {"spectrum.csv": spectrum.columns(), "fit.csv": result.columns()}
+    if continuous is not None:
+        found["continuous-spectrum.csv"] = continuous.columns()
+    if reduction is not None:
+        found["reduction.csv"] = reduction.columns()
+    return found
+
+
+def headline(
+    result: SpectrumFit, continuous: ContinuousSpectrum | None = None, reduction: Reduction | None = None
+) -> dict[str, dict[str, Any]]:
+    """The headline numbers of a spectrum by section of the summary."""
+    spectrum = result.spectrum if reduction is None else reduction.spectrum
+    found: dict[str, dict[str, Any]] = {
+        "fit": {
+            "method": result.method,
+            "measurement": None if result.test == "relaxation" else result.test,
+            "branches": len(result.spectrum),
+            "rms_relative_error": result.rms_relative_error,
+            "max_relative_error": result.max_relative_error,
+            "clipped_branches": result.clipped_branches,
+            "polynomial_rms_relative_error": result.polynomial_rms_relative_error,
+            "smoothing": result.smoothing,
+        },
+        "moduli": {
+            "equilibrium_shear_Pa": result.equilibrium_shear_modulus,
+            "nonequilibrium_shear_Pa": float(np.sum(spectrum.shear_modulus)),
+            "relaxation_time_min_s": float(spectrum.relaxation_time[-1]),
+            "relaxation_time_max_s": float(spectrum.relaxation_time[0]),
+        },
+    }
+    if continuous is not None:
+        found["continuous"] = {
+            "integral_Pa": continuous.integral,
+            "rms_relative_error": continuous.rms_relative_error,
+            "smoothing": continuous.smoothing,
+        }
+    if reduction is not None:
+        found["reduce"] = {
+            "branches": len(reduction.spectrum),
+            "max_relative_error": reduction.max_relative_error,
+            "tolerance": reduction.tolerance,
+            "temperature_degC": reduction.temperature,
+            "time_s": reduction.time,
+            "ramp_max_relative_error": reduction.max_relative_error_ramp,
+        }
+    return found
+
+
+def make_material(result: SpectrumFit, curve: Curve, constants: MaterialConstants, reduction: Reduction | None = None) -> Material:
+    """The material that the simulations read: the spectrum, its shift law, and constants that no relaxation test gives."""
+    return Material(
+        name=constants.name,
+        equilibrium_modulus=result.equilibrium_shear_modulus,
+        spectrum=result.spectrum if reduction is None else reduction.spectrum,
+        shift=curve.shift,
+        equilibrium_law=Gent(constants.J_lim.equilibrium or math.inf),
+        nonequilibrium_law=Gent(constants.J_lim.nonequilibrium or math.inf),
+        permittivity=permittivity(constants),
+        breakdown=breakdown(constants.breakdown),
+        measured_temperature=curve.measured_temperature,
+    )

@@ -1,0 +1,1 @@
+"""What one command writes and the next one reads."""

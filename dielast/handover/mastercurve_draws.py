@@ -1,0 +1,135 @@
+"""Draws on their way from `mastercurve` through `spectrum` to the simulations, as files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.handover.mastercurve_folder import Curve
+from dielast.handover.material_draws import constant_headers, draw_columns, with_constants
+from dielast.io.files import Inputs
+from dielast.io.table import Column, Table, number_columns
+from dielast.material.material import Material
+from dielast.material.shift import ShiftLaw
+from dielast.material.spectrum import Spectrum
+from dielast.recipe.toml import parse_toml
+from dielast.relaxation.fit import SpectrumFit
+from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
+from dielast.superposition.bootstrap import MasterCurveDraws
+
+Array = NDArray[np.float64]
+
+DRAWS, LAWS, CURVES = "draws.csv", "draw-laws.csv", "draw-curves.csv"
+ORDINATES = {
+    "relaxation": (("reduced_time", "s"), (("relaxation_modulus", "Pa"),)),
+    "creep": (("reduced_time", "s"), (("creep_compliance", "1/Pa"),)),
+    "oscillation": (("reduced_angular_frequency", "rad/s"), (("storage_modulus", "Pa"), ("loss_modulus", "Pa"))),
+}
+UNITS = {"C2": "K", "activation_energy": "J/mol"}
+
+
+def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, Table]:
+    """The tables of the draws of a master curve by file name: shift factors, law and smooth curve of each."""
+    (abscissa, unit), ordinates = ORDINATES[measurement]
+    curves = [Column(abscissa, unit, draws.smooth_abscissa)]
+    for channel, (name, own_unit) in enumerate(ordinates):
+        pairs = zip(draws.number, draws.smooth_ordinates[:, channel], strict=True)
+        curves += [Column(f"{name}_{number}", own_unit, values) for number, values in pairs]
+    laws = [
+        Column(name, UNITS.get(name, "1"), values) for name, values in zip(draws.law_names, draws.law_parameters.T, strict=True)
+    ]
+    return {
+        DRAWS: draws.columns(),
+        LAWS: [Column("draw", None, draws.number), *laws],
+        CURVES: curves,
+    }
+
+
+def draws_headline(draws: MasterCurveDraws, wanted: int, seed: int) -> dict[str, Any]:
+    """The section of a summary that compares the scatter of the draws with the standard errors of the fit."""
+    names = {"C2": "C2_K", "activation_energy": "activation_energy_J_per_mol"}
+    law = {} if draws.law_temperature.size else draws.stderr()
+    return {
+        "draws": wanted,
+        "seed": seed,
+        "without_master_curve": wanted - len(draws.number),
+        **{f"{names.get(name, name)}_stderr": value for name, value in law.items()},
+        "log10_shift_factor_stderr": np.std(draws.log10_shift_factor, axis=0, ddof=1).tolist(),
+    }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadDraws:
+    """Draws of a master curve as read: `number` (draws,), their smooth curves and their shift laws."""
+
+    number: NDArray[np.int64]
+    curves: CurveDraws
+    shifts: tuple[ShiftLaw, ...]
+
+
+def read_curve_draws(folder: str, curve: Curve, inputs: Inputs) -> ReadDraws | None:
+    """The draws in the folder that `mastercurve` wrote the `curve` into; none if its summary speaks of none."""
+    name = f"{folder}/summary.toml"
+    if "uncertainty" not in parse_toml(inputs.read(name), name):
+        return None
+    name = f"{folder}/{LAWS}"
+    headers = constant_headers(curve.shift)
+    number, *constants = number_columns(inputs.read(name), name, ["draw", *headers])
+    for row in np.flatnonzero(~(np.isfinite(number) & (number == np.floor(number))))[:1]:
+        raise InputError(f'{name}: row {row + 2}: column "draw": {number[row]:g} is not a whole number')
+    rows = np.array(constants).reshape(len(headers), number.size).T
+    for row, column in np.argwhere(~np.isfinite(rows))[:1]:
+        raise InputError(f'{name}: row {row + 2}: column "{headers[column]}": a number is needed')
+    if number.size < 2:
+        raise InputError(f"{name}: {number.size} draws: at least 2 are needed")
+    shifts = []
+    for row, own in enumerate(rows.tolist()):
+        try:
+            shifts.append(with_constants(curve.shift, own))
+        except InputError as error:
+            raise InputError(f"{name}: row {row + 2}: {error}") from None
+    name = f"{folder}/{CURVES}"
+    (abscissa, unit), ordinates = ORDINATES[curve.test]
+    headers = [f"{abscissa} [{unit}]", *(f"{one}_{int(k)} [{own}]" for one, own in ordinates for k in number)]
+    columns = np.array(number_columns(inputs.read(name), name, headers))
+    for column, row in np.argwhere(~((columns > 0) & np.isfinite(columns)))[:1]:
+        raise InputError(f'{name}: row {row + 2}: column "{headers[column]}": a positive number is needed')
+    first, values = columns[0], columns[1:].reshape(len(ordinates), number.size, -1)
+    for row in np.flatnonzero(np.diff(first) <= 0)[:1]:
+        raise InputError(f'{name}: row {row + 3}: column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}')
+    if not first.size:
+        raise InputError(f"{name}: no rows: a folder written by mastercurve is needed")
+    return ReadDraws(number.astype(np.int64), CurveDraws(first, np.moveaxis(values, 1, 0)), tuple(shifts))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnMaterials:
+    """The draws of a material as a table, and what the summary says of them."""
+
+    table: Table
+    headline: dict[str, Any]
+
+
+def drawn_materials(
+    material: Material, curve: Curve, read: ReadDraws, fit: SpectrumFit, refit: Callable[[Array, Array], SpectrumFit]
+) -> DrawnMaterials:
+    """A material for each draw of the `curve`, whose whole spectrum is `fit`; `refit` fits other points the same way."""
+    abscissa, *ordinates = curve.columns
+    spectra = draw_spectra(abscissa, np.array(ordinates), read.curves, fit, refit, spectrum=material.spectrum)
+    tau = material.spectrum.relaxation_time
+    members = [
+        replace(material, equilibrium_modulus=float(level), spectrum=Spectrum(tau, moduli), shift=read.shifts[place])
+        for place, level, moduli in zip(spectra.used, spectra.equilibrium_modulus, spectra.shear_modulus, strict=True)
+    ]
+    headline = {
+        "draws": len(members),
+        "without_spectrum": len(read.number) - len(members),
+        "curve_scatter": spectra.scatter,
+        "model_misfit": spectra.misfit,
+    }
+    return DrawnMaterials(draw_columns(read.number[spectra.used], members), headline)

@@ -1,0 +1,1 @@
+"""Files and tables, as text and as workbooks."""

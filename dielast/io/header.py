@@ -1,0 +1,155 @@
+"""The rows above a table's numbers: names of columns, their units, and the temperatures that columns are headed with."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dielast.errors import InputError
+from dielast.io.table import LONGEST_HEADER, split_header
+from dielast.units import TEMPERATURE, conversion, is_unit
+
+_NUMBER = r"[+\-\u2212]?\d++(?:[.,]\d++)?"
+_DEGREE = r"(?:°\s?[CF]|º\s?[CF]|℃|℉|deg\.?\s?[CF]|degrees?\s[CF]|[CK])"
+# 20 °C, but not the 20 of E20 or of 1.20
+_TEMPERATURE = re.compile(rf"(?<![A-Za-z0-9.,])(?P<number>{_NUMBER})\s*_?(?P<unit>{_DEGREE})(?![A-Za-z0-9]|-[A-Za-z])")
+_ARGUMENT = re.compile(r"\w['\"]*\([^()]*\)$")
+_JOINED = re.compile(r"(?<=[A-Za-z\])])[-\u2212]$")
+_BEFORE = re.compile(r"(?:\b[Tt](?:emp(?:erature)?)?\.?\s*=|@|\bat\b|[_,;:/=|\s-])*$")
+_AFTER = re.compile(r"^[_,;:=|@\s-]+")
+_EMPTY = re.compile(r"\(\s*\)|\[\s*\]|\(\s*[Tt]\s*=\s*\)")
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What is said of each column: its `names`, `units` (None where no unit is stated), the cells as `spelled`, and the
+    `temperature` in degC that a row above the names states (None where there is none).
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    spelled: tuple[str, ...]
+    temperature: tuple[float | None, ...]
+
+
+def read_header(source: str, above: Sequence[Sequence[str]], columns: int, aligned: bool) -> Header:
+    """The header in the rows `above` the data, of so many `columns`: a row of names, perhaps one of units and one of temperatures.
+
+    `aligned` says whether blanks part the cells, so that an empty cell cannot be seen. Raises `InputError` if the row of names has
+    another number of cells than the rows of data.
+    """
+    tables = [row for row in above if filled_width(row) > 1 or columns == 1]
+    place = next((k for k in reversed(range(len(tables))) if temperatures_in(tables[k]) is not None), None)
+    over: list[float | None] = [None] * columns
+    if place is not None:
+        over = _spread(temperatures_in(tables.pop(place)) or [], columns)
+    if not tables:
+        return Header(tuple(str(number) for number in range(1, columns + 1)), (None,) * columns, (), tuple(over))
+    names, below = tables[-1], list[str]()
+    if len(tables) > 1 and any(names) and all(map(_is_unit_cell, names)):
+        names, below = tables[-2], [cell.strip("[]()").strip() for cell in names]
+        if aligned and len(below) < columns:
+            below = []  # which of them is empty cannot be told
+    if filled_width(names) != columns and len(names) != columns:
+        # a name with the separator in it, or a column without a name: which column is which cannot be told
+        found = f"the header has {filled_width(names)} cells, the rows have {columns}"
+        raise InputError(f"{source}: {found}; quote cells that hold the separator, or skip_rows")
+    spelled = tuple(name.lstrip("# ") for name in _padded(names, columns))
+    # beside a row of units, tan(d) and G(t) are names
+    split = [(name, None) if any(below) and _ARGUMENT.search(name) else split_header(name) for name in spelled]
+    # an empty cell in the row of units says nothing; a dash says that there is no unit
+    units = tuple(
+        unit if unit is not None else cell or None for (_, unit), cell in zip(split, _padded(below, columns), strict=True)
+    )
+    return Header(tuple(name for name, _ in split), units, spelled, tuple(over))
+
+
+def filled_width(row: Sequence[str]) -> int:
+    """Cells in a row, not counting empty ones at its end."""
+    width = len(row)
+    while width and not row[width - 1]:
+        width -= 1
+    return width
+
+
+def temperature_in(text: str, unit: str | None = None) -> tuple[float, str] | None:
+    """The temperature in degC that a header cell states, such as `E (20 °C) [MPa]`, and the cell without it; None if it has none.
+
+    With a `unit` a bare number is a temperature as well. Raises `InputError` where a dash may be a sign or not.
+    """
+    if len(text) > LONGEST_HEADER:
+        return None
+    match = _TEMPERATURE.search(text)
+    if match is None and unit is not None:
+        match = re.search(rf"(?<![A-Za-z0-9.,])(?P<number>{_NUMBER})(?![A-Za-z0-9.,])", text)
+    if match is None:
+        return None
+    number, own = match["number"].replace(",", ".").replace("\u2212", "-"), match.groupdict().get("unit") or unit or ""
+    before, after = text[: match.start()], text[match.end() :]
+    if _JOINED.search(before):
+        other = f'call it "{before[:-1]} (-{number} {own})" or "{before[:-1]} ({number} {own})"'
+        raise InputError(f'column "{text}": {number} or -{number} {own}? {other}')
+    scale, offset = conversion(_spelled_out(own), TEMPERATURE)
+    rest = _EMPTY.sub("", before + after if _open(before) else f"{_BEFORE.sub('', before)} {_AFTER.sub('', after)}")
+    return round(float(number) * scale + offset, 9), " ".join(rest.split())
+
+
+def temperatures_in(row: Sequence[str]) -> list[float | None] | None:
+    """The temperature in degC that each cell of a row states, if the row is one of temperatures: of several, or of numbers beside a
+    cell that names them, such as `T [°C]`.
+    """
+    filled = [cell for cell in row if cell]
+    label = next((unit for cell in filled if (unit := _label(cell)) is not None), None)
+    found: list[float | None] = []
+    for cell in row:
+        if not cell or _label(cell) is not None:
+            found.append(None)
+            continue
+        try:
+            stated = temperature_in(cell, label)
+        except InputError:
+            return None
+        if stated is None or stated[1]:
+            return None
+        found.append(stated[0])
+    return found if len({own for own in found if own is not None}) > 1 else None
+
+
+def _label(cell: str) -> str | None:
+    """The unit of a cell that names temperatures, such as `T [°C]` or `Temperature / K`."""
+    name, unit = split_header(cell)
+    if unit is None or name.strip().casefold().rstrip(".") not in ("t", "temp", "temperature", "temperatur"):
+        return None
+    try:
+        conversion(_spelled_out(unit), TEMPERATURE)
+    except InputError:
+        return None
+    return unit
+
+
+def _spelled_out(unit: str) -> str:
+    text = re.sub(r"^(?:º|deg(?:ree)?s?\.?)\s?", "°", unit.strip())
+    return {"C": "°C", "F": "°F"}.get(text, text)
+
+
+def _open(text: str) -> bool:
+    """Whether a bracket before a temperature is still open: what stands within it belongs together."""
+    return text.count("(") > text.count(")") or text.count("[") > text.count("]")
+
+
+def _spread(found: Sequence[float | None], columns: int) -> list[float | None]:
+    """Temperatures of columns: an empty cell belongs to the one before it, as where cells were merged."""
+    spread: list[float | None] = []
+    for own in [*found[:columns], *[None] * (columns - len(found))]:
+        spread.append(own if own is not None or not spread else spread[-1])
+    return spread
+
+
+def _is_unit_cell(cell: str) -> bool:
+    text = cell.strip()
+    return is_unit(text.strip("[]()")) or (len(text) > 1 and text[0] + text[-1] in ("[]", "()"))
+
+
+def _padded(row: Sequence[str], columns: int) -> list[str]:
+    return [*row[:columns], *[""] * (columns - len(row))]

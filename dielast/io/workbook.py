@@ -1,0 +1,147 @@
+"""Workbooks (Excel, OpenDocument) as text: the rows of a sheet as lines, tabs between their cells.
+
+Workbooks are read by python-calamine in a process of its own with bounded memory: a workbook of a few kilobytes may claim more
+cells than any machine can hold, and the library then ends the process that it runs in.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from functools import lru_cache
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from dielast.errors import InputError, shown
+
+if TYPE_CHECKING:
+    from python_calamine import CalamineWorkbook
+
+MAGIC = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+MEMORY = 2 << 30  # bytes, for the process that reads
+SECONDS = 100  # longer than any sheet of MOST cells takes
+MOST = 5_000_000  # cells of a sheet
+LONGEST_TEXT = 256 << 20  # bytes, as of any other file
+NEEDED = "pip install 'dielast[excel]'"
+_REFUSED = 3  # exit code of the process that reads, which has said why
+_BY_POINT = re.compile(r"[+-]?\d+\.\d+([eE][+-]?\d+)?")
+_BY_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
+
+
+def is_workbook(content: bytes) -> bool:
+    """Whether the bytes of a file are those of a workbook, or of something else that is packed alike."""
+    return content.startswith(MAGIC)
+
+
+@lru_cache(maxsize=1)
+def sheet_text(content: bytes, source: str, sheet: str | int | None = None, decimal: str | None = None) -> str:
+    """The rows of a `sheet`, by its name or number from 1, or of the first that is not hidden; numbers have a decimal point.
+
+    Formulas count with the values that were saved with them; cells merged from top to bottom all hold the same. `decimal` is the
+    mark of numbers that are kept as text; where it is None, the one that most of them have. Raises `InputError` naming `source` if
+    it cannot be read, if there is no such sheet, or if what is needed to read it is not installed.
+    """
+    if find_spec("python_calamine") is None:
+        raise InputError(f"{source}: a workbook is read by a package that is not installed: {NEEDED}, or save it as CSV")
+    import subprocess  # which no text needs
+
+    wanted = ("", "") if sheet is None else ("number" if isinstance(sheet, int) else "name", str(sheet))
+    # whatever this process can import, the other can
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "RUST_BACKTRACE": "0"}
+    command = [sys.executable, "-P", "-c", "from dielast.io.workbook import serve; serve()", *wanted, decimal or ""]
+    try:
+        done = subprocess.run(command, input=content, capture_output=True, timeout=SECONDS, env=environment, check=False)
+    except subprocess.TimeoutExpired:
+        raise InputError(f"{source}: {_TOO_LARGE}") from None
+    except OSError as error:
+        raise InputError(f"{source}: a workbook takes a process of its own to read: {error.strerror}; save it as CSV") from None
+    if done.returncode == _REFUSED:
+        raise InputError(f"{source}: {done.stdout.decode(errors='replace')}")
+    if done.returncode != 0:
+        raise InputError(f"{source}: {_TOO_LARGE}")
+    return done.stdout.decode()
+
+
+_TOO_LARGE = "not a workbook that can be read, or one that is larger than it looks: save the sheet as CSV"
+
+
+def serve() -> None:
+    """Read a workbook from standard input and write one of its sheets, or what is wrong with it, to standard output."""
+    _bound_memory()
+    kind, sheet, decimal = sys.argv[1:]
+    code = 0
+    try:
+        text = _read(sys.stdin.buffer.read(), int(sheet) if kind == "number" else sheet if kind else None, decimal)
+    except InputError as error:
+        text, code = str(error), _REFUSED
+    except MemoryError:
+        text, code = _TOO_LARGE, _REFUSED
+    except BaseException as error:  # whatever a parser does with a damaged file, a panic of Rust's included
+        said = " ".join(str(error).split()) or type(error).__name__
+        text, code = f"not a workbook that can be read: {said[:200]}", _REFUSED
+    answer = text.encode("utf-8", "replace")
+    if len(answer) > LONGEST_TEXT:
+        answer, code = _TOO_LARGE.encode(), _REFUSED
+    sys.stdout.buffer.write(answer)
+    sys.stdout.buffer.flush()
+    os._exit(code)
+
+
+def _bound_memory() -> None:
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard), hard))
+
+
+def _read(content: bytes, sheet: str | int | None, decimal: str) -> str:
+    from io import BytesIO
+
+    from python_calamine import CalamineWorkbook
+
+    book = CalamineWorkbook.from_filelike(BytesIO(content))
+    own = book.get_sheet_by_name(_sheet_name(book, sheet))
+    height, width = (last + 1 for last in own.end or (-1, -1))
+    if height * width > MOST:
+        raise InputError(f"a sheet of {height} rows and {width} columns is too large: save it as CSV")
+    rows: list[list[Any]] = own.to_python(skip_empty_area=False)
+    for (top, left), (bottom, right) in own.merged_cell_ranges or ():
+        if left == right and left < len(rows[top] if top < len(rows) else ()):
+            for row in rows[top + 1 : bottom + 1]:
+                row[left] = rows[top][left]
+    rows = [row[own.start[1] :] for row in rows] if own.start else rows  # empty columns before the first
+    texts = [cell for row in rows for cell in row if isinstance(cell, str)]
+    commas, points = (sum(map(bool, map(pattern.fullmatch, map(str.strip, texts)))) for pattern in (_BY_COMMA, _BY_POINT))
+    by_comma = decimal == "," if decimal else commas > points
+    return "\n".join("\t".join(_text(cell, by_comma) for cell in row) for row in rows)
+
+
+def _sheet_name(book: CalamineWorkbook, sheet: str | int | None) -> str:
+    from python_calamine import SheetTypeEnum, SheetVisibleEnum
+
+    tables = [own for own in book.sheets_metadata if own.typ == SheetTypeEnum.WorkSheet]
+    names = [own.name for own in tables]
+    if isinstance(sheet, int) and sheet <= len(names):
+        return names[sheet - 1]
+    if sheet in names:
+        return str(sheet)
+    if sheet is not None:
+        raise InputError(f"sheet: no {shown(sheet)}; there are {', '.join(map(shown, names)) or 'no sheets'}")
+    if not names:
+        raise InputError("a workbook without a sheet of cells")
+    return next((own.name for own in tables if own.visible == SheetVisibleEnum.Visible), names[0])
+
+
+def _text(cell: Any, by_comma: bool) -> str:
+    """A cell as a table of text holds it; numbers with all their digits."""
+    if isinstance(cell, bool) or not isinstance(cell, int | float | str):
+        return str(cell)
+    if isinstance(cell, int | float):
+        return str(int(cell)) if float(cell).is_integer() and abs(cell) < 1e15 else repr(cell)
+    text = " ".join(cell.split())
+    if by_comma and _BY_COMMA.fullmatch(text):
+        text = text.replace(",", ".")
+    return '"' + text.replace('"', '""') + '"' if '"' in text else text

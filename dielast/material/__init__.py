@@ -1,0 +1,1 @@
+"""A material: its springs, spectrum, time-temperature shift, dielectric and breakdown constants."""

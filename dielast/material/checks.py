@@ -1,0 +1,259 @@
+"""Inputs that are legal but foolish: a modulus in the wrong unit, a temperature on the wrong scale, a spectrum asked for what it
+does not know. Each is warned of with what it looks like; none is an error, as somebody's material may be like that.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import warn
+from dielast.material.material import VACUUM_PERMITTIVITY, Breakdown, Material
+from dielast.material.shift import WLF, Arrhenius, ShiftLaw, ShiftTable
+from dielast.material.springs import Gent
+from dielast.units import TIMES, ZERO_CELSIUS
+
+SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
+GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds
+RELAXING = 0.01  # of the equilibrium modulus: branches that add up to less cannot be seen beside it
+SHORTEST_CHAIN = 1.0  # J_lim: chains that are taut at a stretch of 1.7
+TAUT = 0.97  # of J_lim: chains that are stretched farther break
+COLDEST, HOTTEST = -150.0, 300.0  # degC, where polymers are measured
+KELVIN = 200.0  # degC, from which on readings look like kelvin
+MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
+# K, C1 C2 = 1 / (ln 10 alpha_f), whatever the reference temperature: the free volume's expansion alpha_f is 1e-4 to 4e-3 /K
+FREE_VOLUME = 100.0, 4000.0
+ROUNDING = 1e-6  # of log10 a, which dielast writes with 9 digits
+BARRIERS = 5e3, 2e6  # J/mol, activation energies: from the motion of a methyl group to a glass transition
+FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
+LARGEST_PERMITTIVITY = 1e3  # relative
+UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the stress goes with its square, 1e-5 of that at breakdown, and 1000 times
+THINNEST, THICKEST, THICKEST_SPECIMEN = 1e-6, 1e-2, 0.1  # m
+_SHEAR = re.compile(r"^\|?g(?![a-z])|^g(p|pp|prime|stor|loss)\b|^j(?![a-z])|\bshear\b|scher|schub")  # names, in lower case
+_STRAIN = re.compile(r"\bstrain|dehnung(?!sverh)|elongation|^[εϵ]")
+UNSEEN = 1e-5  # strain that no extensometer resolves
+SQUEEZED = 0.7  # stretch: who squeezes a film farther has typed a strain
+
+
+def doubt_material(material: Material) -> None:
+    """Warn of constants that look as if they were in another unit."""
+    rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
+    if rest > 0 and not SOFTEST <= rest <= HARDEST:
+        known = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
+        warn(f"the equilibrium shear modulus is {rest:g} Pa, but {known}: is it in another unit?")
+    if rest + branches > GLASS:
+        warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
+    if 0 < branches < RELAXING * rest:
+        beside = f"beside an equilibrium modulus of {rest:g} Pa"
+        warn(f"the branches add up to {branches:.3g} Pa {beside}, so that nothing relaxes: are they in another unit?")
+    for law, whose in ((material.equilibrium_law, "equilibrium"), (material.nonequilibrium_law, "nonequilibrium")):
+        if isinstance(law, Gent) and np.any(np.asarray(law.J_lim) < SHORTEST_CHAIN):
+            limit = float(np.min(law.J_lim))
+            warn(
+                f"J_lim = {limit:g} ({whose}): chains so short make no rubber: is it I1 - 3 where they are taut, 10 to 200 by rule?"
+            )
+    doubt_temperature(material.reference_temperature, "the reference temperature is")
+    doubt_law(material.shift)
+    if material.permittivity is not None:
+        relative = material.permittivity / VACUUM_PERMITTIVITY
+        if not 1 <= relative <= LARGEST_PERMITTIVITY:
+            warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
+    if material.breakdown is not None:
+        doubt_breakdown(material.breakdown.field)
+
+
+def doubt_law(law: ShiftLaw) -> None:
+    """Warn of the constants of a shift law that no polymer has."""
+    if isinstance(law, WLF):
+        product, (low, high) = law.C1 * law.C2, FREE_VOLUME
+        if not low <= product <= high:
+            natural = high < product <= high * np.log(10)
+            guess = "is C1 for natural logarithms, 2.303 times too large?" if natural else "is one of them in another unit?"
+            known = f"polymers have {low:g} to {high:g} K at any reference temperature"
+            warn(f"WLF with C1 = {law.C1:g} and C2 = {law.C2:g} K: C1 C2 is {product:.3g} K, but {known}: {guess}")
+    elif isinstance(law, Arrhenius) and not BARRIERS[0] <= abs(law.activation_energy) <= BARRIERS[1]:
+        known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
+        warn(f"an activation energy of {law.activation_energy / 1e3:g} kJ/mol, but {known}: is it in another unit?")
+    elif isinstance(law, ShiftTable):
+        there, origin = law.reference_temperature, float(np.interp(law.reference_temperature, law.temperature, law.log10_shift))
+        if abs(origin) > ROUNDING:
+            found = f"the shift table gives log10 a = {origin:.3g} at the reference temperature {there:g} degC, where it must be 0"
+            mend = f"state the temperature that the table refers to, or an entry of 0 at {there:g} degC"
+            warn(f"{found}: {origin:.3g} is subtracted from every entry, so that it is; {mend}")
+
+
+def doubt_breakdown(field: ArrayLike) -> None:
+    """Warn of breakdown fields (V/m, any shape) that no film has."""
+    values = np.atleast_1d(np.asarray(field, dtype=float))
+    for value in values[(values < FAINTEST) | (values > STRONGEST)][:1]:
+        warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
+
+
+def doubt_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[Breakdown | None]) -> None:
+    """Warn of prestretches, one pair a film, outside of those that breakdown fields are `known` for."""
+    films = [(pair, float(np.sqrt(pair[0] * pair[1])), own) for pair, own in zip(prestretch, known, strict=True)]
+    outside = [(pair, value, own) for pair, value, own in films if own is not None and not own.is_known_at(value)]
+    if not outside:
+        return
+    (first, second), value, own = outside[0]
+    what = f"prestretch {first:g}" if first == second else f"prestretch {first:g} x {second:g} (as {value:.4g} equibiaxial)"
+    others = len({pair for pair, _, _ in outside}) - 1
+    stated = sorted(
+        [(value, '"..."'), *((at, f'"{field / 1e6:.4g} MV/m"') for at, field in zip(own.prestretch, own.field, strict=True))]
+    )
+    warn(
+        f"{what}{f' (and {others} more)' if others else ''}: breakdown fields are stated for {own.prestretch[0]:g} to "
+        f"{own.prestretch[-1]:g}: the nearest, {float(own.at(value)) / 1e6:.4g} MV/m, is taken; to state one, write [breakdown] "
+        f"prestretch = [{', '.join(f'{at:.4g}' for at, _ in stated)}], field = [{', '.join(field for _, field in stated)}]"
+    )
+
+
+def doubt_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
+    """Warn of thicknesses (m, any shape) that no film has; `whose` they are, and the `thickest` (m) of these."""
+    values = np.atleast_1d(np.asarray(thickness, dtype=float))
+    for value in values[(values < THINNEST) | (values > thickest)][:1]:
+        known = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
+        warn(f"the thickness is {value * 1e3:g} mm, but {known}: is it in another unit?")
+
+
+def doubt_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
+    """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields."""
+    field, limit = np.broadcast_arrays(np.abs(np.asarray(highest, dtype=float)), np.asarray(breakdown, dtype=float))
+    if not np.any(field):
+        return
+    k = np.unravel_index(np.argmax(field / limit), field.shape)
+    ratio = float(field[k] / limit[k])
+    if not UNFELT <= ratio <= BEYOND:
+        so = (
+            f"{ratio:.3g} times the breakdown field"
+            if ratio > 1
+            else f"1/{1 / ratio:.0f} of the breakdown field: no film moves then"
+        )
+        warn(f"the highest voltage makes a field of {field[k]:.3g} V/m, {so}: is it, or the thickness, in another unit?")
+
+
+def doubt_temperature(temperature: ArrayLike, what: str) -> None:
+    """Warn of temperatures (degC, any shape) that look as if they were on another scale; `what` says whose they are."""
+    values = np.atleast_1d(np.asarray(temperature, dtype=float))
+    if not values.size:
+        return
+    coldest, hottest = float(values.min()), float(values.max())
+    span = f"{coldest:g}" if coldest == hottest else f"{coldest:g} to {hottest:g}"
+    if hottest < COLDEST:
+        kelvin = f"{coldest + ZERO_CELSIUS:g}" + ("" if coldest == hottest else f" to {hottest + ZERO_CELSIUS:g}")
+        warn(f"{what} {span} degC, which is {kelvin} K: are they degC that were taken for kelvin?")
+    elif coldest > KELVIN:
+        warn(f"{what} {span} degC: are they kelvin that were taken for degC?")
+    elif coldest < COLDEST or hottest > HOTTEST:
+        warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")
+
+
+def doubt_curve(largest: float, plateau: float | None = None) -> None:
+    """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau` if there is one, is no polymer's."""
+    if largest > 3 * GLASS:
+        warn(f"the largest Young's modulus is {largest:.3g} Pa, more than any polymer's glass: is it in another unit?")
+    elif largest < 3 * SOFTEST:
+        warn(f"the largest Young's modulus is {largest:.3g} Pa, less than that of a gel: is it in another unit?")
+    elif plateau is not None and plateau < 3 * SOFTEST:
+        warn(f"Young's modulus levels off at {plateau:.3g} Pa, less than that of a gel: is it in another unit, such as kPa?")
+
+
+def doubt_tension(names: Sequence[str], source: str) -> None:
+    """Warn of moduli, compliances, strains or stresses that are taken for those of tension, in columns whose `names` say shear."""
+    for name in [name for name in names if _SHEAR.search(name.strip().casefold().replace("_", " "))][:1]:
+        warn(
+            f'{source}: column "{name}" looks like one of shear, but is read as one of tension, which is a factor of three: say '
+            'test = "shear", or test = "tension"'
+        )
+
+
+def doubt_strain(strain: ArrayLike) -> None:
+    """Warn of strains (1, any shape) of a relaxation test that are no small ones, or that look like stretches or per cent."""
+    values = np.atleast_1d(np.asarray(strain, dtype=float))
+    typical = float(np.median(values)) if values.size else 0.0
+    if typical <= 0.3:
+        return
+    said, per_cent = f"the strain is {typical:.3g}, that is {100 * typical:.3g} %", "in per cent, which its unit must say"
+    if 1 < typical < 2:
+        warn(f"{said}: is it a stretch, so that the strain is {typical - 1:.3g}, or {per_cent}?")
+    elif typical >= 1:
+        warn(f"{said}: is it {per_cent}?")
+    else:
+        warn(f"{said}: stress over strain is the relaxation modulus at small strain only; or is it {per_cent}?")
+
+
+def doubt_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
+    """Warn of measured stretches (1, any shape) in a column whose `name` says strain, or of values that no stretch has."""
+    values = np.atleast_1d(np.asarray(stretch, dtype=float))
+    typical = float(np.median(values))
+    if _STRAIN.search(name.casefold()) or not 0.5 <= typical <= 20:
+        warn(f'{source}: column "{name}" is about {typical:.3g} and compared with a stretch, which is 1 + strain: is it a strain?')
+
+
+def doubt_stretch(lowest: float, highest: float) -> None:
+    """Warn of prescribed stretches, from the `lowest` to the `highest`, that look like strains."""
+    if lowest < SQUEEZED:
+        warn(f"a stretch of {lowest:g} squeezes the film (1 is undeformed): is it a strain, so that the stretch is {1 + lowest:g}?")
+    elif lowest == highest == 1:
+        warn("the stretch is 1 throughout, which is undeformed: is it a strain of 100 %, so that the stretch is 2?")
+
+
+def doubt_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, J_lim: ArrayLike) -> None:
+    """Warn of films whose stretches (points,) under load are those of taut chains, or not to be seen at all."""
+    first, second = np.asarray(stretch_1, dtype=float), np.asarray(stretch_2, dtype=float)
+    tautness = (first**2 + second**2 + 1 / (first * second) ** 2 - 3) / np.asarray(J_lim, dtype=float)
+    if not tautness.size:
+        return
+    k = int(np.argmax(tautness))
+    if tautness[k] > TAUT:
+        warn(f"the load stretches the film to {first[k]:.3g}, where its chains are taut and break: is it in another unit?")
+    elif max(float(np.max(np.abs(axis - 1))) for axis in (first, second)) < UNSEEN:
+        warn(f"the load strains the film by less than {UNSEEN:g}: is it, or the section, in another unit?")
+
+
+def doubt_use(material: Material, temperature: ArrayLike) -> None:
+    """Warn of temperatures (degC, any shape) that look wrong, or that the material's shift law was not measured at."""
+    doubt_temperature(temperature, "the temperature is")
+    if material.measured_temperature is not None:
+        low, high = material.measured_temperature
+        values = np.atleast_1d(np.asarray(temperature, dtype=float))
+        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
+        if outside.size:
+            worst = float(outside[np.argmax(np.maximum(low - outside, outside - high))])
+            warn(f"the shift law was measured from {low:g} to {high:g} degC: at {worst:g} degC it is extrapolated")
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Something that a film does within `lasting` s while its fastest branch takes `fastest` s at `temperature` degC; `what` is a
+    clause without its end, such as "step[0] takes".
+    """
+
+    what: str
+    lasting: float
+    fastest: float
+    temperature: float
+
+
+def fastest_branch(material: Material, temperature: float) -> float:
+    """The shortest relaxation time in s of the branches that carry any load; 0 if there is none."""
+    carrying = material.relaxation_time(temperature)[material.spectrum.shear_modulus > 0]
+    return float(carrying[-1]) if carrying.size else 0.0
+
+
+def doubt_paces(paces: Iterable[Pace]) -> None:
+    """Warn of the most hasty of the paces that are faster than the fastest branch: processes that the spectrum does not hold, as it
+    was truncated or not measured so far, would resist then, and the film comes out too soft.
+    """
+    hasty = [pace for pace in paces if pace.lasting < pace.fastest]
+    if hasty:
+        worst = min(hasty, key=lambda pace: pace.lasting / pace.fastest)
+        took = f"{worst.fastest:.3g} s" if worst.fastest <= TIMES[1] else f"more than {TIMES[1]:g} s"
+        warn(
+            f"{worst.what} {worst.lasting:.3g} s, but the fastest branch takes {took} at {worst.temperature:g} degC: the spectrum "
+            "does not hold what is faster, without which the film is too soft in so short a time"
+        )

@@ -1,0 +1,136 @@
+"""What is not known about a material: draws of it, which scatter as measurements would, and what scatters from film to film."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Table
+from dielast.material.material import Breakdown, Material
+from dielast.numerics.random_streams import stream
+
+Array = NDArray[np.float64]
+
+
+class Scatter(Protocol):
+    """How a positive quantity scatters."""
+
+    def factors(self, quantile: Array) -> Array:
+        """Factors on the stated value, of the shape of `quantile`, which lies between 0 and 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class NormalScatter:
+    """Normally distributed about the stated value, with standard deviation `relative` times it; cut off at zero."""
+
+    relative: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.relative < 1:
+            raise InputError(f"a relative scatter of {self.relative:g}: it must be at least 0 and below 1")
+
+    def factors(self, quantile: Array) -> Array:
+        """Factors on the stated value."""
+        if self.relative == 0:
+            return np.ones_like(quantile)
+        from statistics import NormalDist  # which takes its time to load
+
+        normal = NormalDist()
+        below = normal.cdf(-1 / self.relative)
+        inside = below + (1 - below) * np.clip(quantile, 1e-15, 1 - 1e-15)
+        return np.array([1 + self.relative * normal.inv_cdf(float(p)) for p in inside.ravel()]).reshape(quantile.shape)
+
+
+@dataclass(frozen=True, slots=True)
+class WeibullScatter:
+    """Weibull's distribution with this `shape`; the stated value is its scale, which 63.2 % of the values do not exceed."""
+
+    shape: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.shape) and self.shape > 0):
+            raise InputError(f"a Weibull shape of {self.shape:g}: it must be positive")
+
+    def factors(self, quantile: Array) -> Array:
+        """Factors on the stated value."""
+        return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15))) ** (1 / self.shape))
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Sample(TabularResult):
+    """Draws of films: a material each, and factors (draws,) on the breakdown field and on the undeformed thickness."""
+
+    materials: tuple[Material, ...]
+    breakdown_factor: Array
+    thickness_factor: Array
+
+    def __len__(self) -> int:
+        return len(self.materials)
+
+    def columns(self) -> Table:
+        """One film a row, with the number of its material among those drawn from."""
+        numbers = {id(own): number for number, own in enumerate({id(own): own for own in self.materials}.values())}
+        return [
+            Column("draw", None, np.arange(len(self))),
+            Column("material", None, np.array([numbers[id(own)] for own in self.materials])),
+            Column("breakdown_factor", "1", self.breakdown_factor),
+            Column("thickness_factor", "1", self.thickness_factor),
+        ]
+
+
+def draw_sample(
+    members: Sequence[Material],
+    draws: int,
+    *,
+    seed: int = 1,
+    breakdown_field: Scatter | None = None,
+    thickness: Scatter | None = None,
+) -> Sample:
+    """So many draws of the `members`, the draws of a material (one alone is a material known exactly), with scatter.
+
+    The first draws are the members in their order; more draws than members repeat some by chance. Draw k depends on `seed` and k
+    alone. Raises `InputError` if there is nothing to draw.
+    """
+    if draws < 1 or not members:
+        raise InputError(f"{draws} draws of {len(members)} materials: at least one of each is needed")
+    again = (stream(seed, "material").random(draws) * len(members)).astype(int)
+    which = np.where(np.arange(draws) < len(members), np.arange(draws), again)
+    ones = np.ones(draws)
+    return Sample(
+        tuple(members[k] for k in which),
+        ones if breakdown_field is None else breakdown_field.factors(stream(seed, "breakdown field").random(draws)),
+        ones if thickness is None else thickness.factors(stream(seed, "thickness").random(draws)),
+    )
+
+
+def scaled(breakdown: Breakdown, factor: float) -> Breakdown:
+    """The breakdown field times a factor, at every prestretch."""
+    return Breakdown(breakdown.prestretch, tuple(factor * value for value in breakdown.field))
+
+
+def fewest_draws(level: float) -> int:
+    """The smallest number of draws whose extremes bound an interval of this `level`."""
+    return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
+
+
+def interval(values: Array, level: float) -> tuple[Array, Array]:
+    """Lower and upper bound (...) of an interval that holds one more draw with probability `level`, from `values` (draws, ...).
+
+    The bounds are order statistics, never between two draws, so that infinite values (what has not happened) are in order. NaN is
+    no draw, and bounds that the rest cannot tell are NaN.
+    """
+    ordered = np.sort(values, axis=0)  # NaN last
+    count = np.sum(~np.isnan(values), axis=0)
+    tail = 0.5 * (1 - level) * (count + 1)
+    first = np.floor(tail + 1e-9).astype(int) - 1
+    told = first >= 0
+    first = np.maximum(first, 0)
+    low = np.take_along_axis(ordered, first[None], axis=0)[0]
+    high = np.take_along_axis(ordered, np.maximum(count - 1 - first, 0)[None], axis=0)[0]
+    return np.where(told, low, np.nan), np.where(told, high, np.nan)

@@ -1,0 +1,69 @@
+"""The discrete relaxation spectrum (Prony series) at the reference temperature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Table
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Spectrum(TabularResult):
+    """N relaxation processes: `relaxation_time` (s) and `shear_modulus` (Pa), both of shape (N,), slowest first.
+
+    Raises `InputError` if the lists differ in length, a time is not positive, a modulus is negative, or either is not finite.
+    """
+
+    relaxation_time: NDArray[np.float64]
+    shear_modulus: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        tau = np.array(self.relaxation_time, dtype=float).reshape(-1)
+        mu = np.array(self.shear_modulus, dtype=float).reshape(-1)
+        if tau.size != mu.size:
+            raise InputError(f"{tau.size} relaxation times but {mu.size} shear moduli: one modulus for each time is needed")
+        if not np.all(np.isfinite(tau) & (tau > 0)):
+            raise InputError("every relaxation time must be positive and finite")
+        if not np.all(np.isfinite(mu) & (mu >= 0)):
+            raise InputError("every shear modulus must be finite and not negative")
+        slowest_first = np.argsort(-tau, kind="stable")
+        for name, values in (("relaxation_time", tau), ("shear_modulus", mu)):
+            ordered = values[slowest_first]
+            ordered.flags.writeable = False
+            object.__setattr__(self, name, ordered)
+
+    def __len__(self) -> int:
+        return self.relaxation_time.size
+
+    def columns(self) -> Table:
+        """One branch a row."""
+        return [Column("relaxation_time", "s", self.relaxation_time), Column("shear_modulus", "Pa", self.shear_modulus)]
+
+    def slowest(self, keep: int) -> Spectrum:
+        """The `keep` slowest processes (the truncation of Sec. 3.4, DOI 10.1115/1.4030850)."""
+        if not 1 <= keep <= len(self):
+            raise InputError(f"cannot keep {keep} of {len(self)} branches")
+        return Spectrum(self.relaxation_time[:keep], self.shear_modulus[:keep])
+
+    def relaxation_modulus(self, time: ArrayLike, equilibrium_modulus: float = 0.0) -> NDArray[np.float64]:
+        """Shear relaxation modulus in Pa at `time` (s), G(t) = mu_eq + sum mu_k exp(-t/tau_k), Eq. 17 of DOI 10.1115/1.4030850.
+
+        `equilibrium_modulus` is the shear modulus mu_eq in Pa. Young's modulus of an incompressible solid is three times as much.
+        """
+        t = np.asarray(time, dtype=float)
+        return np.asarray(equilibrium_modulus + np.exp(-t[..., None] / self.relaxation_time) @ self.shear_modulus)
+
+    def storage_modulus(self, angular_frequency: ArrayLike, equilibrium_modulus: float = 0.0) -> NDArray[np.float64]:
+        """Shear storage modulus in Pa at `angular_frequency` w (rad/s): mu_eq + sum mu_k (w tau_k)^2 / (1 + (w tau_k)^2)."""
+        phase = np.asarray(angular_frequency, dtype=float)[..., None] * self.relaxation_time
+        return np.asarray(equilibrium_modulus + phase**2 / (1 + phase**2) @ self.shear_modulus)
+
+    def loss_modulus(self, angular_frequency: ArrayLike) -> NDArray[np.float64]:
+        """Shear loss modulus in Pa at `angular_frequency` w (rad/s): sum mu_k w tau_k / (1 + (w tau_k)^2)."""
+        phase = np.asarray(angular_frequency, dtype=float)[..., None] * self.relaxation_time
+        return np.asarray(phase / (1 + phase**2) @ self.shear_modulus)

@@ -1,0 +1,1 @@
+"""One point of a film: kinematics, load, equilibrium, stability and events."""

@@ -1,0 +1,293 @@
+"""The residual of loaded material points and its arrowhead Jacobian (Sec. 3 of DOI 10.1115/1.4030850).
+
+State of one point, a column of shape (2n + 2,): x_i = 2 ln xi_i of the n springs, axis 1 then axis 2, and last what the load leaves
+open in axes 1 and 2: Lambda_i = 2 ln lambda_i where the stress is prescribed, the nominal stress s_i where the stretch is.
+Spring 0 is the equilibrium spring, a branch that never flows. The equations are
+
+    dx_i/dt = (2p - q, 2q - p)_i / (3 tau),                                 one pair for each spring,
+    0 = sum mu p - eps E^2 - s_1 lambda_1,  and the same for axis 2 with q,    E = (V/L_3) lambda_1 lambda_2,
+
+an index-1 differential-algebraic system. Springs meet only in the last two rows, so a linear solve is one 2x2 solve a spring, a sum
+over the springs, and one 2x2 solve more. Arrays hold cases in the last axis, and cases never mix: no result depends on its
+neighbours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.material.material import Material
+from dielast.material.springs import Floats, Gent, SpringLaw, join
+from dielast.mechanics import kinematics
+from dielast.mechanics.load import of_case
+from dielast.mechanics.span import Control, Load
+
+Cases = NDArray[np.intp]
+
+# what follows a moving load at once is less smooth within a step than the error estimate at its end can see
+FOLLOWER_WEIGHT = 4.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Material of the points: shear `modulus` (n, cases) in Pa and `rate` = 1/(3 tau) (n, cases) in 1/s, row 0 the equilibrium
+    spring with rate 0; `law` acts on arrays (2, n, cases); `permittivity` (cases,) in F/m; `stress_floor` (cases,) in Pa: errors
+    of a smaller stress count as errors of this one.
+    """
+
+    modulus: Floats
+    rate: Floats
+    law: SpringLaw
+    permittivity: Floats
+    stress_floor: Floats
+
+    @classmethod
+    def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float) -> Points:
+        """Points of one material, or of one for each case, at temperatures (cases,) in degC, to be integrated to `rtol`.
+
+        Branches of modulus 0 are left out, and materials with fewer branches than others filled up with ones that neither carry,
+        flow nor lock. Raises as the shift law does.
+        """
+        materials = [material] if isinstance(material, Material) else list(material)
+        width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
+        branches = max(int(np.count_nonzero(some)) for some in carrying)
+        modulus, rate = np.zeros((2, branches + 1, width))
+        limits: list[tuple[SpringLaw, SpringLaw]] = []
+        for index, (each, some) in enumerate(zip(materials, carrying, strict=True)):
+            cases = slice(None) if len(materials) == 1 else slice(index, index + 1)
+            own = slice(1, int(np.count_nonzero(some)) + 1)
+            modulus[0, cases] = each.equilibrium_modulus
+            modulus[own, cases] = each.spectrum.shear_modulus[some, None]
+            rate[own, cases] = 1 / (3 * _relaxation_time(each, temperature, index, cases)[:, some].T)
+            limits.append((each.equilibrium_law, each.nonequilibrium_law))
+        permittivity = np.array([each.permittivity or 0.0 for each in materials])
+        # no stress is known better than the rounding of the stiffest spring's share
+        floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
+        return cls(modulus, rate, _law(limits, modulus > 0), np.broadcast_to(permittivity, (width,)), floor)
+
+    def take(self, cases: Cases) -> Points:
+        """The points of some cases."""
+        # np.take keeps the cases contiguous in memory, which indexing does not
+        modulus, rate = np.take(self.modulus, cases, axis=1), np.take(self.rate, cases, axis=1)
+        return Points(modulus, rate, self.law.take(cases), self.permittivity[cases], self.stress_floor[cases])
+
+    def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
+        """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""
+        elastic = log_squared_stretch[:, None] - internal
+        return np.exp(elastic, out=elastic)
+
+    def maxwell_stress(self, log_squared_stretch: Floats, field: Floats) -> Floats:
+        """eps E^2 (cases,) in Pa at the nominal field V/L_3 (cases,) in V/m."""
+        return np.asarray(self.permittivity * field**2 * np.exp(log_squared_stretch[0] + log_squared_stretch[1]))
+
+
+def _relaxation_time(material: Material, temperature: Floats, first: int, cases: slice) -> Floats:
+    """tau in s (k, branches) of the cases, the first of which is named; an error says of which case it speaks."""
+    try:
+        return material.relaxation_time(temperature[cases])
+    except InputError:
+        for case, alone in enumerate(temperature[cases], start=first):
+            try:
+                material.relaxation_time(np.array([alone]))
+            except InputError as error:
+                raise InputError(f"{of_case(case, temperature.size)}{error}") from None
+        raise
+
+
+def _law(laws: list[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
+    """The law of all springs (n, cases); where materials differ in it or in their number of branches, they must all be Gent's."""
+    if all(law == laws[0] for law in laws) and np.all(carrying):
+        return join(*laws[0], carrying.shape[0] - 1)
+    limits = np.ones((carrying.shape[0], len(laws)))
+    for case, (first, rest) in enumerate(laws):
+        if not (isinstance(first, Gent) and isinstance(rest, Gent)):
+            raise InputError("materials of different laws or numbers of branches can share a run only if all springs are Gent's")
+        limits[:, case] = rest.J_lim
+        limits[0, case] = first.J_lim
+    return Gent(np.where(carrying, limits, np.inf))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadedPoints:
+    """Material points under one smooth stretch of load: the system that the stepper integrates."""
+
+    points: Points
+    load: Load
+
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end."""
+        return -2
+
+    def take(self, cases: Cases) -> LoadedPoints:
+        """The same for some of the cases."""
+        return LoadedPoints(self.points.take(cases), self.load.take(cases))
+
+    def driven_by(self, columns: Cases, load: Load) -> LoadedPoints:
+        """The same with another span of load in these columns."""
+        return LoadedPoints(self.points, self.load.put(columns, load))
+
+    def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
+        """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
+        stressed = np.array([[control is Control.STRESS] for control in self.load.controls])
+        left_open = np.where(stressed, log_squared_stretch, nominal_stress)
+        return np.concatenate((internal.reshape(-1, internal.shape[2]), left_open))
+
+    def internal(self, state: Floats) -> Floats:
+        """x (2, n, cases) of a state."""
+        return state[:-2].reshape(2, -1, state.shape[1])
+
+    def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
+        """Lambda and the nominal stress (2, cases each) at a `state` under the prescribed values `driven` (3, cases)."""
+        left_open, prescribed = state[-2:], driven[:2]
+        if Control.STRETCH not in self.load.controls:
+            return left_open, prescribed
+        log_squared_stretch, nominal_stress = left_open.copy(), prescribed.copy()
+        for axis, control in enumerate(self.load.controls):
+            if control is Control.STRETCH:
+                log_squared_stretch[axis] = 2 * np.log(prescribed[axis])
+                nominal_stress[axis] = left_open[axis]
+        return log_squared_stretch, nominal_stress
+
+    def error(self, state: Floats, increment: Floats) -> Floats:
+        """Largest relative error (cases,) of stretches, stresses and viscous stretches that `increment` of a `state` amounts to."""
+        worst = 0.5 * np.max(np.abs(increment[:-2]), axis=0)
+        for row, control in ((-2, self.load.controls[0]), (-1, self.load.controls[1])):
+            error = np.abs(increment[row])
+            if control is Control.STRESS:
+                error *= np.where(self.load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
+            else:
+                error *= FOLLOWER_WEIGHT / (np.abs(state[row]) + self.points.stress_floor)
+            worst = np.maximum(worst, error)
+        return np.asarray(worst)
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Arrowhead:
+        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        return Arrowhead(self, time, state, step, gamma)
+
+
+class Arrowhead:
+    """One step's linear system, factorised. Its cost is linear in the springs.
+
+    With K the springs' tangents in Lambda and F = [[2, -1], [-1, 2]], a spring's block is D = 1/gamma + h/(3 tau) F K, and its
+    part in the border is Q = mu K D^-1, so that the condensed tangent is sum Q / gamma.
+    """
+
+    def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        self.system, self.gamma = system, gamma
+        points, load = system.points, system.load
+        driven = load.value(time)
+        log_squared, nominal = system.membrane(state, driven)
+        self.stress, tangent = kinematics.tangent(points.law, points.springs(system.internal(state), log_squared))
+        self.flow = step * points.rate
+        self._eliminate_springs(points, tangent)
+        self._condense(load, step * load.slope(time), driven, log_squared, nominal)
+
+    def _eliminate_springs(self, points: Points, tangent: Floats) -> None:
+        """D^-1, as its diagonal and its off-diagonal (2, n, cases), and Q (2, 2, n, cases)."""
+        k11, k12, k22 = tangent
+        block = np.empty((2, 2, *k11.shape))
+        np.multiply(k11, 2, out=block[0, 0])
+        block[0, 0] -= k12
+        np.multiply(k12, 2, out=block[1, 0])
+        np.subtract(block[1, 0], k22, out=block[0, 1])
+        block[1, 0] -= k11
+        np.multiply(k22, 2, out=block[1, 1])
+        block[1, 1] -= k12
+        block *= self.flow
+        block[0, 0] += 1 / self.gamma
+        block[1, 1] += 1 / self.gamma
+        determinant = block[0, 0] * block[1, 1]
+        determinant -= block[0, 1] * block[1, 0]
+        np.divide(1, determinant, out=determinant)
+        self.diagonal = block[(1, 0), (1, 0)] * determinant
+        self.off_diagonal = block[(0, 1), (1, 0)] * -determinant
+        (d11, d22), (d12, d21) = self.diagonal, self.off_diagonal
+        share = block
+        np.multiply(k11, d11, out=share[0, 0])
+        share[0, 0] += k12 * d21
+        np.multiply(k11, d12, out=share[0, 1])
+        share[0, 1] += k12 * d22
+        np.multiply(k22, d22, out=share[1, 1])
+        share[1, 1] += k12 * d12
+        share *= points.modulus
+        share[1, 0] = share[0, 1]
+        self.share = share
+
+    def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
+        """Inverse (2, 2, cases) of the border's matrix, and what the prescribed quantities' rates put on the right-hand side;
+        `change` (3, cases) is their rate times the step.
+        """
+        points = self.system.points
+        stretch = np.exp(0.5 * log_squared)
+        tangent = np.add.reduce(self.share, axis=2) / self.gamma
+        tangent[(0, 1), (0, 1)] -= 0.5 * nominal * stretch
+        self.known = np.zeros_like(stretch)
+        if load.electric:
+            maxwell = points.maxwell_stress(log_squared, driven[2])
+            tangent -= maxwell
+            growth = 2 * points.permittivity * driven[2] * change[2] * np.exp(log_squared[0] + log_squared[1])
+            self.known += growth
+        self.tangent = tangent
+        self.given = np.zeros_like(stretch)
+        matrix = tangent.copy()
+        for axis, control in enumerate(load.controls):
+            if control is Control.STRESS:
+                self.known[axis] += stretch[axis] * change[axis]
+            else:
+                self.given[axis] = 2 * change[axis] / driven[axis]
+                self.known -= tangent[:, axis] * self.given[axis]
+                matrix[:, axis] = 0.0
+                matrix[axis, axis] = -stretch[axis]
+        determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
+        self.inverse = np.empty_like(matrix)
+        self.inverse[0, 0], self.inverse[1, 1] = matrix[1, 1], matrix[0, 0]
+        self.inverse[0, 1], self.inverse[1, 0] = -matrix[0, 1], -matrix[1, 0]
+        self.inverse /= determinant
+
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
+        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+        system = self.system
+        points, load = system.points, system.load
+        driven = load.value(time)
+        log_squared, nominal = system.membrane(state, driven)
+        stress = (
+            self.stress if history is None else kinematics.stress(points.law, points.springs(system.internal(state), log_squared))
+        )
+        increment = np.empty_like(state)
+        border = increment[-2:]
+        residual = np.einsum("bcnm,cnm->bm", self.share, self._flow(stress, history))
+        residual -= np.einsum("nm,cnm->cm", points.modulus, stress)
+        residual += nominal * np.exp(0.5 * log_squared)
+        if load.electric:
+            residual += points.maxwell_stress(log_squared, driven[2])
+        if gamma_i:
+            residual += gamma_i * self.known
+        np.einsum("bcm,cm->bm", self.inverse, residual, out=border)
+        moved = border.copy()
+        for axis, control in enumerate(load.controls):
+            if control is Control.STRETCH:
+                np.multiply(self.given[axis], gamma_i, out=moved[axis])
+        moved = moved[:, None]
+        right = self.right
+        right -= moved * (1 / self.gamma)
+        internal = increment[:-2].reshape(right.shape)
+        np.multiply(self.diagonal, right, out=internal)
+        internal += self.off_diagonal * right[::-1]
+        internal += moved
+        return increment
+
+    def _flow(self, stress: Floats, history: Floats | None) -> Floats:
+        """Right-hand side of the springs' rows, kept for the back substitution."""
+        right = 3 * stress
+        right -= stress[0] + stress[1]
+        right *= self.flow
+        if history is not None:
+            right += history[:-2].reshape(right.shape)
+        self.right = right
+        return right

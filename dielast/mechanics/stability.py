@@ -1,0 +1,232 @@
+"""Pull-in: when a film under voltage ceases to be in stable equilibrium (Eqs. 9 and 10 of DOI 10.1115/1.4030850).
+
+The 3x3 Hessian of the free energy in (lambda_1, lambda_2, D~), D~ the nominal charge density, is singular where the 2x2 tangent
+ds_i/dlambda_j at fixed nominal field V/L_3 is: its determinant is that of the tangent times d2W/dD~2 = 1/(eps lambda_1^2
+lambda_2^2). An axis that is clamped cannot move and drops out. In logarithmic stretches the tangent is
+
+    T_ij = sum mu K_ij - 2 eps E^2 - s_i lambda_i delta_ij,    ds_i/dlambda_j = T_ij / (lambda_i lambda_j).
+
+Taken literally every branch is frozen. Watched for a time theta, a branch holds on to exp(-theta/tau) of its stiffness only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from dielast.errors import InputError
+from dielast.material.springs import Floats, Gent
+from dielast.mechanics import kinematics
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control
+
+FOLD_STEPS, FOLD_REACH = 6, 1e-2  # Newton steps to a fold, and how far, relatively, it may be
+HOLD = 1e4  # modulus of the damper, over the equilibrium spring's
+HASTE = 1e-12  # its relaxation time, over the fastest of the film's own
+# 1/s, stands for that of a film whose branches are all slower, or that has none: the damper must be fast beside the load, too
+SLOWEST_RATE = 1e4
+
+
+@dataclass(frozen=True, slots=True)
+class TimeScale:
+    """The time theta for which a disturbance is watched: a `share` of the time since the voltage programme began, and `seconds` on
+    top.
+    """
+
+    share: float = 0.01
+    seconds: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.share) and self.share >= 0):
+            raise InputError(f"pull-in time scale {self.share:g}: a share of the time must be finite and not negative")
+        if not (np.isfinite(self.seconds) and self.seconds >= 0):
+            raise InputError(f"pull-in time scale {self.seconds:g} s: it must be finite and not negative")
+
+    @classmethod
+    def fraction(cls, share: float) -> TimeScale:
+        """A fraction of the time since the voltage programme began."""
+        return cls(share, 0.0)
+
+    @classmethod
+    def fixed(cls, seconds: float) -> TimeScale:
+        """The same time in s throughout; 0 is the criterion of Eq. 9 to the letter."""
+        return cls(0.0, seconds)
+
+    @property
+    def literal(self) -> bool:
+        """Whether every branch counts as frozen."""
+        return self.share == 0 and self.seconds == 0
+
+    def weight(self, points: Points, time: Floats) -> Floats:
+        """What each spring holds on to, exp(-theta/tau) (n, cases), at `time` (cases,) in s since the voltage programme began."""
+        if self.literal:
+            return np.ones_like(points.rate)
+        return np.exp(points.rate * (-3 * (self.share * time + self.seconds)))
+
+
+ONE_PERCENT = TimeScale.fraction(0.01)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stability:
+    """The `determinant` of ds_i/dlambda_j (cases,) in Pa^2 (Pa with one axis clamped, 1 with both), and the `margin`: the same
+    determinant over that of the springs alone, which is 1 in a film without load, 0 at pull-in, and negative where no equilibrium
+    is stable.
+    """
+
+    determinant: Floats
+    margin: Floats
+
+
+def stability(
+    points: Points,
+    weighted_modulus: Floats,
+    controls: tuple[Control, Control],
+    internal: Floats,
+    log_squared_stretch: Floats,
+    nominal_stress: Floats,
+    field: Floats,
+) -> Stability:
+    """Stability at x (2, n, cases), or (1, n, cases) where both axes are alike, Lambda and nominal stress (2, cases), and nominal
+    field (cases,) in V/m.
+
+    `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to.
+    """
+    k11, k12, k22 = _spring_tangent(points, weighted_modulus, internal, log_squared_stretch)
+    maxwell = 2 * points.maxwell_stress(log_squared_stretch, field)
+    stretch = np.exp(0.5 * log_squared_stretch)
+    t11, t22 = k11 - maxwell - nominal_stress[0] * stretch[0], k22 - maxwell - nominal_stress[1] * stretch[1]
+    free = [control is Control.STRESS for control in controls]
+    if all(free):
+        determinant, whole = t11 * t22 - (k12 - maxwell) ** 2, k11 * k22 - k12 * k12
+        scale = np.square(stretch[0] * stretch[1])
+        determinant = np.where((t11 < 0) & (determinant > 0), -determinant, determinant)  # unstable in both directions
+    elif free[0] or free[1]:
+        axis = 0 if free[0] else 1
+        determinant, whole, scale = (t11, t22)[axis], (k11, k22)[axis], np.square(stretch[axis])
+    else:
+        determinant = whole = scale = np.ones_like(maxwell)
+    return Stability(determinant / scale, determinant / whole)
+
+
+def _spring_tangent(
+    points: Points, modulus: Floats, internal: Floats, log_squared_stretch: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """sum mu (K11, K12, K22), each (cases,)."""
+    if len(internal) == 2:
+        half = kinematics.tangent(points.law, points.springs(internal, log_squared_stretch))[1]
+        k11, k12, k22 = 2 * np.einsum("nm,cnm->cm", modulus, half)
+        return k11, k12, k22
+    front = np.exp(log_squared_stretch[0] - internal[0])
+    back = front * front
+    np.divide(1.0, back, out=back)
+    stiffness, slope = points.law.hardening(2 * front + back)
+    difference = front - back
+    slope *= difference
+    slope *= difference
+    back *= stiffness
+    back += slope
+    front *= stiffness
+    both = 2 * np.einsum("nm,nm->m", modulus, back)
+    own = both + 2 * np.einsum("nm,nm->m", modulus, front)
+    return own, both, own
+
+
+def damped(points: Points) -> Points:
+    """The same points with one spring more, the last: a branch so fast and so stiff that it acts only where the film has no
+    equilibrium.
+
+    There the film's other springs, frozen, cannot hold the load, and the equations would lose their index; with the damper the
+    film runs away at once, beside its fastest relaxation time and beside any load, on the path that a real film's fastest
+    processes would let it take.
+    """
+    fastest = points.rate.max(axis=0)
+    rate = np.maximum(fastest, SLOWEST_RATE) / HASTE
+    modulus = np.maximum(HOLD * points.modulus[0], points.modulus.sum(axis=0))
+    law = points.law
+    if isinstance(law, Gent):
+        limits = np.asarray(law.J_lim)
+        law = (
+            Gent(np.concatenate((limits, np.full((1, *limits.shape[1:]), np.inf))))
+            if limits.ndim == 2 and limits.shape[0] > 1
+            else law
+        )
+    return Points(
+        np.concatenate((points.modulus, modulus[None])),
+        np.concatenate((points.rate, rate[None])),
+        law,
+        points.permittivity,
+        points.stress_floor,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fold:
+    """Where an equilibrium with every viscous stretch frozen ends, exactly: there stretch over time has a vertical tangent, and
+    the damper blurs it.
+
+    The unknowns are Lambda and time; viscous stretches x (2, n, cases) go on at the rates they have at `time` (cases,), `driven`
+    gives the prescribed values (3, cases) and `held` each spring's weighted modulus (n, cases) at a time.
+    """
+
+    points: Points
+    controls: tuple[Control, Control]
+    driven: Callable[[Floats], Floats]
+    held: Callable[[Floats], Floats]
+    internal: Floats
+    log_squared_stretch: Floats
+    time: Floats
+
+    def find(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Time (cases,), x (2, n, cases), Lambda and nominal stress (2, cases) of the fold; time and Lambda are unchanged where
+        Newton's method leads away.
+        """
+        start = np.concatenate((self.log_squared_stretch, self.time[None]))
+        scale = np.stack((np.full_like(self.time, 1e-5), np.full_like(self.time, 1e-5), 1e-5 * self.time))
+        stress = kinematics.stress(self.points.law, self.points.springs(self.internal, self.log_squared_stretch))
+        rate = self.points.rate * (3 * stress - stress.sum(axis=0))
+        place = start.copy()
+        with np.errstate(all="ignore"):
+            for _ in range(FOLD_STEPS):
+                slopes = [
+                    (self._residual(place + scale * unit, rate) - self._residual(place - scale * unit, rate)) / 2
+                    for unit in np.eye(3)[:, :, None]
+                ]
+                matrix = np.moveaxis(np.array(slopes), (0, 1, 2), (2, 1, 0))
+                regular = np.isfinite(matrix).all(axis=(1, 2)) & (
+                    np.abs(np.linalg.det(np.where(np.isfinite(matrix), matrix, 0.0))) > 0
+                )
+                matrix[~regular] = np.eye(3)
+                step = scale * np.linalg.solve(matrix, -self._residual(place, rate).T[:, :, None])[:, :, 0].T
+                place = place + np.where(regular, step, np.nan)
+            near = np.all(
+                np.abs(place - start) <= FOLD_REACH * np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time)),
+                axis=0,
+            )
+            near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(place), 1e-3), axis=0)
+            found = np.where(near, place, start)
+            internal, _, nominal, _ = self._film(found, rate)
+        return found[2], internal, found[:2], nominal
+
+    def _residual(self, place: Floats, rate: Floats) -> Floats:
+        """What the free axes lack to equilibrium over the equilibrium spring's modulus, how far driven axes are off, and the
+        margin: (3, cases).
+        """
+        log_squared, time = place[:2], place[2]
+        internal, driven, nominal, carried = self._film(place, rate)
+        stretched = np.array([[control is Control.STRETCH] for control in self.controls])
+        lacking = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
+        off = np.where(stretched, log_squared - self.log_squared_stretch, lacking)
+        margin = stability(self.points, self.held(time), self.controls, internal, log_squared, nominal, driven[2]).margin
+        return np.concatenate((off, margin[None]))
+
+    def _film(self, place: Floats, rate: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """x (2, n, cases), the prescribed values (3, cases), nominal and true mechanical stress (2, cases)."""
+        log_squared, time = place[:2], place[2]
+        internal, driven = self.internal + rate * (time - self.time), self.driven(time)
+        stress = kinematics.stress(self.points.law, self.points.springs(internal, log_squared))
+        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[2])
+        stretched = np.array([[control is Control.STRETCH] for control in self.controls])
+        return internal, driven, np.where(stretched, carried * np.exp(-0.5 * log_squared), driven[:2]), carried

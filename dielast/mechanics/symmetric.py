@@ -1,0 +1,192 @@
+"""Loads under which every spring shares one symmetry: the same equations as `point`, with one unknown a spring instead of two.
+
+Under uniaxial stress lambda_2 = lambda_1^(-1/2) and xi_2 = xi_1^(-1/2) hold exactly, under equibiaxial load lambda_2 = lambda_1 and
+xi_2 = xi_1. A state is a column of shape (n + 1,): x = 2 ln xi_1 of the springs, and last Lambda_1 = 2 ln lambda_1 or the nominal
+stress s_1, whichever the load leaves open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dielast.material.springs import Cases, Floats
+from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
+from dielast.mechanics.span import Control, Load
+
+
+@dataclass(frozen=True, slots=True)
+class Symmetry:
+    """With A = lambda_1^2 of a spring: axis 2 has A^`second`, C = A^-`thinning`, I1 = `fronts` A + (3 - `fronts`) C, and a spring
+    flows as dx_1/dt = `flow` p / (3 tau).
+    """
+
+    second: float
+    thinning: float
+    fronts: int
+    flow: int
+
+
+UNIAXIAL = Symmetry(second=-0.5, thinning=0.5, fronts=1, flow=2)
+EQUIBIAXIAL = Symmetry(second=1.0, thinning=2.0, fronts=2, flow=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SymmetricPoints:
+    """Material points under a symmetric and smooth stretch of load; a nominal field keeps only the equibiaxial symmetry."""
+
+    points: Points
+    load: Load
+    symmetry: Symmetry
+
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end."""
+        return -1
+
+    def take(self, cases: Cases) -> SymmetricPoints:
+        """The same for some of the cases."""
+        return SymmetricPoints(self.points.take(cases), self.load.take(cases), self.symmetry)
+
+    def driven_by(self, columns: Cases, load: Load) -> SymmetricPoints:
+        """The same with another span of load in these columns."""
+        return SymmetricPoints(self.points, self.load.put(columns, load), self.symmetry)
+
+    def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
+        """State (n + 1, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
+        left_open = log_squared_stretch if self.load.controls[0] is Control.STRESS else nominal_stress
+        return np.concatenate((internal[0], left_open[:1]))
+
+    def internal(self, state: Floats) -> Floats:
+        """x (2, n, cases) of a state."""
+        return np.stack((state[:-1], self.symmetry.second * state[:-1]))
+
+    def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
+        """Lambda and the nominal stress (2, cases each) at a `state` under the prescribed values `driven` (3, cases)."""
+        log_squared, nominal = self._axis(state, driven)
+        second = np.zeros_like(nominal) if self.symmetry is UNIAXIAL else nominal
+        return np.stack((log_squared, self.symmetry.second * log_squared)), np.stack((nominal, second))
+
+    def error(self, state: Floats, increment: Floats) -> Floats:
+        """Largest relative error (cases,) of stretches, stress and viscous stretches that `increment` of a `state` amounts to."""
+        error = np.abs(increment)
+        if self.load.controls[0] is Control.STRETCH:
+            error[-1] *= 2 * FOLLOWER_WEIGHT / (np.abs(state[-1]) + self.points.stress_floor)
+        else:
+            error[-1] *= np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0)
+        return np.asarray(0.5 * np.max(error, axis=0))
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> SymmetricArrowhead:
+        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        return SymmetricArrowhead(self, time, state, step, gamma)
+
+    def _axis(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
+        """Lambda and the nominal stress (cases,) of axis 1."""
+        if self.load.controls[0] is Control.STRESS:
+            return state[-1], driven[0]
+        return 2 * np.log(driven[0]), state[-1]
+
+    def strain(self, state: Floats, log_squared_stretch: Floats) -> tuple[Floats, Floats, Floats]:
+        """A, C and I1 of the springs, each (n, cases)."""
+        elastic = log_squared_stretch - state[:-1]
+        if self.symmetry is UNIAXIAL:
+            elastic *= -0.5
+            thickness = np.exp(elastic, out=elastic)
+            front = thickness * thickness
+            np.divide(1.0, front, out=front)
+            total = thickness * 2
+            total += front
+        else:
+            front = np.exp(elastic, out=elastic)
+            thickness = front * front
+            np.divide(1.0, thickness, out=thickness)
+            total = front * 2
+            total += thickness
+        return front, thickness, total
+
+
+class SymmetricArrowhead:
+    """One step's linear system, factorised, as in `point.Arrowhead` with numbers for 2x2 blocks."""
+
+    def __init__(self, system: SymmetricPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        self.system, self.gamma = system, gamma
+        points, load, symmetry = system.points, system.load, system.symmetry
+        driven = load.value(time)
+        log_squared, nominal = system._axis(state, driven)
+        front, thickness, total = system.strain(state, log_squared)
+        stiffness, slope = points.law.hardening(total)
+        slope *= symmetry.fronts
+        thickness_part = thickness * symmetry.thinning
+        thickness_part += front
+        thickness_part *= stiffness
+        front -= thickness
+        self.stress = front * stiffness
+        front *= front
+        front *= slope
+        front += thickness_part
+        self.flow = (symmetry.flow * step) * points.rate
+        inverse = self.flow * front
+        inverse += 1 / gamma
+        self.inverse = np.divide(1.0, inverse, out=inverse)
+        front *= inverse
+        front *= points.modulus
+        self.share = front
+        self._condense(load, step * load.slope(time), driven, log_squared, nominal)
+
+    def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
+        """The border's number, and what the rates of the prescribed quantities put on its right-hand side; `change` (3, cases) is
+        their rate times the step.
+        """
+        points = self.system.points
+        stretch = np.exp(0.5 * log_squared)
+        tangent = np.add.reduce(self.share, axis=0) * (1 / self.gamma)
+        tangent -= (0.5 * nominal) * stretch
+        self.known = 0.0 * stretch
+        if load.electric:
+            squeeze = 2 * points.permittivity * driven[2] * np.exp(2 * log_squared)
+            tangent -= squeeze * driven[2]
+            self.known += squeeze * change[2]
+        if load.controls[0] is Control.STRESS:
+            self.given = None
+            self.known += stretch * change[0]
+            self.border = 1 / tangent
+        else:
+            self.given = 2 * change[0] / driven[0]
+            self.known -= tangent * self.given
+            self.border = -1 / stretch
+
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
+        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+        system, points, load = self.system, self.system.points, self.system.load
+        driven = load.value(time)
+        log_squared, nominal = system._axis(state, driven)
+        increment = np.empty_like(state)
+        internal = increment[:-1]
+        if history is None:
+            stress = self.stress
+            right = stress * self.flow
+        else:
+            stress, thickness, total = system.strain(state, log_squared)
+            stress -= thickness
+            stress *= points.law.stiffness(total)
+            right = stress * self.flow
+            right += history[:-1]
+        residual = np.einsum("nm,nm->m", self.share, right)
+        residual -= np.einsum("nm,nm->m", points.modulus, stress)
+        residual += nominal * np.exp(0.5 * log_squared)
+        if load.electric:
+            residual += points.permittivity * np.square(driven[2]) * np.exp(2 * log_squared)
+        if gamma_i:
+            residual += gamma_i * self.known
+        residual *= self.border
+        increment[-1] = residual
+        moved = residual if self.given is None else gamma_i * self.given
+        right -= moved * (1 / self.gamma)
+        np.multiply(self.inverse, right, out=internal)
+        internal += moved
+        return increment
+
+
+Films = LoadedPoints | SymmetricPoints
+"""Material points under load, in whichever form."""

@@ -1,0 +1,1 @@
+"""Time integration, roots and random streams: mathematics that knows no film."""

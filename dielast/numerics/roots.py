@@ -1,0 +1,77 @@
+"""Where signals over a step, positive at its start, first fall to zero; many at once, each going its own way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+Signal = Callable[[Floats], Floats]
+
+CLOSE = 0.05  # a dip that may go below this is followed to its bottom
+INSIDE = np.array((0.25, 0.5, 0.75))
+DIP, GOLDEN = 24, 0.6180339887498949  # golden sections towards the bottom of a dip
+FALLS, ROOT = 60, 1e-13  # iterations and accuracy of a root, in fractions of the step
+
+
+def samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Floats]:
+    """Samples (5, k) of signals over a step at whose ends they are `last` and `value`, and their fractions (5, k) of the step. The
+    lowest of those within is replaced by the bottom of its dip if that comes near zero.
+    """
+    values = np.stack((last, *(signal(np.full(last.size, at)) for at in INSIDE), value))
+    fractions = np.repeat(np.concatenate(([0.0], INSIDE, [1.0]))[:, None], last.size, axis=1)
+    every = np.arange(values.shape[1])
+    lowest = np.argmin(values, axis=0)
+    inner = np.clip(lowest, 1, len(values) - 2)
+    before, middle, after = (values[inner + shift, every] for shift in (-1, 0, 1))
+    curvature = before - 2 * middle + after
+    bottom = middle - np.square(after - before) / (8 * np.where(curvature > 0, curvature, 1.0))
+    dipping = (middle > 0) & (np.abs(after - before) < 2 * curvature) & (bottom < CLOSE)
+    if not dipping.any():
+        return values, fractions
+    left, right = fractions[inner - 1, every], fractions[inner + 1, every]
+    for _ in range(DIP):
+        first, second = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
+        lower = signal(first) < signal(second)
+        left, right = np.where(lower, left, first), np.where(lower, second, right)
+    at = 0.5 * (left + right)
+    found = signal(at)
+    better = dipping & (found < middle)
+    values[inner[better], every[better]] = found[better]
+    fractions[inner[better], every[better]] = at[better]
+    return values, fractions
+
+
+def fall(signal: Signal, low: Floats, high: Floats) -> Floats:
+    """Where signals (k,) fall to zero between `low`, where they are positive, and `high`, where they are not (Chandrupatla's
+    method).
+
+    T. R. Chandrupatla, Adv. Eng. Software 28 (1997) 145, DOI 10.1016/S0965-9978(96)00051-8. Every column goes its own way.
+    """
+    a, b = high.copy(), low.copy()
+    fa, fb = signal(a), signal(b)
+    c, fc = a.copy(), fa.copy()
+    t = np.full_like(a, 0.5)
+    done = np.zeros(a.shape, dtype=bool)
+    with np.errstate(all="ignore"):
+        for _ in range(FALLS):
+            x = np.where(done, a, a + t * (b - a))
+            fx = signal(x)
+            same = (fx > 0) == (fa > 0)
+            c, fc = np.where(same, a, b), np.where(same, fa, fb)
+            b, fb = np.where(same, b, a), np.where(same, fb, fa)
+            a, fa = x, fx
+            best = np.where(np.abs(fa) < np.abs(fb), a, b)
+            width = np.abs(b - a)
+            room = 0.5 * ROOT / np.where(width > 0, width, 1.0)
+            done = done | (width <= ROOT) | (fa == 0)
+            if done.all():
+                break
+            share, rise = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            inverse = (fa / (fb - fa)) * (fc / (fb - fc)) + ((c - a) / (b - a)) * (fa / (fc - fa)) * (fb / (fc - fb))
+            quadratic = (rise**2 < share) & ((1 - rise) ** 2 < 1 - share) & np.isfinite(inverse)
+            t = np.clip(np.where(quadratic, inverse, 0.5), room, 1 - room)
+    return np.where(fa == 0, a, best)

@@ -1,0 +1,1 @@
+"""Measurements as they come from a laboratory's files."""

@@ -1,0 +1,48 @@
+"""What instruments' own software exports, found by its content and taken apart into steps: units and names come from the file.
+
+A format is a module with a `NAME`, `sniff(text) -> bool` and `read(text, source) -> list[Segment]`, entered in `FORMATS`. Sniffing
+looks for marks that no table made by hand has, so that an ordinary table is never taken for an export.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from dielast.readings.instruments import (
+    eplexor,
+    proteus,
+    reptate,
+    rheocompass,
+    rheology_advantage,
+    rheoplus,
+    trios,
+    universal_analysis,
+)
+from dielast.readings.instruments.segment import Segment
+
+__all__ = ["FORMATS", "Format", "Segment", "recognise"]
+
+
+class Format(Protocol):
+    """One vendor's layout."""
+
+    @property
+    def NAME(self) -> str:
+        """What the summary calls it."""
+        ...
+
+    def sniff(self, text: str) -> bool:
+        """Whether `text` is in this layout, damaged or not."""
+        ...
+
+    def read(self, text: str, source: str) -> list[Segment]:
+        """The steps in `text`, in their order; raises `InputError` naming `source` and the line."""
+        ...
+
+
+FORMATS: tuple[Format, ...] = (trios, rheocompass, rheoplus, universal_analysis, rheology_advantage, proteus, eplexor, reptate)
+
+
+def recognise(text: str) -> Format | None:
+    """The format that `text` is in, None for anything else."""
+    return next((known for known in FORMATS if known.sniff(text)), None)

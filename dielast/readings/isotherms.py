@@ -1,0 +1,87 @@
+"""Readings parted into isothermal sets, and the sets into the runs they were measured in."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.readings.recipe import MeasurementData
+from dielast.units import ZERO_CELSIUS
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+WIDEST = 4  # tolerances that the readings of one set may spread over
+SHORTEST = 3  # points of a run
+
+
+def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, tolerance: float) -> list[tuple[float, Index]]:
+    """The temperature in degC and the rows of each run, by ascending temperature; all arguments of shape (n,).
+
+    Rows with a `label` of zero or more belong to the set of that label; the others are parted where, sorted by temperature, a gap
+    is wider than `tolerance` (K). A set's temperature is the mean of its readings. Raises `InputError` if the readings of a set
+    spread over more than four tolerances.
+    """
+    sets = [np.flatnonzero(label == value) for value in np.unique(label[label >= 0])]
+    for members in sets:
+        _check_spread(
+            temperature[members],
+            tolerance,
+            "temperatures of one set",
+            f"are more than {WIDEST} temperature_tolerance = {tolerance:g} K apart",
+        )
+    free = np.flatnonzero(label < 0)
+    order = free[np.argsort(temperature[free], kind="stable")]
+    starts = np.flatnonzero(np.diff(temperature[order], prepend=-np.inf) > tolerance)
+    parted = np.split(order, starts[1:]) if order.size else []
+    for members in parted:
+        _check_spread(
+            temperature[members],
+            tolerance,
+            "temperatures",
+            f"run into one another: no two are more than temperature_tolerance = {tolerance:g} K apart",
+        )
+    found = [(_level(temperature[members]), members) for members in sets]
+    for members in parted:
+        found += [(_level(temperature[members]), run) for run in _runs(np.sort(members), abscissa, source)]
+    return sorted(found, key=lambda entry: entry[0])
+
+
+def temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
+    """The temperature in degC that the recipe, or the file's name, states for the file at `index`."""
+    if data.temperatures is not None:
+        return float(data.temperatures[index])
+    pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
+    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
+    if match is None:
+        raise InputError(f'{name}: the name does not fit temperature_in_name = "{data.temperature_in_name}"')
+    groups = match.groupdict()
+    return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
+
+
+def _check_spread(readings: Array, tolerance: float, what: str, why: str) -> None:
+    if np.ptp(readings) > WIDEST * tolerance:
+        raise InputError(f"{what} from {readings.min():g} to {readings.max():g} degC {why}")
+
+
+def _level(readings: Array) -> float:
+    """The mean of a set's readings, as a thermostat's scatter; where they do not scatter, it must not add rounding."""
+    return float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
+
+
+def _runs(rows: Index, abscissa: Array, source: Index) -> list[Index]:
+    """The `rows` of one temperature as the runs they were measured in: another file, or an abscissa that starts anew, is another.
+
+    Points in no order at all are one run.
+    """
+    along = abscissa[rows]
+    if np.count_nonzero(np.diff(along) < 0) > np.count_nonzero(np.diff(along) > 0):
+        with np.errstate(over="ignore"):
+            along = 1 / along  # a sweep from high to low frequencies
+    anew = (np.diff(source[rows]) != 0) | (along[1:] < 0.5 * along[:-1])
+    runs = np.split(rows, np.flatnonzero(anew) + 1)
+    return runs if min(run.size for run in runs) >= SHORTEST else [rows]

@@ -1,0 +1,129 @@
+"""What a testing machine measures on a specimen, extension and force, as strain, stretch and nominal stress."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, as_toml
+from dielast.io.text_table import MeasuredTable
+from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
+from dielast.units import FORCE, LENGTH, MASS, NUMBER, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
+
+Array = NDArray[np.float64]
+
+
+def strain_of(extension: Array, specimen: Specimen | None) -> Array:
+    """Nominal strain (n,) of an extension (n,) in m: over the gauge length; raises `InputError` where that is not stated."""
+    if specimen is None or specimen.gauge_length is None:
+        raise InputError(str(unmeasured(("extension",), specimen)))
+    return extension / specimen.gauge_length
+
+
+def nominal_stress(force: Array, specimen: Specimen | None) -> Array:
+    """Nominal stress (n,) in Pa of a force (n,) in N: over the undeformed section; raises `InputError` where that is not stated."""
+    if specimen is None or specimen.area is None:
+        raise InputError(str(unmeasured(("force",), specimen)))
+    return force / specimen.area
+
+
+def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None) -> tuple[str, str | int]:
+    """As what a table holds a `quantity`, "stretch" or "stress", and the column: one that the recipe's `columns` name, or the first
+    that is called so. Raises `InputError` naming the file if there is none, or if `columns` name several.
+    """
+    known = KNOWN_AS[quantity]
+    given = {} if columns is None else columns.by_role
+    stated = [role for role in dict.fromkeys(known.values()) if role in given]
+    if len(stated) > 1:
+        raise InputError(f"{table.source}: columns.{' and columns.'.join(stated)} say the same: one of them is needed")
+    if stated:
+        return stated[0], given[stated[0]]
+    found = next((name for name in known if table.has(name)), None)
+    if found is None:
+        roles = list(dict.fromkeys(known.values()))
+        there = ", ".join(f'"{name}"' for name in table.names)
+        keys = f"columns.{', columns.'.join(roles[:-1])} or columns.{roles[-1]}"
+        raise InputError(
+            f"{table.source}: no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: say {keys}"
+        )
+    return known[found], found
+
+
+def read_as(
+    table: MeasuredTable,
+    role: str,
+    column: str | int,
+    specimen: Specimen | None,
+    rows: NDArray[np.bool_] | None = None,
+    key: str | None = None,
+) -> Array:
+    """The stretch (1) or nominal stress (Pa) that a `column` holds as a `role`, such as an extension, shape (rows,).
+
+    `key` is the role by which the recipe states the column's unit. Raises `InputError` naming the file for a wrong unit, or where
+    the specimen lacks what the role needs.
+    """
+    if lacking := unmeasured((role,), specimen, f'{table.source}: column "{table.names[table.find(column, role)]}": '):
+        raise InputError(lacking)
+    values = table.column(column, key or role, DIMENSION[role], rows)
+    with np.errstate(over="ignore"):
+        if role in ("strain", "extension"):
+            values = 1 + (strain_of(values, specimen) if role == "extension" else values)
+        elif role == "force":
+            values = nominal_stress(values, specimen)
+    for row in np.flatnonzero(~np.isfinite(values))[:1]:
+        line = (table.lines if rows is None else table.lines[rows])[row]
+        raise InputError(f"{table.source}: line {line}: the {role} is too large a number for its specimen")
+    return values
+
+
+# what columns are called that hold a quantity, and as what they hold it: the user's names, then those of dielast's own results
+KNOWN_AS = {
+    "stretch": {name: name for name in ("stretch", "strain", "extension")} | {"stretch_1": "stretch"},
+    "stress": {"force": "force", "stress": "stress", "nominal_stress_1": "stress"},
+}
+DIMENSION = {"stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
+
+
+def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
+    """What to write where a column is plainly of another quantity than that of its `role`, such as a force for a stress; None if
+    its unit does not tell.
+    """
+    try:
+        index = table.find(wanted, role)
+    except InputError:
+        return None
+    unit = table.units[index] or (table.stated_units or {}).get(role)
+    kind = kind_of(unit) if unit is not None else None
+    if kind is None:
+        return None
+    said = f'{table.source}: column "{table.names[index]}" [{unit}] is {kind.name}'
+    if (instead := _INSTEAD.get((role, kind.unit))) is not None:
+        return f"{said}, not {_A[role]}: {instead.format(column=as_toml(wanted))}"
+    return None
+
+
+def _columns(role: str, needed: str) -> str:
+    return f"say columns.{role} = {{column}} instead, and specimen = {{{{ {needed} }}}}"
+
+
+_A = {
+    "stress": "a stress",
+    "strain": "a strain",
+    "modulus": "a modulus",
+    "force": "a force",
+    "extension": "an extension",
+}
+_BY_GEOMETRY = "export the stress, or a modulus, which takes the geometry that the rheometer knows"
+_INSTEAD: dict[tuple[str, str], str] = {
+    ("stress", FORCE.unit): _columns("force", SECTION),
+    ("strain", LENGTH.unit): _columns("extension", GAUGE),
+    ("force", STRESS.unit): "say columns.stress = {column} instead",
+    ("extension", STRAIN.unit): "say columns.strain = {column} instead",
+    ("modulus", FORCE.unit): f"with a strain, {_columns('force', SECTION)}",
+    ("stress", TORQUE.unit): _BY_GEOMETRY,
+    ("force", TORQUE.unit): _BY_GEOMETRY,
+    ("modulus", TORQUE.unit): _BY_GEOMETRY,
+    ("modulus", STIFFNESS.unit): "say columns.extension and columns.force, and the specimen",
+    ("stress", MASS.unit): "a force is needed, mass times 9.81 m/s^2",
+    ("force", MASS.unit): "a force in N is needed, mass times 9.81 m/s^2 (or is it kgf?)",
+}

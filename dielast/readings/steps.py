@@ -1,0 +1,224 @@
+"""The parts that a recipe's files of measurements are made of: plain tables, and the steps of instruments' exports that fit."""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, shown
+from dielast.io.text_table import MeasuredTable, decode, is_number, read_measured
+from dielast.io.workbook import is_workbook
+from dielast.readings.curve_recipe import CurveColumns, CurveData
+from dielast.readings.instruments import Segment, recognise
+from dielast.readings.instruments.names import Test, columns_by_role, plain
+from dielast.readings.recipe import MODULI, Columns, MeasuredData, MeasurementData, MeasurementName
+from dielast.readings.wide import by_temperature
+
+Measured: TypeAlias = tuple[MeasurementName, Mapping[str, str | int]]
+"""What was measured, and the columns by role."""
+
+TABLE = "table"
+MANY = {"relaxation": "relaxation tests", "oscillation": "frequency sweeps", "creep": "creep tests"}
+
+_OVER_TIME: tuple[tuple[MeasurementName, str, str], ...] = (("relaxation", "modulus", "relax"), ("creep", "compliance", "creep"))
+_NOTHING = ("", "n/a", "n.a.", "nan")
+_SWEPT = 1.5  # between highest and lowest frequency: less is a sweep of something else
+_TEMPERATURE = re.compile(r"(?<!\d)([+-]?\d++(?:[.,]\d++)?)\s*+°\s*C")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A table of readings of one `measurement` with its `columns` by role; `file` is its file's place, `format` what wrote it.
+
+    `temperature` in degC is that of all its readings, where the headers of its columns state it.
+    """
+
+    table: MeasuredTable
+    columns: Mapping[str, str | int]
+    measurement: MeasurementName
+    file: int
+    format: str
+    test: Test | None
+    step: str = ""
+    temperature: float | None = None
+
+    @property
+    def is_export(self) -> bool:
+        """Whether an instrument wrote it: rows where nothing was measured are then nobody's mistake."""
+        return self.format != TABLE
+
+    def rows(self, roles: Sequence[str]) -> NDArray[np.bool_]:
+        """The rows to read for `roles`, shape (rows,): all of a plain table, those that have all the readings of an export."""
+        rows = np.ones(self.table.lines.size, dtype=bool)
+        if self.is_export:
+            for role in roles:
+                rows &= self.filled(role)
+        return rows
+
+    def filled(self, role: str) -> NDArray[np.bool_]:
+        """Which rows hold more than a sign for nothing measured in the column of `role`, shape (rows,)."""
+        cells = self.table.cells[self.table.find(self.columns[role], role)]
+        return np.array([cell.strip("-").casefold() not in _NOTHING for cell in cells], dtype=bool)
+
+    def temperature_in_step(self) -> float | None:
+        """The temperature in degC that the step's name states, as in `Frequency sweep (150.0 °C)`."""
+        match = _TEMPERATURE.search(self.step)
+        return float(match[1].replace(",", ".")) if match else None
+
+
+def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tuple[list[Part], list[str]]:
+    """The parts of a file that `data` asks for, and the names of an export's steps that are left out.
+
+    Raises `InputError` naming the file, and the line or step.
+    """
+    text = decode(content, source, data.encoding, data.sheet, data.decimal)
+    known = None if data.is_plain else recognise(text)
+    if known is None:
+        return _plain_parts(content, source, file, data), []
+    try:
+        segments = known.read(text, source)
+    except InputError as error:
+        if data.columns is None:
+            raise
+        raise InputError(f'{error} (or is it no {known.NAME} export? say format = "table")') from None
+    decimal = None if is_workbook(content) else data.decimal
+    steps = [
+        replace(segment, table=replace(segment.table, stated_units=data.units, decimal=decimal or segment.table.decimal))
+        for segment in segments
+    ]
+    _check_chosen(steps, source, data.steps)
+    parts, left_out = [], []
+    for number, segment in enumerate(steps, start=1):
+        chosen = data.steps is None or any(_is_meant(entry, number, segment.name) for entry in data.steps)
+        found = _measured(segment, data, data.steps is not None) if chosen else None
+        if found is None:
+            if chosen and data.steps is not None:
+                raise InputError(f"{source}: {_what_is_there(segment)}")
+            left_out.append(segment.name)
+            continue
+        measurement, columns = found
+        if measurement != "oscillation" and number > 1:
+            _refuse_running_clock(segment, steps[number - 2], columns)
+        parts.append(Part(segment.table, columns, measurement, file, known.NAME, segment.test, segment.name))
+    if not parts:
+        wanted = MANY[data.measurement] if data.measurement else "frequency sweep, relaxation or creep test"
+        there = "; ".join(_what_is_there(segment) for segment in steps[:3]) + (" ..." if len(steps) > 3 else "")
+        raise InputError(f"{source}: no {wanted} found in this {known.NAME} export: {there or 'it has no steps'}")
+    return parts, left_out
+
+
+def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> list[Part]:
+    """The parts of a plain table: one, or one for each temperature that its headers state."""
+    table = read_measured(content, source, data.text_format(), data.units)
+    columns = CurveColumns() if data.columns is None and isinstance(data, CurveData) else data.columns
+    if isinstance(data, MeasurementData) and not data.states_temperatures and data.layout != "long":
+        least = 1 if data.layout == "wide" else 2
+        unit = data.units.get("temperature") if data.layout == "wide" else None
+        tables = by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
+        if len(tables) >= least:
+            return [_of_wide(own, file, data, columns, temperature) for temperature, own in tables]
+        if data.layout == "wide":
+            raise InputError(f'{source}: layout = "wide", but no header states a temperature, such as "E (20 °C) [MPa]"')
+    if columns is None:
+        raise InputError(f"{source}: columns are needed: this is no instrument's export that dielast knows")
+    if data.steps is not None:
+        raise InputError(f"{source}: steps are wanted, but this is no instrument's export that dielast knows")
+    measurement, roles = _said(data, columns)
+    return [Part(table, roles, measurement, file, TABLE, "tension")]
+
+
+def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Columns | None, temperature: float) -> Part:
+    """The part of one temperature; columns that the recipe does not name are told by their names."""
+    found = _said(data, columns) if columns is not None else _measured(Segment("", table, None), data, True)
+    if found is None:
+        there = ", ".join(f'"{name}"' for name in table.names)
+        raise InputError(f"{table.source}: columns are needed: at {temperature:g} degC there are {there}")
+    measurement, roles = found
+    return Part(table, roles, measurement, file, TABLE, "tension", temperature=temperature)
+
+
+def _said(data: MeasuredData, columns: Columns) -> Measured:
+    """What the recipe says was measured, and its columns by role; a time column that it does not name is called time."""
+    measurement = data.measurement or columns.measurement
+    return measurement, ({} if measurement == "oscillation" else {"time": "time"}) | columns.by_role
+
+
+def _is_meant(entry: str | int, number: int, name: str) -> bool:
+    return entry == number if isinstance(entry, int) else fnmatch.fnmatch(name.casefold(), entry.casefold())
+
+
+def _check_chosen(steps: Sequence[Segment], source: str, chosen: Sequence[str | int] | None) -> None:
+    for entry in chosen or ():
+        if not any(_is_meant(entry, number, segment.name) for number, segment in enumerate(steps, start=1)):
+            there = ", ".join(f'{number} "{segment.name}"' for number, segment in enumerate(steps, start=1))
+            raise InputError(f"{source}: no step {shown(entry)}; there are {there[:300]}")
+
+
+def _what_is_there(segment: Segment) -> str:
+    if not segment.table.lines.size:
+        return f'step "{segment.name}" is empty'
+    names = ", ".join(segment.table.names[:8]) + (" ..." if len(segment.table.names) > 8 else "")
+    return f'step "{segment.name}" has {names}'
+
+
+def _measured(segment: Segment, data: MeasuredData, chosen: bool) -> Measured | None:
+    """What was measured in a step, and its columns by role; None if no master curve is made of it.
+
+    Strain and stress alone are in the export of every kind of test: they count where the step's name says relaxation or creep, or
+    where the recipe names the step and says what it is.
+    """
+    if not segment.table.lines.size:
+        return None
+    if data.columns is not None:
+        return _said(data, data.columns)
+    found = columns_by_role(segment.table)
+    name = segment.name.casefold()
+    kept: dict[MeasurementName, Sequence[str]] = {}
+    moduli = next((roles for roles in MODULI if roles <= found.keys()), None)
+    swept = [role for role in ("frequency", "angular_frequency") if role in found]
+    if moduli and swept and _varies(segment.table, found[swept[0]] - 1):
+        kept["oscillation"] = [*swept, *moduli, "complex_viscosity"]
+    if "time" in found:
+        for measurement, role, hint in _OVER_TIME:
+            hinted = hint in name and "recover" not in name
+            if role in found and (hinted or "oscillation" not in kept):
+                kept[measurement] = ["time", role]
+            elif {"strain", "stress"} <= found.keys() and (hinted or (chosen and data.measurement == measurement)):
+                kept[measurement] = ["time", "strain", "stress"]
+    wanted = [data.measurement] if data.measurement else list(kept)
+    if data.measurement is None and len(kept) > 1:
+        wanted = [measurement for measurement in kept if measurement[:5] in name] or wanted
+    for measurement in wanted:
+        if measurement in kept:
+            return measurement, {role: found[role] for role in ("temperature", *kept[measurement]) if role in found}
+    return None
+
+
+def _varies(table: MeasuredTable, index: int) -> bool:
+    values = [abs(float(cell.replace(",", "."))) for cell in table.cells[index] if is_number(cell, table.decimal)]
+    return len(values) > 1 and max(values) > _SWEPT * min(values)
+
+
+def _refuse_running_clock(segment: Segment, before: Segment, columns: Mapping[str, str | int]) -> None:
+    """A clock that is the test's, not the step's, would make every time of a step too long."""
+    table = segment.table
+    index = table.find(columns["time"], "time")
+    name = table.names[index]
+    same = [k for k, own in enumerate(before.table.names) if own == name]
+    if plain(name) not in ("time", "zeit") or not same:
+        return
+    earlier, later = (
+        [float(cell.replace(",", ".")) for cell in one.cells[k] if is_number(cell, one.decimal)]
+        for one, k in ((before.table, same[0]), (table, index))
+    )
+    if earlier and later and 0 < earlier[-1] <= later[0]:
+        raise InputError(
+            f'{table.source}: line {table.lines[0]}: column "{name}" runs on from the step before into step "{segment.name}": '
+            "export the step time as well"
+        )

@@ -1,0 +1,81 @@
+"""The continuous relaxation spectrum H(ln tau) behind a fitted curve.
+
+G(t) = G_e + int H exp(-t/tau) d ln tau, and alike for storage and loss modulus, with H >= 0 on a grid finer than the curve can
+resolve. Of the many H that serve the curve equally well the smoothness chosen by cross-validation picks one: Tikhonov
+regularisation of the second differences, as in the discrete fit (see `dielast.relaxation.nnls`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, warn
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Table
+from dielast.relaxation.ends import votes
+from dielast.relaxation.fit import SpectrumFit
+from dielast.relaxation.nnls import Curve, fit_strengths
+from dielast.relaxation.response import OSCILLATION, RELAXATION
+
+Array = NDArray[np.float64]
+
+_LEAST_SMOOTHING = 1e-2  # no measurement is so exact that less would tell anything: without noise, less breaks H up into lines
+_PIECES = 4  # separate processes, of which a material may have some
+_PAST = (0.5, 1.0)  # decades by which H reaches past the curve's shortest and longest time: such processes still show
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ContinuousSpectrum(TabularResult):
+    """`density` H (Pa, shear) per unit of ln tau at `relaxation_time` (s), both (n,), slowest first and evenly spaced in log time.
+
+    Each value stands for a cell of `width` (in ln tau) around its time. `rms_relative_error` is how well H gives the curve back.
+    """
+
+    relaxation_time: Array
+    density: Array
+    width: float
+    smoothing: float
+    rms_relative_error: float
+
+    def columns(self) -> Table:
+        """One relaxation time a row."""
+        return [Column("relaxation_time", "s", self.relaxation_time), Column("H", "Pa", self.density)]
+
+    @property
+    def integral(self) -> float:
+        """int H d ln tau in Pa, what the sum of a discrete spectrum's moduli stands for."""
+        return float(self.density.sum() * self.width)
+
+
+def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> ContinuousSpectrum:
+    """H(ln tau) of the curve that `fit` was made of, with its equilibrium modulus, from half a decade before its first time to a
+    decade past its last.
+
+    Warns where H falls apart into many pieces. Raises `InputError` for a creep curve, which gives no relaxation spectrum but by
+    way of a discrete one.
+    """
+    if fit.test == "creep":
+        raise InputError("a creep curve has no continuous relaxation spectrum of its own: only its discrete one is converted")
+    if points_per_decade < 1:
+        raise InputError(f"{points_per_decade} points per decade: at least one is needed")
+    time, tau = fit.reduced_time, fit.spectrum.relaxation_time
+    shortest, longest = min(time[0] / 10 ** _PAST[0], tau[-1]), max(time[-1] * 10 ** _PAST[1], tau[0])
+    count = int(np.ceil(points_per_decade * np.log10(longest / shortest))) + 1
+    grid = np.geomspace(longest, shortest, max(count, 2))
+    response = OSCILLATION if fit.test == "oscillation" else RELAXATION
+    curve = Curve(time, np.atleast_2d(fit.measured) / 3, votes(np.log10(time)), response)
+    known = (fit.equilibrium_shear_modulus,)
+    solution = fit_strengths(curve, grid, known, least=_LEAST_SMOOTHING)
+    model = response.processes(time, grid) @ solution.strength + response.constants(time)[0] * fit.equilibrium_shear_modulus
+    pieces = int(np.count_nonzero(np.diff((solution.strength > 0).astype(int)) > 0)) + int(solution.strength[0] > 0)
+    if pieces > _PIECES:
+        warn(
+            f"the continuous spectrum falls apart into {pieces} pieces: the curve's errors are alike from point to point, or it "
+            "was made of a discrete spectrum; only the course of H on average means something"
+        )
+    width = float(np.log(longest / shortest) / (grid.size - 1))
+    error = float(np.sqrt(np.mean((model / curve.values - 1) ** 2)))
+    return ContinuousSpectrum(grid, solution.strength / width, width, solution.smoothing, error)

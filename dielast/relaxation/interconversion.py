@@ -1,0 +1,143 @@
+"""Relaxation and retardation spectra of one material, each exactly from the other.
+
+With moduli G_i at relaxation times tau_i and an equilibrium modulus G_e, and compliances J_k at retardation times lambda_k, a
+glassy compliance J_0 and a fluidity 1/eta, the modulus and the compliance of an oscillation are reciprocal (B. Gross,
+Mathematical structure of the theories of viscoelasticity, Hermann 1953):
+
+    [G_e + sum G_i tau_i s/(1 + tau_i s)] [J_0 + sum J_k/(1 + lambda_k s) + 1/(eta s)] = 1 for every s.
+
+Either bracket is c + sum w_k/(p_k + z), in z = s with poles p = 1/lambda (and 0 for the flow), or in z = 1/s with poles p = tau.
+The poles of its reciprocal are its zeros z = -x, one between any two of its own poles and one beyond the last. Each is sought as
+a distance from its nearest pole, by bisection in the logarithm of that distance between bounds that enclose it, so that neither
+poles many decades apart nor a zero right beside a pole cost digits; all strengths come out positive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Table
+from dielast.material.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+
+_HALVINGS = 64  # of a bracket in log distance: what 1e300 times a distance spans comes down to rounding
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RetardationSpectrum(TabularResult):
+    """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,), slowest first; `glassy_compliance` in 1/Pa and `fluidity`,
+    one over the viscosity, in 1/(Pa s), which is zero for a solid.
+
+    Raises `InputError` if the lists differ in length, a time is not positive, or anything else is negative or not finite.
+    """
+
+    retardation_time: Array
+    compliance: Array
+    glassy_compliance: float
+    fluidity: float = 0.0
+
+    def columns(self) -> Table:
+        """One process a row."""
+        return [Column("retardation_time", "s", self.retardation_time), Column("compliance", "1/Pa", self.compliance)]
+
+    def __post_init__(self) -> None:
+        own = np.array(self.retardation_time, dtype=float).reshape(-1)
+        compliance = np.array(self.compliance, dtype=float).reshape(-1)
+        if own.size != compliance.size:
+            raise InputError(f"{own.size} retardation times but {compliance.size} compliances: one for each time is needed")
+        if not np.all(np.isfinite(own) & (own > 0)):
+            raise InputError("every retardation time must be positive and finite")
+        rest = np.array([self.glassy_compliance, self.fluidity])
+        if not np.all(np.isfinite(compliance) & (compliance >= 0)) or not np.all(np.isfinite(rest) & (rest >= 0)):
+            raise InputError("compliances and the fluidity must be finite and not negative")
+        slowest_first = np.argsort(-own, kind="stable")
+        for name, values in (("retardation_time", own), ("compliance", compliance)):
+            ordered = values[slowest_first]
+            ordered.flags.writeable = False
+            object.__setattr__(self, name, ordered)
+
+    def creep_compliance(self, time: ArrayLike) -> Array:
+        """Shear creep compliance in 1/Pa at `time` (s): J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta."""
+        t = np.asarray(time, dtype=float)
+        retarded = -np.expm1(-t[..., None] / self.retardation_time) @ self.compliance
+        return np.asarray(self.glassy_compliance + retarded + t * self.fluidity)
+
+
+def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spectrum, float]:
+    """The relaxation spectrum and the equilibrium shear modulus (Pa; 0 if the material flows) of the same material.
+
+    It has one process for each of another time in `retardation`, and one more if the material flows. Raises `InputError` without a
+    glassy compliance: no modulus would be finite.
+    """
+    glassy = retardation.glassy_compliance
+    if glassy <= 0:
+        raise InputError("a glassy compliance above zero is needed: without one no relaxation modulus is finite")
+    rate, compliance = 1 / retardation.retardation_time, retardation.compliance
+    flow = [retardation.fluidity] if retardation.fluidity > 0 else []
+    poles, weights = np.concatenate([np.zeros(len(flow)), rate]), np.concatenate([flow, compliance * rate])
+    zeros, moduli = _reciprocal(poles, weights, glassy)
+    return Spectrum(1 / zeros, moduli), 0.0 if flow else float(1 / (glassy + compliance.sum()))
+
+
+def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float = 0.0) -> RetardationSpectrum:
+    """The retardation spectrum of the material that relaxes by `spectrum` to `equilibrium_modulus` (shear, Pa; 0 flows).
+
+    Raises `InputError` where all moduli are zero.
+    """
+    tau, moduli = spectrum.relaxation_time, spectrum.shear_modulus
+    total = float(equilibrium_modulus + moduli.sum())
+    if not 0 < total < np.inf or equilibrium_modulus < 0:
+        raise InputError("moduli that are not negative, and not all zero, are needed to creep")
+    zeros, compliance = _reciprocal(tau, moduli * tau, equilibrium_modulus)
+    fluidity = 0.0 if equilibrium_modulus > 0 else float(1 / (moduli @ tau))
+    return RetardationSpectrum(zeros, compliance, 1 / total, fluidity)
+
+
+def _reciprocal(poles: Array, weights: Array, constant: float) -> tuple[Array, Array]:
+    """The zeros -x of F(z) = constant + sum weights/(poles + z), and 1/(x sum weights/(poles - x)^2), the strength of each in 1/F.
+
+    Poles of no weight are left out, equal ones merged. Without a constant there is no zero beyond the last pole.
+    """
+    present = weights > 0
+    pole, same = np.unique(poles[present], return_inverse=True)
+    weight = np.bincount(same, weights[present], minlength=pole.size).astype(float)
+    zeros = pole.size - (constant <= 0)
+    if zeros <= 0:
+        return np.zeros(0), np.zeros(0)
+    left = np.arange(zeros)
+    right = np.minimum(left + 1, pole.size - 1)
+    last = left == right
+    half = 0.5 * (pole[right] - pole[left])
+    ahead = pole > pole[left][:, None]
+
+    def sums(origin: NDArray[np.intp], distance: Array) -> tuple[Array, Array]:
+        """What the poles below and above pull at `pole[origin] + distance`, both positive; F is constant - below + above."""
+        away = (pole[origin][:, None] - pole) + distance[:, None]
+        pull = weight / away
+        return np.sum(np.where(ahead, 0.0, pull), axis=1), np.sum(np.where(ahead, -pull, 0.0), axis=1)
+
+    # F rises from minus infinity at the left pole to plus infinity at the right one: its sign half way says which one is nearer
+    beyond = weight.sum() / constant if constant > 0 else np.inf  # no zero lies farther past the last pole
+    middle = np.where(last, beyond, half)
+    below, above = sums(left, middle)
+    from_left = last | (constant - below + above > 0)
+    origin = np.where(from_left, left, right)
+    # the nearest pole's own pull at the zero is at most what all others amount to, which bounds the distance from below
+    most = np.where(from_left, constant + above, below)
+    low, high = np.log(0.5 * weight[origin] / most), np.log(middle)
+    sign = np.where(from_left, 1.0, -1.0)
+    for _ in range(_HALVINGS):
+        trial = 0.5 * (low + high)
+        below, above = sums(origin, sign * np.exp(trial))
+        farther = (constant - below + above > 0) != from_left
+        low, high = np.where(farther, trial, low), np.where(farther, high, trial)
+    distance = sign * np.exp(0.5 * (low + high))
+    away = (pole[origin][:, None] - pole) + distance[:, None]
+    zero = pole[origin] + distance
+    return zero, 1 / (zero * np.sum(weight / away**2, axis=1))

@@ -1,0 +1,1 @@
+"""A run's result as files, as a summary, and beside golden files."""

@@ -1,0 +1,160 @@
+"""Compare a result with a golden one: every table cell and summary number, within a relative tolerance.
+
+A golden folder may hold a `tolerance.toml` that says where another tolerance is meant, for a column of a table or a number of the
+summary: a relative one, or `{ rtol = ..., atol = ... }` with the absolute one in the column's unit.
+
+    ["failure-map.csv"]
+    "time_to_failure [s]" = 1e-4
+    ["summary.toml"]
+    "fit.rms_relative_error" = { rtol = 1e-3, atol = 1e-9 }
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from dielast.errors import InputError
+from dielast.io.files import read_file
+from dielast.io.table import parse_csv
+from dielast.recipe.toml import parse_toml
+
+# a number this far below the largest of its column is rounding, and no ratio of two such numbers means anything
+NEGLIGIBLE = 1e-12
+TOLERANCES = "tolerance.toml"
+
+
+class Tolerance(NamedTuple):
+    """How far two numbers may lie apart: relative to the larger, or absolutely."""
+
+    rtol: float
+    atol: float = 0.0
+
+    def holds(self, a: float, b: float, floor: float = 0.0) -> bool:
+        """Whether `a` and `b` are the same; what differs by less than `floor` is."""
+        return abs(a - b) <= max(self.rtol * max(abs(a), abs(b)), self.atol, floor)
+
+
+def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> list[str]:
+    """One line for each cell of `contents` (name -> bytes) that differs from the folder `golden` by more than `rtol`, or than the
+    folder's own tolerance for it.
+
+    Tables and `summary.toml` are compared; a table or a row that only one side has is a difference. Plots, digests and versions are
+    not compared. Raises `InputError` if there is nothing to compare with, or if the tolerances cannot be read.
+    """
+    expected = golden_files(golden)
+    special = tolerances(golden, expected)
+    lines: list[str] = []
+    for name in sorted(expected.keys() | {name for name in contents if _compared(name)}):
+        if name not in contents:
+            lines.append(f"{name}: not in this result")
+        elif name not in expected:
+            lines.append(f"{name}: not among the golden files")
+        elif name == "summary.toml":
+            lines += _summaries(contents[name], expected[name], Tolerance(rtol), special.get(name, {}))
+        else:
+            lines += _tables(name, contents[name], expected[name], Tolerance(rtol), special.get(name, {}))
+    return lines
+
+
+def golden_files(golden: Path) -> dict[str, Path]:
+    """The files of the folder `golden` that are compared, by name; raises `InputError` if there are none."""
+    if not os.path.isdir(golden):
+        raise InputError(f"{golden}: no such folder of golden files")
+    try:
+        names = sorted(os.listdir(golden))
+    except OSError as error:
+        raise InputError(f"{golden}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+    found = {name: golden / name for name in names if _compared(name) and os.path.isfile(golden / name)}
+    if not found:
+        raise InputError(f"{golden}: no tables and no summary.toml to compare with")
+    return found
+
+
+def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, Tolerance]]:
+    """The tolerances that the folder `golden` states, by file and column or key; none where it states none.
+
+    Raises `InputError` for a file or column that is not there, and for what is no tolerance.
+    """
+    path = golden / TOLERANCES
+    if not os.path.isfile(path):
+        return {}
+    result: dict[str, dict[str, Tolerance]] = {}
+    for name, columns in parse_toml(read_file(path, str(path)), str(path)).items():
+        if name not in files:
+            raise InputError(f"{path}: {name}: no such golden file; there are {', '.join(files)}")
+        if not isinstance(columns, Mapping):
+            raise InputError(f"{path}: {name}: a table of tolerances by column is needed")
+        content = read_file(files[name], str(files[name]))
+        known = _flat(parse_toml(content, str(files[name]))) if name == "summary.toml" else parse_csv(content, str(files[name]))
+        result[name] = {}
+        for column, value in columns.items():
+            if column not in known:
+                raise InputError(f'{path}: {name}: no "{column}" there to compare')
+            result[name][column] = _tolerance(f'{path}: {name}: "{column}"', value)
+    return result
+
+
+def _tolerance(where: str, value: Any) -> Tolerance:
+    stated = value if isinstance(value, Mapping) else {"rtol": value}
+    if not stated or not stated.keys() <= {"rtol", "atol"}:
+        raise InputError(f"{where}: rtol, atol or both are needed, such as {{ rtol = 1e-4, atol = 1e-9 }}")
+    for key, number in stated.items():
+        if isinstance(number, bool) or not isinstance(number, int | float) or not 0 <= number < math.inf:
+            raise InputError(f"{where}: {key} = {number}: a number that is not negative is needed")
+    return Tolerance(float(stated.get("rtol", 0.0)), float(stated.get("atol", 0.0)))
+
+
+def _compared(name: str) -> bool:
+    return name.endswith(".csv") or name == "summary.toml"
+
+
+def _tables(name: str, content: bytes, golden: Path, usual: Tolerance, special: Mapping[str, Tolerance]) -> Iterator[str]:
+    now, then = parse_csv(content, name), parse_csv(read_file(golden, str(golden)), str(golden))
+    if list(now) != list(then):
+        yield f"{name}: columns {', '.join(now)}; golden {', '.join(then)}"
+        return
+    for header, cells in now.items():
+        if len(cells) != len(then[header]):
+            yield f"{name}: {len(cells)} rows; golden {len(then[header])}"
+            return
+        numbers = [(_number(a), _number(b)) for a, b in zip(cells, then[header], strict=True)]
+        tolerance = special.get(header, usual)
+        floor = NEGLIGIBLE * max((abs(b) for _, b in numbers if b is not None), default=0.0)
+        for row, (a, b) in enumerate(zip(cells, then[header], strict=True)):
+            x, y = numbers[row]
+            same = tolerance.holds(x, y, floor) if x is not None and y is not None else a == b
+            if not same:
+                yield f"{name}: row {row + 2}: {header}: {a or 'empty'}; golden {b or 'empty'}"
+
+
+def _summaries(content: bytes, golden: Path, usual: Tolerance, special: Mapping[str, Tolerance]) -> Iterator[str]:
+    now, then = _flat(parse_toml(content, "summary.toml")), _flat(parse_toml(read_file(golden, str(golden)), str(golden)))
+    for key in sorted(now.keys() | then.keys()):
+        a, b = now.get(key), then.get(key)
+        if a is None or b is None or not special.get(key, usual).holds(a, b):
+            yield f"summary.toml: {key}: {'missing' if a is None else a}; golden {'missing' if b is None else b}"
+
+
+def _flat(value: Any, path: str = "") -> dict[str, float]:
+    """The numbers of a summary by their key path."""
+    if isinstance(value, bool | str):
+        return {}
+    if isinstance(value, int | float):
+        return {path: float(value)}
+    if isinstance(value, dict):
+        return {key: number for name, inner in value.items() for key, number in _flat(inner, f"{path}.{name}".lstrip(".")).items()}
+    if isinstance(value, list):
+        return {key: number for index, inner in enumerate(value) for key, number in _flat(inner, f"{path}[{index}]").items()}
+    return {}
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

@@ -1,0 +1,115 @@
+"""What a run hands back, and the files it becomes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dielast._version import __version__
+from dielast.io.files import Inputs, sha256
+from dielast.io.table import Table, to_csv
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Summary = Mapping[str, Any]
+FIGURES = ("png", "svg", "pdf")
+FILES: Mapping[str, tuple[str, ...]] = {
+    "mastercurve": ("shift-factors.csv", "mastercurve.csv", "draws.csv", "draw-laws.csv", "draw-curves.csv"),
+    "spectrum": (
+        *("spectrum.csv", "fit.csv", "continuous-spectrum.csv", "reduction.csv", "material.toml", "draws.csv"),
+        *("material.inp", "material.mac", "material.feb", "material.mfront"),
+        *(f"material-comsol-{name}.txt" for name in ("parameters", "branches-energy-factor", "branches-shear-modulus")),
+        *("material-comsol-shift.txt", "material-comsol-notes.txt"),
+    ),
+    "relax": ("relax.csv", "cycles.csv", "cases.csv"),
+    "creep": ("creep.csv", "cycles.csv", "cases.csv"),
+    "actuate": ("actuate.csv", "events.csv", "cycles.csv", "cases.csv"),
+    "failure-map": ("failure-map.csv", "fit.csv"),
+}
+"""Every file that a kind may write, besides its figures and its summary."""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A run's results: `tables` by file name, other `files` by name, headline numbers by section, and how to draw the figure.
+
+    `failures` has a line for each case that the numerics could not finish; the tables then hold what was reached.
+    """
+
+    tables: Mapping[str, Table]
+    headline: Mapping[str, Mapping[str, Any]]
+    figure: Callable[[], Figure]
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    failures: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The recipe of a run: its file's name, what that holds if it is known, and which keys were set beside it."""
+
+    name: str
+    content: bytes | None = None
+    settings: Sequence[str] = ()
+
+
+def summarise(kind: str, report: Report, inputs: Inputs, source: Source, warnings: Sequence[str]) -> Summary:
+    """The summary: version, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
+    summary: dict[str, Any] = {"kind": kind, "version": __version__, "recipe": source.name}
+    if source.settings:
+        summary["set"] = list(source.settings)
+    if warnings:
+        summary["warnings"] = list(warnings)
+    if report.failures:
+        summary["unfinished"] = list(report.failures)
+    for section, values in report.headline.items():
+        summary[section] = {key: rounded(value) for key, value in values.items() if _known(value)}
+    recipe = () if source.content is None else ((source.name, sha256(source.content)),)
+    summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in (*recipe, *inputs.digests)]
+    return summary
+
+
+def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) -> dict[str, bytes]:
+    """Every file of the run, name -> bytes; `plots` lists the formats wanted."""
+    import tomli_w
+
+    files = {name: to_csv(table) for name, table in report.tables.items()}
+    files.update(report.files)
+    if plots:
+        from dielast.plots.style import render
+
+        figure = report.figure()
+        files.update({f"{kind}.{form}": render(figure, form) for form in plots})
+    # last, so that a whole summary stands for a whole result
+    files["summary.toml"] = tomli_w.dumps(dict(summary)).encode()
+    return files
+
+
+def left_over(kind: str, folder: Path, written: Collection[str]) -> list[str]:
+    """Names of files in the `folder` that an earlier run of the same kind wrote there and this one did not."""
+    known = (*FILES[kind], *(f"{kind}.{form}" for form in FIGURES))
+    return [name for name in known if name not in written and (folder / name).is_file()]
+
+
+def replaced(kind: str, folder: Path) -> list[str]:
+    """Other kinds whose results lie in the `folder`, so that a run of this `kind` replaces their summary."""
+    others = {other: set(names) - set(FILES[kind]) for other, names in FILES.items() if other != kind}
+    shared = {name for names in others.values() for name in names if sum(name in own for own in others.values()) > 1}
+    return [other for other, names in others.items() if any((folder / name).is_file() for name in names - shared)]
+
+
+def _known(value: Any) -> bool:
+    """Whether there is a value: a standard error that the data do not determine is left out."""
+    return value is not None and not (isinstance(value, float) and not math.isfinite(value))
+
+
+def rounded(value: Any) -> Any:
+    """Numbers to 9 significant digits, as in the tables."""
+    if isinstance(value, float):
+        return float(f"{value:.9g}")
+    if isinstance(value, list | tuple):
+        return [rounded(entry) for entry in value]
+    return value

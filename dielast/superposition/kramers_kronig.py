@@ -1,0 +1,116 @@
+"""Whether the two moduli of a frequency sweep can belong to one material, and whether its frequencies are what they are said to be.
+
+Storage and loss modulus of a causal linear material determine each other. To a good approximation the relation is local: the phase
+angle is pi/2 times the slope of log |E*| over log omega: H. C. Booij and G. P. J. M. Thoone, Rheol. Acta 21 (1982) 15. Swapped
+columns, and two moduli in different units, break it.
+
+It says nothing on the scale of the frequency: omega enters by its logarithm alone, so that a sweep whose Hz are rad/s in truth is
+as consistent as before. That takes a second quantity that knows of time: a complex viscosity, |eta*| = |E*| / omega (see
+`viscosity_factor`), a column with the other frequency, or a relaxation test of the same material (see `frequency_factor`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, warn
+from dielast.superposition.measurement import FrequencySweep, RelaxationCurve
+
+Array = NDArray[np.float64]
+
+SIGNIFICANT_ANGLE = 0.2  # rad; below, slope and phase are too small to be compared
+CONTRADICTION = 0.5  # of the larger of the two angles; good sweeps have less than 0.1
+EXPLAINED = 0.35  # the same, where the right explanation has been found
+ENOUGH_POINTS = 5
+UNIT_FACTORS = (-9, -6, -3, 3, 6, 9)  # decades between Pa, kPa, MPa and GPa
+
+
+def warn_if_inconsistent(sweeps: Sequence[FrequencySweep]) -> None:
+    """Warn where storage and loss moduli of all `sweeps` together cannot belong to one material, and say why if it shows."""
+    data = [_sorted(sweep) for sweep in sweeps]
+    if _contradiction(data) <= CONTRADICTION:
+        return
+    if _contradiction([(omega, loss, storage) for omega, storage, loss in data]) < EXPLAINED:
+        warn("storage and loss moduli look swapped: the other way round they fit the slopes of their curves (Kramers-Kronig)")
+        return
+    misfits = {
+        decades: _contradiction([(w, storage, loss * 10.0**decades) for w, storage, loss in data]) for decades in UNIT_FACTORS
+    }
+    decades = min(misfits, key=lambda key: misfits[key])
+    if misfits[decades] < EXPLAINED:
+        warn(
+            "storage and loss moduli look to be in different units: the loss moduli fit the slopes of the curves if they are "
+            f"1e{decades} times as large (Kramers-Kronig)"
+        )
+        return
+    warn("storage and loss moduli do not belong together: the loss does not fit the slopes of the curves (Kramers-Kronig)")
+
+
+def _sorted(sweep: FrequencySweep) -> tuple[Array, Array, Array]:
+    """Frequency and the two moduli by ascending frequency, without noise below zero and without repeated frequencies."""
+    good = (sweep.storage_modulus > 0) & (sweep.loss_modulus > 0)
+    omega, first = np.unique(sweep.angular_frequency[good], return_index=True)
+    return omega, sweep.storage_modulus[good][first], sweep.loss_modulus[good][first]
+
+
+def _contradiction(data: Sequence[tuple[Array, Array, Array]]) -> float:
+    """Median, over the points with an angle worth comparing, of the difference of the two angles over the larger one."""
+    differences = [np.zeros(0)]
+    for omega, storage, loss in data:
+        if omega.size < 3:
+            continue
+        slope = np.gradient(np.log(np.hypot(storage, loss)), np.log(omega))
+        expected, measured = np.clip(0.5 * np.pi * slope, 0.0, 0.5 * np.pi), np.arctan2(loss, storage)
+        larger = np.maximum(expected, measured)
+        worth = larger > SIGNIFICANT_ANGLE
+        differences.append(np.abs(expected - measured)[worth] / larger[worth])
+    found = np.concatenate(differences)
+    return float(np.median(found)) if found.size >= ENOUGH_POINTS else 0.0
+
+
+def viscosity_factor(sweep: FrequencySweep, complex_viscosity: Array) -> float:
+    """What the frequencies must be multiplied with to agree with a complex viscosity (n,) in Pa s: median |E*| / (omega |eta*|).
+
+    One where all is right, 1 / (2 pi) where rad/s were taken for Hz, 2 pi the other way round. The viscosity is three times the
+    shear viscosity, as the moduli are Young's. Raises `InputError` if the lengths differ or no viscosity is positive.
+    """
+    viscosity = np.asarray(complex_viscosity, dtype=float)
+    if viscosity.shape != sweep.angular_frequency.shape:
+        raise InputError(f"{viscosity.size} complex viscosities for {sweep.angular_frequency.size} angular frequencies")
+    good = viscosity > 0
+    if not np.any(good):
+        raise InputError("no complex viscosity is positive")
+    modulus = np.hypot(sweep.storage_modulus, sweep.loss_modulus)
+    return float(np.median(modulus[good] / (sweep.angular_frequency[good] * viscosity[good])))
+
+
+def frequency_factor(sweep: FrequencySweep, relaxation: RelaxationCurve) -> float:
+    """What the frequencies of `sweep` must be multiplied with so that it agrees with a relaxation test at the same temperature.
+
+    E(t) = E'(w) - 0.40 E''(0.40 w) + 0.014 E''(10 w) at t = 1/w, K. Ninomiya and J. D. Ferry, J. Colloid Sci. 14 (1959) 36,
+    is laid over the relaxation modulus along log time. 2 pi or its inverse speaks of Hz taken for rad/s or the other way round;
+    two measurements of one polymer may differ by a factor of two or three all the same. Raises `InputError` if the two do not
+    overlap in modulus, or the modulus is level, so that nothing fixes the position.
+    """
+    omega, storage, loss = _sorted(sweep)
+    log_omega = np.log(omega)
+    inside = (log_omega + np.log(0.4) >= log_omega[0]) if omega.size else np.zeros(0, dtype=bool)
+    low = np.exp(np.interp(log_omega + np.log(0.4), log_omega, np.log(loss))) if omega.size else loss
+    # beyond the highest frequency the last loss will do: its weight is small
+    high = np.exp(np.interp(log_omega + np.log(10.0), log_omega, np.log(loss))) if omega.size else loss
+    modulus = storage - 0.40 * low + 0.014 * high
+    good = inside & (modulus > 0)
+    measured = relaxation.modulus > 0
+    x, y = -log_omega[good][::-1], np.log(modulus[good][::-1])
+    order = np.argsort(relaxation.time[measured])
+    t, g = np.log(relaxation.time[measured][order]), np.log(relaxation.modulus[measured][order])
+    # both as falling functions, so that log time can be read over log modulus
+    y, g = np.minimum.accumulate(y), np.minimum.accumulate(g)
+    if y.size < 2 or g.size < 2 or min(y[0], g[0]) - max(y[-1], g[-1]) < np.log(1.1):
+        raise InputError("frequency sweep and relaxation test do not overlap over 10 % of modulus: they cannot be compared")
+    levels = np.linspace(max(y[-1], g[-1]), min(y[0], g[0]), 22)[1:-1]
+    shift = np.interp(levels, y[::-1], x[::-1]) - np.interp(levels, g[::-1], t[::-1])
+    return float(np.exp(np.median(shift)))

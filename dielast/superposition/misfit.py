@@ -1,0 +1,91 @@
+"""How well the curves of a master curve superpose: what they miss it by beyond their noise, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import warn
+from dielast.superposition.gather import MeasurementName
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+PARTS = 4  # of each curve, even in log time
+VISIBLE = 0.01  # decades of modulus: a misfit below is below what specimens and instruments do
+SURE = 4.0  # standard errors of the correlation of neighbours
+WORST = 3  # temperatures named
+STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves is named
+CHECKS: dict[MeasurementName, str] = {
+    "relaxation": "check that time is counted from the strain step and that no ramp is left in (ramp, discard_before)",
+    "creep": "check that time is counted from the stress step and that no ramp is left in (ramp, discard_before)",
+    "oscillation": "check that the highest frequencies are free of resonance and inertia, and the stiffest readings of compliance",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Misfit:
+    """Root mean square of misfit and of noise in decades of modulus: all, misfit by curve (m,) and by part of the curves (PARTS,).
+
+    `part` (n,) is the part of its curve that a point is in. A misfit is `sure` when chance does not explain it, and `matters` when
+    it is also larger than the noise and than what specimens and instruments do, or moves the shift factors.
+    """
+
+    rms: float
+    noise: float
+    by_curve: Array
+    by_part: Array
+    part: Index
+    sure: bool
+    matters: bool
+
+
+def find_misfit(series: Index, curve: Index, log_time: Array, residual: Array) -> Misfit:
+    """Misfit from the `residual` (n,) of points sorted by series, a channel of a curve, then time.
+
+    Neighbours share the misfit but not the noise: the mean product of their residuals is its square, and noise is how they differ.
+    """
+    bounds = np.searchsorted(series, np.arange(series[-1] + 2))
+    begin, end = log_time[bounds[:-1]], log_time[bounds[1:] - 1]
+    along = (log_time - begin[series]) / np.maximum(end - begin, 1e-12)[series]
+    part = np.minimum((PARTS * along).astype(np.intp), PARTS - 1)
+    joined = np.flatnonzero(series[1:] == series[:-1])
+    product = residual[joined] * residual[joined + 1]
+    noise = float(np.sqrt(np.median(np.diff(residual)[joined] ** 2) / 2 / 0.455))
+    rms = _root(float(np.mean(product)))
+    by_curve = _root(np.bincount(curve[joined], product) / np.bincount(curve[joined]))
+    count = np.bincount(part[joined], minlength=PARTS)
+    by_part = _root(np.bincount(part[joined], product, minlength=PARTS) / np.maximum(count, 1))
+    sure = rms**2 > SURE / np.sqrt(residual.size) * float(np.mean(residual**2))
+    return Misfit(float(rms), noise, by_curve, by_part, part, bool(sure), bool(sure and rms > max(VISIBLE, noise)))
+
+
+def _root(square: Array | float) -> Array:
+    return np.sqrt(np.maximum(square, 0.0))
+
+
+def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool, measurement: MeasurementName) -> None:
+    """Say how far the curves fail to superpose, where most, and what may mend it."""
+    if not misfit.matters:
+        return
+    worst = sorted(k for k in np.argsort(-misfit.by_curve, kind="stable")[:WORST] if misfit.by_curve[k] > misfit.rms)
+    where = "most at " + ", ".join(f"{temperature[k]:g}" for k in worst) + " degC" if worst else "at all temperatures alike"
+    early, late = misfit.by_part[0] > STANDS_OUT * misfit.rms, misfit.by_part[-1] > STANDS_OUT * misfit.rms
+    ends = ("high frequencies", "low frequencies") if measurement == "oscillation" else ("short times", "long times")
+    where += f" and at {ends[0]}" if early else f" and at {ends[1]}" if late else ""
+    remedies = [
+        CHECKS[measurement],
+        "" if vertical else 'try vertical = "free"',
+        "one shift factor for a temperature may be too little for this material",
+    ]
+    warn(
+        f"the curves do not superpose: they miss the master curve by {_percent(misfit.rms)} rms over and above their "
+        f"noise of {_percent(misfit.noise)}, {where} (the standard errors allow for it): "
+        f"{'; or '.join(filter(None, remedies))}"
+    )
+
+
+def _percent(decades: float) -> str:
+    return f"{100 * (10**decades - 1):.2g} %"

@@ -1,0 +1,183 @@
+"""Starting values for the shift factors: the horizontal distance of curves at equal modulus, outwards from one of them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.superposition.gather import MeasurementName
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+TOUCH = 0.02  # decades of modulus that a gap may measure and still count as touching: two plateaus a few percent apart
+JUMP = 0.3  # decades of modulus by which one point must exceed the point before to be a slip of the instrument
+LEVELS = 32  # moduli at which the distance of two curves is taken
+NEIGHBOURS = 3  # placed curves that a new one is compared with
+STEP = 0.05  # decades between shifts that are tried
+LEAST_NOISE = 0.005  # decades: a match to 1 % is good
+USUAL_OFFSET = 0.02  # decades by which two specimens may differ
+REFUTED = 12.0  # squared standard deviations at which a point speaks against a shift as much as one that fits speaks for it
+SAID: dict[MeasurementName, tuple[str, str]] = {
+    "relaxation": ("modulus", "longer"),
+    "creep": ("inverse compliance", "longer"),
+    "oscillation": ("storage modulus", "over more frequencies"),
+}
+
+
+def starting_shifts(
+    temperature: Array, curve: Index, log_time: Array, log_modulus: Array, anchor: int, measurement: MeasurementName = "relaxation"
+) -> Array:
+    """log10 a of each curve, relative to the curve numbered `anchor`, from the distance of the curves at equal modulus.
+
+    `temperature` (m,) in degC, ascending; the points (n,) are sorted by curve, then time. Each curve is first made to fall
+    monotonically (isotonic regression), so that noise and bumps do no harm, and the distance is a median, so that a bad
+    stretch does none either. Raises `InputError` if the curves fall into groups with no modulus in common.
+    """
+    bounds = np.searchsorted(curve, np.arange(temperature.size + 1))
+    falling = [_monotone(log_time[a:b], _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)]
+    bottom, top = _ends(falling)
+    shift = np.zeros(temperature.size)
+    placed = np.zeros(temperature.size, dtype=bool)
+    placed[anchor] = True
+    common = np.minimum(top[:, None], top) - np.maximum(bottom[:, None], bottom)
+    by_distance = np.argsort(np.abs(temperature - temperature[anchor]), kind="stable")
+    while not np.all(placed):
+        reachable = [int(k) for k in by_distance if not placed[k] and np.any(common[k, placed] > -TOUCH)]
+        if not reachable:
+            raise _no_overlap(temperature, bottom, top, common, placed, measurement)
+        new = reachable[0]
+        known = np.flatnonzero(placed & (common[new] > -TOUCH))
+        nearest = known[np.argsort(np.abs(temperature[known] - temperature[new]), kind="stable")[:NEIGHBOURS]]
+        distances = [_distance(falling[new], falling[int(k)]) + shift[k] for k in nearest]
+        weights = [np.full(d.size, max(float(common[new, k]), 1e-6) / d.size) for k, d in zip(nearest, distances, strict=True)]
+        shift[new] = _weighted_median(np.concatenate(distances), np.concatenate(weights))
+        placed[new] = True
+    return shift
+
+
+def find_isolated(temperature: Array, curve: Index, log_modulus: Array, measurement: MeasurementName) -> dict[int, str]:
+    """Single curves, by number, that share no modulus with any other, and why they cannot be shifted; none if there are groups.
+
+    The points (n,) are sorted by curve, then time.
+    """
+    bounds = np.searchsorted(curve, np.arange(temperature.size + 1))
+    bottom, top = _ends([_monotone(np.arange(b - a, dtype=float), _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)])
+    common = np.minimum(top[:, None], top) - np.maximum(bottom[:, None], bottom)
+    joined = common > -TOUCH
+    alone = np.count_nonzero(joined, axis=1) == 1
+    main = joined & ~alone
+    for _ in range(temperature.size):  # who can be reached
+        main = (main.astype(int) @ main.astype(int)) > 0
+    if not np.any(alone) or np.count_nonzero(~alone) < 2 or not np.all(main[np.ix_(~alone, ~alone)]):
+        return {}
+    what, more = SAID[measurement]
+    return {
+        int(k): f"its {what}, {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa, is that of no other curve: measure {more}, or at a "
+        "temperature in between"
+        for k in np.flatnonzero(alone)
+    }
+
+
+def _ends(falling: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Lowest and highest level of each curve."""
+    return np.array([level[0] for level, _ in falling]), np.array([level[-1] for level, _ in falling])
+
+
+def _without_jumps(y: Array) -> Array:
+    """The curve without single points that make it rise as no relaxation does: a median of three in their place."""
+    if y.size < 3:
+        return y
+    near = np.stack((y[:-2], y[1:-1], y[2:]))
+    middle = np.median(near, axis=0)
+    middle = np.concatenate((middle[:1], middle, middle[-1:]))
+    rises = np.concatenate(([False], np.diff(y) > JUMP)) | np.concatenate((np.diff(y) > JUMP, [False]))
+    return np.where(rises, middle, y)
+
+
+def _monotone(x: Array, y: Array) -> tuple[Array, Array]:
+    """Ascending levels and the log times at which the best falling fit to the curve passes them (pool adjacent violators)."""
+    blocks: list[tuple[float, float, int]] = []  # mean y, mean x, count
+    for here, value in zip(x.tolist(), y.tolist(), strict=True):
+        level, centre, count = value, here, 1
+        while blocks and blocks[-1][0] <= level:
+            other, middle, many = blocks.pop()
+            level = (level * count + other * many) / (count + many)
+            centre = (centre * count + middle * many) / (count + many)
+            count += many
+        blocks.append((level, centre, count))
+    table = np.array(blocks[::-1])
+    return table[:, 0], table[:, 1]
+
+
+def _distance(curve: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+    """Log time of `curve` less that of `other` at equal modulus, at evenly spaced levels: steep stretches count for more."""
+    low, high = max(curve[0][0], other[0][0]), min(curve[0][-1], other[0][-1])
+    levels = np.linspace(low, high, LEVELS + 2)[1:-1] if high > low else np.array([(low + high) / 2])
+    return np.interp(levels, *curve) - np.interp(levels, *other)
+
+
+def _weighted_median(value: Array, weight: Array) -> float:
+    order = np.argsort(value, kind="stable")
+    half = np.cumsum(weight[order]) - weight[order] / 2
+    return float(np.interp(0.5 * np.sum(weight), half, value[order]))
+
+
+def _no_overlap(
+    temperature: Array, bottom: Array, top: Array, common: Array, placed: NDArray[np.bool_], measurement: MeasurementName
+) -> InputError:
+    inside, outside = np.flatnonzero(placed), np.flatnonzero(~placed)
+    near = np.unravel_index(np.argmax(common[np.ix_(inside, outside)]), (inside.size, outside.size))
+    pair = sorted((int(inside[near[0]]), int(outside[near[1]])))
+    what, more = SAID[measurement]
+    said = " and ".join(f"{temperature[k]:g} degC ({what} {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa)" for k in pair)
+    return InputError(f"no overlap between {said}: measure {more}, or at a temperature in between")
+
+
+def matching_shifts(curves: int, curve: Index, log_time: Array, log_modulus: Array, anchor: int) -> Array:
+    """log10 a of each curve of sweeps, relative to the curve numbered `anchor`, at which both moduli lie best on a neighbour's.
+
+    `log_modulus` is (2, k). Every shift of a curve against the next one towards the anchor is tried: points that both moduli of the
+    neighbour predict speak for it, others against it, while an offset common to both moduli costs little. A level storage modulus,
+    or a loss modulus that rises and falls, has no distance at equal modulus.
+    """
+    bounds = np.searchsorted(curve, np.arange(curves + 1))
+    parts = [(log_time[a:b], log_modulus[:, a:b]) for a, b in pairwise(bounds)]
+    shift = np.zeros(curves)
+    for outwards in (range(anchor - 1, -1, -1), range(anchor + 1, curves)):
+        last = anchor
+        for k in outwards:
+            shift[k] = shift[last] + _best_match(parts[k], parts[last], 1 if k < last else -1)
+            last = k
+    return shift
+
+
+def _best_match(curve: tuple[Array, Array], other: tuple[Array, Array], sign: int) -> float:
+    """log10 a of `curve` relative to `other`, of the given `sign` or zero."""
+    (x, y), (there, values) = curve, other
+    variance = np.array([max(_noise(channel), _noise(beside), LEAST_NOISE) ** 2 for channel, beside in zip(y, values, strict=True)])
+    width = float(max(x[-1] - there[0], there[-1] - x[0]))
+    best, found = np.inf, 0.0
+    for shift in sign * np.arange(0.0, max(width, STEP), STEP):
+        moved = x - shift
+        inside = (moved >= there[0]) & (moved <= there[-1])
+        if np.count_nonzero(inside) < 2:
+            break
+        away = np.array([own[inside] - np.interp(moved[inside], there, beside) for own, beside in zip(y, values, strict=True)])
+        weight = 1 / variance[:, None]
+        level = float(np.sum(weight * away) / (np.sum(weight * np.ones_like(away)) + USUAL_OFFSET**-2))
+        score = float(np.sum(np.minimum((away - level) ** 2 * weight, REFUTED)) + (level / USUAL_OFFSET) ** 2)
+        score -= REFUTED / 2 * away.size
+        if score < best:
+            best, found = score, float(shift)
+    return found
+
+
+def _noise(y: Array) -> float:
+    """Standard deviation by how far each point lies off the line through its neighbours."""
+    if y.size < 4:
+        return LEAST_NOISE
+    return float(np.median(np.abs(y[2:] - 2 * y[1:-1] + y[:-2])) / 0.6745 / np.sqrt(6.0))

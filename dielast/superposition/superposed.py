@@ -1,0 +1,213 @@
+"""The result of time-temperature superposition: a master curve, whatever was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Frame, Table, to_frame
+from dielast.material.shift import ShiftLaw
+from dielast.superposition.gather import MeasurementName
+from dielast.superposition.shiftfit import ShiftFit
+from dielast.superposition.undetermined import Undetermined
+
+Array = NDArray[np.float64]
+
+_ORDINATES: dict[MeasurementName, tuple[str, ...]] = {
+    "relaxation": ("relaxation_modulus",),
+    "creep": ("creep_compliance",),
+    "oscillation": ("storage_modulus", "loss_modulus"),
+}
+
+
+COLUMNS: dict[MeasurementName, tuple[tuple[str, str], ...]] = {
+    "relaxation": (("time", "s"), ("reduced_time", "s"), ("relaxation_modulus", "Pa")),
+    "creep": (("time", "s"), ("reduced_time", "s"), ("creep_compliance", "1/Pa")),
+    "oscillation": (
+        ("angular_frequency", "rad/s"),
+        ("reduced_angular_frequency", "rad/s"),
+        ("storage_modulus", "Pa"),
+        ("loss_modulus", "Pa"),
+    ),
+}
+"""Names and units of the abscissa, the reduced abscissa and the ordinates."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stated:
+    """What is stated of a measurement, for no scatter of its points tells it: the standard error of each temperature in K, and by
+    what share the modulus of the specimen drifts from one temperature to the next, as it was measured."""
+
+    temperature_stderr: float
+    drift: float
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class MasterCurve(TabularResult):
+    """A master curve of m temperatures, ascending; SI units and degC.
+
+    `log10_shift_factor`, its standard error (both (m,)) and its `covariance` (m, m) are measured, relative to the reference
+    temperature. Where the data do not determine a shift it is NaN, its standard error infinite, and `undetermined` says why. The
+    errors hold noise, curves that do not superpose and, where the reference temperature was not measured, what the law leaves open
+    (infinite if it is 50 K and more below all data that do not determine C2).
+    `log10_shift_factor_fit` (m,) is the fitted law; NaN for a temperature that a table lacks. `vertical_shift` (m,) is b.
+    `shifted_on` says what the shifts of frequency sweeps were read from: both moduli, tan delta, or the storage modulus alone.
+
+    The points used (n,), sorted by reduced abscissa: `point_temperature`, `abscissa` (time in s, or angular frequency in rad/s),
+    `reduced_abscissa` (time / a, angular frequency times a) and `ordinates` (c, n): relaxation modulus (Young's, Pa, times b),
+    creep compliance (tensile, 1/Pa, over b), or storage and loss modulus (Young's, Pa, times b); properties name them one by one.
+    Points of an undetermined temperature are placed by the law, or left out if that is a table. `smooth_abscissa` (k,), reduced,
+    and `smooth_ordinates` (c, k) are the fitted curves.
+
+    `equilibrium_modulus` is the fitted modulus at the longest reduced time or lowest reduced frequency (of a compliance, its
+    inverse), `glassy_modulus` its maximum. `rms_residual_decades`, of log10 modulus or compliance, is that of the fitted points,
+    which are averages over 1/20 decade of time or frequency.
+
+    `stated` is what the errors of the temperatures and the drift of the specimen were said to be. `offset_spread` and
+    `tilt_spread` are the estimated standard deviations, in decades of modulus, of the vertical offsets (beyond a stated drift) and
+    tilts of whole curves; both are in the standard errors, and taken out of the smooth curves: `placed_ordinates` (c, k) are those
+    through the points as they lie. `log10_shift_factor_slope` (m,) is that over temperature, in decades per K.
+    """
+
+    measurement: MeasurementName
+    reference_temperature: float
+    temperature: Array
+    log10_shift_factor: Array
+    log10_shift_factor_stderr: Array
+    log10_shift_factor_fit: Array
+    covariance: Array
+    vertical_shift: Array
+    vertical_shift_stderr: Array
+    shift_fit: ShiftFit
+    shifted_on: Literal["moduli", "tan-delta", "storage"]
+    rms_residual_decades: float
+    point_temperature: Array
+    abscissa: Array
+    reduced_abscissa: Array
+    ordinates: Array
+    smooth_abscissa: Array
+    smooth_ordinates: Array
+    equilibrium_modulus: float
+    glassy_modulus: float
+    undetermined: tuple[Undetermined, ...]
+    stated: Stated
+    log10_shift_factor_slope: Array
+    offset_spread: float
+    tilt_spread: float
+    placed_ordinates: Array
+
+    def columns(self) -> Table:
+        """The points used."""
+        values = (self.abscissa, self.reduced_abscissa, *self.ordinates)
+        named = zip(COLUMNS[self.measurement], values, strict=True)
+        return [Column("temperature", "degC", self.point_temperature), *(Column(name, unit, own) for (name, unit), own in named)]
+
+    def shift_columns(self) -> Table:
+        """The shift factors, one temperature a row."""
+        return [
+            Column("temperature", "degC", self.temperature),
+            Column("log10_shift_factor", "1", self.log10_shift_factor),
+            Column("log10_shift_factor_stderr", "1", self.log10_shift_factor_stderr),
+            Column("log10_shift_factor_fit", "1", self.log10_shift_factor_fit),
+            Column("vertical_shift", "1", self.vertical_shift),
+        ]
+
+    def shift_to_frame(self) -> Frame:
+        """The shift factors as a data frame."""
+        return to_frame(self.shift_columns())
+
+    @property
+    def law(self) -> ShiftLaw:
+        """The fitted shift law, about the reference temperature."""
+        return self.shift_fit.law
+
+    @property
+    def law_parameters(self) -> dict[str, float]:
+        """Parameters of the law by name: C1 and C2 (K), or activation_energy (J/mol); none for a table."""
+        return self.shift_fit.parameters
+
+    @property
+    def law_stderr(self) -> dict[str, float]:
+        """Standard errors of the parameters; infinite where the data do not determine them."""
+        return self.shift_fit.stderr
+
+    @property
+    def law_covariance(self) -> Array:
+        """Covariance of the parameters, in the order of `law_parameters`."""
+        return self.shift_fit.covariance
+
+    @property
+    def time(self) -> Array:
+        """Times of the points of relaxation or creep in s (n,); this and the following raise `InputError` for another kind."""
+        return self._timed(self.abscissa)
+
+    @property
+    def reduced_time(self) -> Array:
+        """Reduced times of the points of relaxation or creep in s (n,), ascending."""
+        return self._timed(self.reduced_abscissa)
+
+    @property
+    def smooth_reduced_time(self) -> Array:
+        """Reduced times of the fitted curve of relaxation or creep in s (k,), ascending."""
+        return self._timed(self.smooth_abscissa)
+
+    @property
+    def angular_frequency(self) -> Array:
+        """Angular frequencies of the points of sweeps in rad/s (n,)."""
+        return self._swept(self.abscissa)
+
+    @property
+    def reduced_angular_frequency(self) -> Array:
+        """Reduced angular frequencies of the points of sweeps in rad/s (n,), ascending."""
+        return self._swept(self.reduced_abscissa)
+
+    @property
+    def relaxation_modulus(self) -> Array:
+        """Young's relaxation modulus of the points in Pa (n,), times b."""
+        return self._ordinate("relaxation_modulus")
+
+    @property
+    def creep_compliance(self) -> Array:
+        """Tensile creep compliance of the points in 1/Pa (n,), over b."""
+        return self._ordinate("creep_compliance")
+
+    @property
+    def storage_modulus(self) -> Array:
+        """Young's storage modulus of the points in Pa (n,), times b."""
+        return self._ordinate("storage_modulus")
+
+    @property
+    def loss_modulus(self) -> Array:
+        """Young's loss modulus of the points in Pa (n,), times b."""
+        return self._ordinate("loss_modulus")
+
+    @property
+    def smooth_modulus(self) -> Array:
+        """Fitted relaxation modulus in Pa (k,)."""
+        if self.measurement != "relaxation":
+            raise self._lacks("relaxation_modulus")
+        return np.asarray(self.smooth_ordinates[0])
+
+    def _timed(self, values: Array) -> Array:
+        if self.measurement == "oscillation":
+            raise self._lacks("time")
+        return values
+
+    def _swept(self, values: Array) -> Array:
+        if self.measurement != "oscillation":
+            raise self._lacks("angular_frequency")
+        return values
+
+    def _ordinate(self, name: str) -> Array:
+        names = _ORDINATES[self.measurement]
+        if name not in names:
+            raise self._lacks(name)
+        return np.asarray(self.ordinates[names.index(name)])
+
+    def _lacks(self, name: str) -> InputError:
+        return InputError(f"a master curve of {self.measurement} has no {name.replace('_', ' ')}")

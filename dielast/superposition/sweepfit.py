@@ -1,0 +1,282 @@
+"""Shift factors of frequency sweeps: from storage and loss modulus together, from their ratio, or from the storage modulus alone.
+
+The two moduli share the shift factors, a smooth curve each. Errors of geometry and force move both alike and cancel in their ratio,
+tan delta. The scatter that they share is therefore taken out before the fit: log G'' - beta log G' stands for log G'', with beta
+such that the scatter of the two channels is uncorrelated (beta = 0: separate errors, beta = 1: tan delta).
+
+Both moduli together say more than their ratio or one of them, if they belong to one process. Whether they do, the points say
+themselves: each part of all curves is left out in turn and predicted from the rest. What misses them is not believed, and of
+several bases that do not miss them the one with the most to go by is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import warn
+from dielast.superposition.condense import Condensed
+from dielast.superposition.masterfit import MasterFit, Points, fit_held, fit_master
+from dielast.superposition.overlap import matching_shifts
+from dielast.superposition.spline import Spline
+from dielast.superposition.undetermined import have_shape
+
+Array = NDArray[np.float64]
+Basis = Literal["moduli", "tan-delta", "storage"]
+
+UNKNOWN = 0.5  # decades of standard error beyond which one shift is as bad as another
+EXACT = 1e-5  # decades below which it does not matter
+CORRELATED = 3.0  # standard errors of a correlation that is believed
+OUTLIER = 3.0  # standard deviations at which a residual is cut off
+DISAGREE = 3.0  # joint standard errors,
+NOTABLE = 0.02  # and decades, by which two bases contradict each other
+SAID: dict[Basis, str] = {"moduli": "both moduli", "tan-delta": "tan delta", "storage": "the storage modulus alone"}
+MISSED = 1.5  # mean square, in variances, by which left-out points are missed where curves do not superpose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Superposition:
+    """A fit of all channels, storage before loss modulus, and what its shifts were taken from: `on`, points and smooth curves.
+
+    `others` are the shifts from other bases, to compare with.
+    """
+
+    fit: MasterFit
+    on: Basis
+    points: Points
+    splines: tuple[Spline, ...]
+    others: tuple[Other, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Other:
+    """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases have a shape to go by."""
+
+    on: Basis
+    shift: Array
+    covariance: Array
+    comparable: NDArray[np.bool_]
+
+
+def points_of(data: Condensed, curves: int, beta: float = 0.0) -> Points:
+    """The channels of `data` one after the other, the second less `beta` times the first."""
+    value, variance, lift = data.log_modulus, data.variance, np.ones(len(data.log_modulus))
+    if beta:
+        value = np.stack((value[0], value[1] - beta * value[0]))
+        variance = np.stack((variance[0], variance[1] + beta**2 * variance[0]))
+        lift = np.array([1.0, 1 - beta])
+    channels, size = value.shape
+    channel = np.repeat(np.arange(channels), size)
+    curve, log_time = np.tile(data.curve, channels), np.tile(data.log_time, channels)
+    return Points(curve, log_time, value.ravel(), variance.ravel(), curves, channel, lift[channel], channels)
+
+
+def fit_sweeps(
+    temperature: Array,
+    data: Condensed,
+    start: Array,
+    anchor: int,
+    vertical: bool,
+    on: Basis | Literal["auto"],
+    drift: Array | None = None,
+) -> Superposition:
+    """Fit frequency sweeps on what `on` says, or with "auto" on what predicts points left out and has most to go by.
+
+    Every basis starts from the shifts of both moduli, from the starting values `start` (m,) of the storage moduli, and from where
+    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the bases that were not taken are told of,
+    too. `drift` is that of `fit_master`.
+    """
+    m = temperature.size
+    raw, ratio = points_of(data, m), _ratio(data, m)
+    storage, loss = _channel(raw, 0), _channel(raw, 1)
+    starts = [matching_shifts(m, data.curve, data.log_time, data.log_modulus, anchor), start]
+    together = fit_master(raw, starts, anchor, vertical, drift)
+    alone = fit_master(storage, [together.shift, start], anchor, vertical, drift)
+    firm = have_shape(storage, alone.splines, alone.shift, False)
+    if on != "storage":
+        rest = np.flatnonzero(~_apart(storage, loss, firm, anchor))
+        if 2 <= rest.size < m:
+            part = None if drift is None else drift[np.ix_(rest, rest)]
+            place = int(np.searchsorted(rest, anchor))
+            own = fit_sweeps(temperature[rest], _only(data, rest), start[rest], place, vertical, on, part)
+            whole = {"moduli": raw, "tan-delta": ratio, "storage": storage}[own.on]
+            others = tuple(_other_of_all(other, rest, m) for other in own.others)
+            return replace(own, fit=_spread(own.fit, rest, start), points=whole, others=others)
+    if on == "storage":
+        return _on_storage(alone, storage, loss, anchor)
+    beta = _common(raw, together.residual)
+    points, fit = raw, together
+    if beta:
+        points = points_of(data, m, beta)
+        fit = fit_master(points, [together.shift], anchor, vertical, drift)
+    if on == "moduli":
+        moduli = _uncombined(fit, beta)
+        return Superposition(moduli, on, raw, moduli.splines)
+    tangent = fit_master(ratio, [fit.shift, starts[0]], anchor, False)
+    shaped = have_shape(ratio, tangent.splines, tangent.shift, True)
+    fits: dict[Basis, MasterFit] = {"moduli": fit, "tan-delta": tangent, "storage": alone}
+    taken = on if on != "auto" else _choose(fits, bool(np.all(shaped)))
+    comparable = {"moduli": firm | shaped, "tan-delta": shaped, "storage": firm}
+    others = tuple(
+        Other(basis, other.shift, other.covariance[:m, :m], comparable[basis] & comparable[taken])
+        for basis, other in fits.items()
+        if basis != taken and on == "auto"
+    )
+    if taken == "storage":
+        return replace(_on_storage(alone, storage, loss, anchor), others=others)
+    if taken == "moduli":
+        moduli = _uncombined(fit, beta)
+        return Superposition(moduli, "moduli", raw, moduli.splines, others)
+    held = _uncombined(fit_held(points, tangent, anchor, vertical), beta)
+    return Superposition(replace(held, offset_spread=fit.offset_spread), "tan-delta", ratio, tangent.splines, others)
+
+
+def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
+    """Both moduli unless they miss what is left out; else the basis that does not, or misses least, and is the most certain."""
+    if not tangent_tells:
+        fits = {basis: fit for basis, fit in fits.items() if basis != "tan-delta"}
+    missed = {basis: max(fit.left_out) for basis, fit in fits.items()}
+    if missed["moduli"] <= MISSED:
+        return "moduli"
+    good = [basis for basis in fits if missed[basis] <= MISSED]
+    doubt = {basis: _doubt(fit) + float(np.log(max(missed[basis], 1.0))) for basis, fit in fits.items()}
+    taken = min(good or list(fits), key=lambda basis: doubt[basis])
+    if taken != "moduli":
+        warn(
+            f"storage and loss modulus do not shift together: points that are left out are missed by {missed['moduli'] ** 0.5:.2g} "
+            f"standard deviations, from {SAID[taken]} by {missed[taken] ** 0.5:.2g}; the shift factors are those of {SAID[taken]}"
+        )
+    return taken
+
+
+def warn_of_others(temperature: Array, found: Superposition, weight: Array) -> None:
+    """Say where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
+    m = temperature.size
+    relative = np.eye(m) - weight
+    shift, own = relative @ found.fit.shift, np.sqrt(np.diag(relative @ found.fit.covariance[:m, :m] @ relative.T))
+    for other in found.others:
+        beside, error = relative @ other.shift, np.sqrt(np.diag(relative @ other.covariance @ relative.T))
+        known = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(own + error)
+        away = np.where(known, np.abs(shift - beside), 0.0)
+        score = away / np.maximum(np.hypot(own, error), EXACT)
+        far = np.flatnonzero((score > DISAGREE) & (away > NOTABLE))
+        if not far.size:
+            continue
+        k = far[np.argmax(score[far])]
+        more = f" (and so at {far.size - 1} more temperature{'s' if far.size > 2 else ''})" if far.size > 1 else ""
+        warn(
+            f"at {temperature[k]:g} degC {SAID[other.on]} gives another shift factor: log10 a = {beside[k]:.3g} +- {error[k]:.2g}, "
+            f"but {shift[k]:.3g} +- {own[k]:.2g} from {SAID[found.on]}, which is taken, both relative to "
+            f"{temperature[np.argmax(weight)]:g} degC{more}"
+        )
+
+
+def _other_of_all(other: Other, curves: NDArray[np.intp], m: int) -> Other:
+    """Shifts of some curves as ones of all (m,), of which nothing else is comparable."""
+    shift, comparable = np.zeros(m), np.zeros(m, dtype=bool)
+    covariance = np.zeros((m, m))
+    shift[curves], comparable[curves], covariance[np.ix_(curves, curves)] = other.shift, other.comparable, other.covariance
+    return Other(other.on, shift, covariance, comparable)
+
+
+def _channel(points: Points, channel: int) -> Points:
+    here = points.channel == channel
+    parts = (points.curve[here], points.log_time[here], points.log_modulus[here], points.variance[here])
+    return Points(*parts, points.curves, np.zeros_like(parts[0]), np.ones(parts[0].size))
+
+
+def _ratio(data: Condensed, curves: int) -> Points:
+    """Tan delta, which no vertical shift moves."""
+    ratio = _channel(points_of(data, curves, 1.0), 1)
+    return replace(ratio, lift=np.zeros(ratio.curve.size))
+
+
+def _apart(storage: Points, loss: Points, shaped: NDArray[np.bool_], anchor: int) -> NDArray[np.bool_]:
+    """Curves (m,) that nothing joins to the others: the storage modulus is level, not `shaped`, and the loss modulus has no value
+    in common with that of the next curve towards the anchor. Wherever such a curve is put, it contradicts one modulus."""
+    apart = np.zeros(storage.curves, dtype=bool)
+    low, high = (np.array([edge(loss.log_modulus[loss.curve == k]) for k in range(loss.curves)]) for edge in (np.min, np.max))
+    for outwards in (range(anchor - 1, -1, -1), range(anchor + 1, storage.curves)):
+        last = anchor
+        for k in outwards:
+            apart[k] = not shaped[k] and (apart[last] or min(high[k], high[last]) < max(low[k], low[last]))
+            last = k
+    return apart
+
+
+def _only(data: Condensed, curves: NDArray[np.intp]) -> Condensed:
+    """The points of some curves, which are numbered afresh."""
+    here = np.isin(data.curve, curves)
+    new = np.searchsorted(curves, data.curve[here])
+    return replace(
+        data, curve=new, log_time=data.log_time[here], log_modulus=data.log_modulus[:, here], variance=data.variance[:, here]
+    )
+
+
+def _spread(fit: MasterFit, curves: NDArray[np.intp], elsewhere: Array) -> MasterFit:
+    """The fit of some curves as one of all (m,): the others stay where they are, which nothing tells."""
+    m = elsewhere.size
+    whole = (elsewhere.copy(), np.zeros(m), np.full(m, np.inf), np.zeros(m))
+    for values, own in zip(whole, (fit.shift, fit.vertical, fit.noise_stderr, fit.misfit.by_curve), strict=True):
+        values[curves] = own
+    shift, vertical, stderr, by_curve = whole
+    covariance = np.zeros((2 * m, 2 * m))
+    covariance[np.ix_(*2 * (np.concatenate((curves, m + curves)),))] = fit.covariance
+    misfit = replace(fit.misfit, by_curve=by_curve)
+    return replace(fit, shift=shift, vertical=vertical, covariance=covariance, noise_stderr=stderr, misfit=misfit)
+
+
+def _on_storage(alone: MasterFit, storage: Points, loss: Points, anchor: int) -> Superposition:
+    other = fit_held(loss, alone, anchor, False)
+    both = replace(
+        alone,
+        splines=alone.splines + other.splines,
+        placed=alone.placed + other.splines,
+        residual=np.concatenate((alone.residual, other.residual)),
+    )
+    return Superposition(both, "storage", storage, alone.splines)
+
+
+def _common(points: Points, residual: Array) -> float:
+    """How much of the first channel's scatter the second shares: the slope of a line through their residuals, or zero."""
+    series = points.series
+    middle = np.array([np.median(residual[series == k]) for k in range(series[-1] + 1)])
+    one, other = (_cut(part) for part in (residual - middle[series]).reshape(2, -1))
+    square, product = float(one @ one), float(one @ other)
+    if product**2 <= CORRELATED**2 / one.size * square * float(other @ other):
+        return 0.0
+    return product / square
+
+
+def _cut(residual: Array) -> Array:
+    bound = OUTLIER * float(np.median(np.abs(residual))) / 0.6745
+    return np.clip(residual, -bound, bound)
+
+
+def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
+    """The fit of log G' and log G'' - beta log G' as one of log G' and log G''."""
+    if not beta:
+        return fit
+    storage, rest = fit.residual.reshape(2, -1)
+
+    def both(splines: tuple[Spline, ...]) -> tuple[Spline, ...]:
+        one, other = splines
+        return one, replace(other, coefficient=other.coefficient + beta * one.coefficient)
+
+    residual = np.concatenate((storage, rest + beta * storage))
+    return replace(fit, splines=both(fit.splines), placed=both(fit.placed), residual=residual)
+
+
+def _steps(fit: MasterFit) -> tuple[Array, Array]:
+    """The shifts from one temperature to the next (m - 1,) and their variances, whichever curve is held fast."""
+    m = fit.shift.size
+    step = np.diff(np.eye(m), axis=0)
+    return np.diff(fit.shift), np.einsum("ij,jk,ik->i", step, fit.covariance[:m, :m], step)
+
+
+def _doubt(fit: MasterFit) -> float:
+    """Mean logarithm of the variances of the shifts."""
+    return float(np.mean(np.log(np.clip(_steps(fit)[1], EXACT**2, UNKNOWN**2))))

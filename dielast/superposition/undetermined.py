@@ -1,0 +1,160 @@
+"""What a master curve cannot know: shift factors that the data do not determine, and results that look wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import warn
+from dielast.superposition.gather import MeasurementName
+from dielast.superposition.masterfit import MasterFit, Points
+from dielast.superposition.spline import Spline
+
+Array = NDArray[np.float64]
+
+UNDETERMINED = 0.5  # decades of standard error beyond which a shift factor is not a measurement
+DOUBTFUL = 0.05  # decades of standard error above which, with free vertical shifts, a curve must show a curvature of its own
+SIGNIFICANT = 4.0  # standard errors that a slope or a curvature must measure
+PLATEAU_RISE = 0.005  # decades of modulus over a whole curve
+PLATEAU_SLOPE = 0.05  # decades of modulus per decade of time,
+LAST_STRETCH = 0.5  # over this stretch of log time at the long end
+OFFSET = 0.01  # decades
+LAW_MISFIT = 4.0  # reduced chi-square,
+LAW_MISFIT_SIGMA = 5.0  # its excess over one in standard deviations,
+LAW_MISS = 0.03  # and decades beyond which a law is said not to fit
+ROBUST_ROUNDS = 9
+TRUSTED = 2.5  # standard deviations beyond which a point loses weight
+
+
+@dataclass(frozen=True, slots=True)
+class Undetermined:
+    """A temperature (degC) whose shift factor the data do not determine, and why not."""
+
+    temperature: float
+    reason: str
+
+
+def find_undetermined(
+    temperature: Array, points: Points, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
+) -> tuple[Undetermined, ...]:
+    """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
+
+    `splines` are the smooth curves of the channels of `points`, `filled` says what becomes of a temperature without a shift. A
+    straight line can be slid along itself, and noise makes every line look a little bent: a fitted standard error alone would
+    trust the bends. So slope, and with free `vertical` shifts of some error curvature, must be significant in one of the channels
+    itself. With `peaks`, as loss moduli and tan delta have them, a curvature does as well as a slope.
+    """
+    stderr = fit.noise_stderr
+    found = []
+    shaped = have_shape(points, splines, fit.shift, peaks)
+    for k in np.flatnonzero(stderr > 0):
+        if not shaped[k]:
+            reason = "the curve is a plateau" if np.any(points.lift) else "tan delta is level"
+        elif vertical and stderr[k] > DOUBTFUL and np.any(points.lift) and not _is_bent(_channels(points, int(k))):
+            reason = "the curve is a straight line in log-log, whose horizontal and vertical shift cannot be told apart"
+        elif stderr[k] > UNDETERMINED:
+            reason = "the curve overlaps the others too little"
+        else:
+            continue
+        found.append(Undetermined(float(temperature[k]), reason))
+        warn(f"{temperature[k]:g} degC: the shift factor is not determined: {reason}; {filled}")
+    return tuple(found)
+
+
+def have_shape(points: Points, splines: Sequence[Spline], shift: Array, peaks: bool) -> NDArray[np.bool_]:
+    """Whether a channel of each curve has a slope, or with `peaks` a curvature, beyond what noise makes (m,)."""
+    return np.array(
+        [
+            any(_is_shaped(x, y, spline(x - shift[k]), peaks) for (x, y), spline in zip(_channels(points, k), splines, strict=True))
+            for k in range(points.curves)
+        ]
+    )
+
+
+def _channels(points: Points, curve: int) -> list[tuple[Array, Array]]:
+    """Log time and log modulus of one curve in every channel."""
+    series = curve + points.curves * np.arange(points.channels)
+    first, last = (np.searchsorted(points.series, series, side=side).tolist() for side in ("left", "right"))
+    return [(points.log_time[a:b], points.log_modulus[a:b]) for a, b in zip(first, last, strict=True)]
+
+
+def _is_shaped(x: Array, y: Array, smooth: Array, peaks: bool) -> bool:
+    sloping = _significance(x, y, 1) >= SIGNIFICANT or (peaks and _significance(x, y, 2) >= SIGNIFICANT)
+    return sloping and float(np.ptp(smooth)) >= PLATEAU_RISE
+
+
+def _is_bent(curves: Sequence[tuple[Array, Array]]) -> bool:
+    """Whether a channel is curved, or the distance of two of them, which no vertical shift changes, has a slope."""
+    if any(_significance(x, y, 2) >= SIGNIFICANT for x, y in curves):
+        return True
+    return len(curves) == 2 and _significance(curves[0][0], curves[1][1] - curves[0][1], 1) >= SIGNIFICANT
+
+
+def _significance(x: Array, y: Array, degree: int) -> float:
+    """The highest coefficient of a polynomial through the points, in standard errors; outliers do not hide it."""
+    if x.size < degree + 2:
+        return 0.0
+    z = (x - np.mean(x)) / max(float(np.ptp(x)), 1e-300)
+    vander = np.vander(z, degree + 1, increasing=True)
+    weight = np.ones(x.size)
+    for _ in range(ROBUST_ROUNDS):
+        root = np.sqrt(weight)
+        basis, triangle = np.linalg.qr(vander * root[:, None])
+        part = basis.T @ (y * root)
+        rest = y - vander @ np.linalg.solve(triangle, part)
+        variance = float(weight @ rest**2) / max(float(np.sum(weight)) - degree - 1, 1.0)
+        found = float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
+        if found >= SIGNIFICANT:
+            break
+        typical = max(float(np.median(np.abs(rest))) / 0.6745, 1e-14)
+        weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-100)) ** 2)
+    return found
+
+
+def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:
+    """Hot must be fast: warn of the first neighbours that say otherwise beyond their errors."""
+    rise = np.diff(shift) - 3 * np.hypot(stderr[1:], stderr[:-1])
+    for k in np.flatnonzero(rise > 1e-6)[:1]:
+        warn(
+            f"relaxation is slower at {temperature[k + 1]:g} than at {temperature[k]:g} degC "
+            f"(log10 shift factor {shift[k + 1]:.3g} after {shift[k]:.3g}): are temperatures mixed up?"
+        )
+
+
+def warn_if_law_misses(temperature: Array, shift: Array, stderr: Array, by_law: Array, misfit: float, parameters: int) -> None:
+    """Say where a law is farthest from the shift factors, if it is off by more than these can be; `misfit` as in `ShiftFit`."""
+    freedom = max(temperature.size - 1 - parameters, 1)
+    miss = np.abs(by_law - shift)
+    if misfit > max(LAW_MISFIT, 1 + LAW_MISFIT_SIGMA * np.sqrt(2 / freedom)) and np.nanmax(miss) > LAW_MISS:
+        k = int(np.nanargmax(miss))
+        warn(
+            f"the law does not fit the shift factors: at {temperature[k]:g} degC it gives log10 a = {by_law[k]:.2f}, measured is "
+            f"{shift[k]:.2f} +- {stderr[k]:.2g} (reduced chi-square {misfit:.3g}, should be about 1): take another law, or a table"
+        )
+
+
+def warn_if_no_plateau(curve: Spline, measurement: MeasurementName) -> None:
+    """The equilibrium modulus is read off the long end, which should be level; `curve` is that of a storage modulus for a sweep."""
+    stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
+    slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
+    if abs(slope) > PLATEAU_SLOPE:
+        what, where = ("a relaxing", "long") if measurement != "oscillation" else ("a storage", "low-frequency")
+        said = "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound"
+        if slope > 0:
+            said = f"{what} modulus does not rise, and the equilibrium modulus, its last value, is not to be trusted"
+        warn(
+            f"the master curve has no plateau at its {where} end, where it changes by {slope:.2g} decades of modulus per decade of "
+            f"time: {said}"
+        )
+
+
+def warn_if_offset(spread: float) -> None:
+    """Say that curves lie higher or lower than horizontal shifts explain; `spread` in decades."""
+    if spread > OFFSET:
+        warn(
+            f"the curves differ vertically by about {100 * (10**spread - 1):.0f} % beyond their noise: the shift factors allow for "
+            'it, and vertical = "free" would measure it'
+        )

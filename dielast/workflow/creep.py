@@ -1,5 +1,0 @@
-"""`creep`: prescribed force or nominal stress -> stretch."""
-
-from dielast.workflow.simulation import run
-
-__all__ = ["run"]
