@@ -13,7 +13,7 @@ from dielast._version import __version__
 if TYPE_CHECKING:
     from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
     from dielast.export.card import export_card
-    from dielast.export.conventions import CardOptions
+    from dielast.export.options import CardOptions
     from dielast.handover.material_draws import read_draws
     from dielast.handover.material_file import read_material, write_material
     from dielast.material.material import Breakdown, Material
@@ -59,7 +59,7 @@ _HOME = {
     "material.scatter": ("NormalScatter", "Sample", "WeibullScatter", "draw_sample", "interval"),
     "errors": ("DielastError", "DielastWarning", "InputError", "NumericsError"),
     "export.card": ("export_card",),
-    "export.conventions": ("CardOptions",),
+    "export.options": ("CardOptions",),
     "material.springs": ("Gent",),
     "mechanics.load": ("Step", "Track", "Waveform"),
     "material.material": ("Breakdown", "Material"),

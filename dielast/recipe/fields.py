@@ -83,6 +83,26 @@ class Quantity:
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]} if self.many else one
 
 
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """Marks text that is one of `names()`, asked for as a recipe is read, so that laws can be added from outside."""
+
+    names: Callable[[], Sequence[str]]
+
+    def read(self, value: Any) -> str:
+        """The text; raises `InputError`."""
+        if value not in self.names():
+            *first, last = map(repr, self.names())
+            raise InputError(f"{shown(value)}: one of {' or '.join(filter(None, (', '.join(first), last)))} is needed")
+        return str(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"type": "string", "enum": list(self.names())}
+
+
 Time = Annotated[float, Quantity(units.TIME, at_least=0.0, within=units.TIMES)]
 PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0, within=units.TIMES)]
 RelaxationTime = Annotated[float, Quantity(units.TIME, above=0.0)]

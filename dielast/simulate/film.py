@@ -13,14 +13,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.material.springs import Cases, Floats
+from dielast.material.springs import EQUIBIAXIAL, Cases, Floats, Symmetry
 from dielast.mechanics.events import Kind, Watch
 from dielast.mechanics.jump import jump
 from dielast.mechanics.load import Piece
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import Fold, damped
-from dielast.mechanics.symmetric import EQUIBIAXIAL, Symmetry
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.follow import Condition, follow

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.material.springs import Cases, Floats
+from dielast.material.springs import Cases, Floats, Symmetry
 from dielast.mechanics.course import Course
 from dielast.mechanics.jump import jump
 from dielast.mechanics.load import Piece
 from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Control, Controls, Load
-from dielast.mechanics.symmetric import Films, SymmetricPoints, Symmetry
+from dielast.mechanics.symmetric import Films, SymmetricPoints
 from dielast.numerics.integrate import Status, Stride, integrate
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.record import Recorder

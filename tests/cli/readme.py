@@ -22,7 +22,7 @@ from typer.main import get_command
 
 from dielast.cli.app import app
 from dielast.commands.simulation.recipe import SimulationRecipe
-from dielast.handover.material_file import MaterialFile
+from dielast.handover.material_file import material_file
 from dielast.recipe.models import KINDS, recipe_model
 from dielast.recipe.schema import Key, keys
 
@@ -159,7 +159,7 @@ def keys_page() -> str:
         more = "\nAnd [the keys of every simulation](#relax-creep-and-actuate).\n" if shared else ""
         sections.append(f"## {kind}\n\n{inspect.getdoc(model)}\n\n{_rows(own)}{more}")
     sections.append("## relax, creep and actuate\n\n" + _rows([key for key in common if key.path not in ("title", "kind")]))
-    sections.append(f"## Material file\n\n{inspect.getdoc(MaterialFile)}\n\n{_rows(keys(MaterialFile))}")
+    sections.append(f"## Material file\n\n{inspect.getdoc(material_file())}\n\n{_rows(keys(material_file()))}")
     return "\n".join(sections)
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import dielast as library
-from dielast.export.card import FORMATS, export_card
-from dielast.export.conventions import CardOptions
+from dielast.export.card import CODES, export_card
+from dielast.export.options import CardOptions
 from dielast.io.files import resolve
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.models import KINDS
@@ -47,7 +47,7 @@ def test_cards_that_are_not_renewed(dielast: Run, starter: Callable[[str], Path]
     assert "spectrum: material.inp is from an earlier run" in dielast("spectrum", path, "--plot", "none").stderr
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", CODES.names)
 def test_every_card_is_known(form: str) -> None:
     material = library.read_material(resolve(Path(), "example:vhb4905.toml"))
     few = replace(material, spectrum=Spectrum(material.spectrum.relaxation_time[:3], material.spectrum.shear_modulus[:3]))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
+from dielast.material.shift import SHIFTS
 from dielast.readings.recipe import MeasurementData
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import Section, Temperature, ThermalExpansion
+from dielast.recipe.fields import OneOf, Section, Temperature, ThermalExpansion
 from dielast.recipe.uncertainty import Draws
 
 
@@ -16,7 +17,9 @@ class Shift(Section):
     """How the curves are shifted, and the law fitted to the shift factors."""
 
     reference_temperature: Temperature = Field(description="Any, measured or not.")
-    law: Literal["wlf", "arrhenius", "table"] = Field("wlf", description="Fitted to the shift factors.")
+    law: Annotated[str, OneOf(lambda: [law.name for law in SHIFTS if law.is_fitted])] = Field(
+        "wlf", description="Fitted to the shift factors."
+    )
     vertical: Literal["none", "density-temperature", "free"] = Field("none", description="Whether moduli are shifted, too.")
     thermal_expansion: ThermalExpansion = Field(
         0.0, validate_default=False, description="Volumetric, for vertical = density-temperature."
