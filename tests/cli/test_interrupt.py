@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from dielast.cli.progress import Bar, interrupted
+from dielast.cli.interrupt import Leave
+from dielast.cli.progress import Bar
 
 LOADING = """
 import os, signal, sys
@@ -61,7 +62,9 @@ def test_progress_says_what_is_counted_and_how_long_it_takes_yet(monkeypatch: py
     bar(1, 1, "draws")
     assert "1/1 draws in 4 processes" in re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
     # the terminal shows ^C where the cursor is
-    assert interrupted("3 of 9 cells are kept") == "\ninterrupted: 3 of 9 cells are kept"
+    handler = Leave()
+    handler.kept = "3 of 9 cells are kept"
+    assert handler.message() == "\ninterrupted: 3 of 9 cells are kept"
 
 
 def test_no_progress_where_nobody_would_see_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,4 +74,4 @@ def test_no_progress_where_nobody_would_see_it(monkeypatch: pytest.MonkeyPatch) 
         bar(1, 2, "cases")
         bar.stop()
         assert stream.getvalue() == ""
-    assert interrupted() == "interrupted"
+    assert Leave().message() == "interrupted"

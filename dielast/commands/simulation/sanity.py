@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
 from dielast.commands.simulation.cases import CaseResult, last
 from dielast.commands.simulation.history import Entry, Recipe, aims, corners, lasting, reached
-from dielast.commands.simulation.recipe import CreepRecipe, RelaxRecipe
 from dielast.errors import warn
 from dielast.handover.material_file import breakdown
 from dielast.material.checks import (
@@ -34,7 +34,8 @@ from dielast.material.springs import Gent
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
-    from dielast.commands.actuate.recipe import ActuateRecipe, FailureMapRecipe
+    from dielast.commands.actuate.recipe import ActuateRecipe
+    from dielast.commands.failure_map.recipe import FailureMapRecipe
     from dielast.simulate.actuate import Event
     from dielast.simulate.failure_map import FailureMap, MapPlan
 
