@@ -14,7 +14,7 @@ from dielast.commands.registry import COMMANDS
 
 # what only draws, comparisons, golden files, figures, other kinds of recipes, odd units, several processes or notebooks need
 UNASKED = (
-    *("scipy", "pandas", "matplotlib", "pint", "rich", "numpy.ma", "numpy.random", "statistics"),
+    *("scipy", "pandas", "matplotlib", "rich", "numpy.ma", "numpy.random", "statistics"),
     *("concurrent.futures", "multiprocessing", "importlib.resources.readers", "logging"),
     *(
         "dielast.superposition",
