@@ -36,11 +36,9 @@ if TYPE_CHECKING:
     from dielast.relaxation.oscillation import fit_oscillation
     from dielast.relaxation.reduce import Reduction, reduce_spectrum
     from dielast.simulate.actuate import ActuationHistory, actuate
-    from dielast.simulate.creep import creep
     from dielast.simulate.failure_map import FailureMap, failure_map, plan_failure_map, solve_map
     from dielast.simulate.lifetime import fit_lifetime
-    from dielast.simulate.membrane import MembraneHistory
-    from dielast.simulate.relax import relax
+    from dielast.simulate.membrane import MembraneHistory, creep, relax
     from dielast.simulate.voltage import VoltageStep
     from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
     from dielast.superposition.mastercurve import MasterCurve, build_master_curve
@@ -70,11 +68,9 @@ _HOME = {
     "handover.material_file": ("read_material", "write_material"),
     "material.shift": ("WLF", "Arrhenius", "NoShift", "ShiftTable"),
     "simulate.actuate": ("ActuationHistory", "actuate"),
-    "simulate.creep": ("creep",),
     "simulate.failure_map": ("FailureMap", "failure_map", "plan_failure_map", "solve_map"),
     "simulate.lifetime": ("fit_lifetime",),
-    "simulate.membrane": ("MembraneHistory",),
-    "simulate.relax": ("relax",),
+    "simulate.membrane": ("MembraneHistory", "creep", "relax"),
     "simulate.voltage": ("VoltageStep",),
     "mechanics.stability": ("TimeScale",),
 }

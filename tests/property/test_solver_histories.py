@@ -11,9 +11,7 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
-from dielast.simulate.creep import creep
-from dielast.simulate.membrane import MembraneHistory
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import MembraneHistory, creep, relax
 
 log_time = st.floats(-9, 9)
 stretches = st.floats(0.5, 3.0)
