@@ -24,7 +24,7 @@ from dielast.errors import InputError
 from dielast.material.material import Material
 from dielast.material.springs import Floats, Gent, SpringLaw, join
 from dielast.mechanics import kinematics
-from dielast.mechanics.load import of_case
+from dielast.mechanics.cases import of_case
 from dielast.mechanics.span import Control, Load
 
 Cases = NDArray[np.intp]

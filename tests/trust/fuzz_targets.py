@@ -348,7 +348,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
     from dielast.io.files import STORE
     from dielast.numerics.integrate import Status
     from dielast.report.golden import TOLERANCES, differences
-    from dielast.simulate.failure_map import Cells
+    from dielast.simulate.map_plan import Cells
 
     expected = GOLDEN / "failure-map-ramp" / "expected"
     result = {}
@@ -370,8 +370,8 @@ def _kept(scratch: Path) -> dict[str, Target]:
     store, key = scratch / "store" / STORE, "0123456789abcdef"
     store.parent.mkdir(exist_ok=True)
     chunks = [(0, 3), (3, 6)]
-    solved = np.full(3, np.nan), np.array([1.0, 2.0, np.nan]), np.full(3, Status.COMPLETED)
-    _save(store, key, [Cells(first, *solved) for first, _ in chunks])
+    times = {"breakdown": np.full(3, np.nan), "pull-in": np.array([1.0, 2.0, np.nan])}
+    _save(store, key, [Cells(first, times, np.full(3, Status.COMPLETED)) for first, _ in chunks])
     plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks)
 
     def load(data: bytes) -> object:

@@ -10,8 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dielast import CardOptions, Gent, InputError, Material, Spectrum, export_card
 from dielast.errors import DielastWarning

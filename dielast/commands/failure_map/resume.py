@@ -9,16 +9,18 @@ import time
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from dielast._version import __version__
 from dielast.errors import InputError, NumericsError
 from dielast.io.files import KEPT, STORE, Inputs, write_files
+from dielast.mechanics.criteria import names
 from dielast.numerics.integrate import Status
 from dielast.recipe.base import RecipeBase
 from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
-from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
+from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
 OTHERS = "the recipe, a file that it names, or dielast has changed"
@@ -91,15 +93,14 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
 
 def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
     buffer = io.BytesIO()
-    np.savez(
-        buffer,
-        key=np.array(key),
-        first=np.array([cells.first for cells in solved]),
-        size=np.array([cells.status.size for cells in solved]),
-        time_to_breakdown=np.concatenate([cells.time_to_breakdown for cells in solved]),
-        time_to_pull_in=np.concatenate([cells.time_to_pull_in for cells in solved]),
-        status=np.concatenate([cells.status for cells in solved]),
-    )
+    arrays: dict[str, Any] = {
+        "key": np.array(key),
+        "first": np.array([cells.first for cells in solved]),
+        "size": np.array([cells.status.size for cells in solved]),
+        "status": np.concatenate([cells.status for cells in solved]),
+        **{column_of(name): np.concatenate([cells.times[name] for cells in solved]) for name in solved[0].times},
+    }
+    np.savez(buffer, **arrays)
     write_files(store.parent, {store.name: buffer.getvalue()})
 
 
@@ -114,8 +115,11 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             if str(saved["key"]) != key:
                 return {}, int(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
-            parts = (np.split(saved[name], bounds) for name in ("time_to_breakdown", "time_to_pull_in", "status"))
-            known = {int(first): Cells(int(first), *own) for first, *own in zip(saved["first"], *parts, strict=True)}
+            times = {name: np.split(saved[column_of(name)], bounds) for name in names(failures_only=True)}
+            known = {
+                int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status)
+                for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))
+            }
         chunks = set(plan.chunks(CHUNK))
         return (known if all(_belongs(cells, chunks, plan.horizon) for cells in known.values()) else {}), 0
     except Exception:  # zipfile and numpy have many for what is damaged
@@ -124,11 +128,11 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
 
 def _belongs(cells: Cells, chunks: set[tuple[int, int]], horizon: float) -> bool:
     """Whether these are a chunk of the map with results that it may have."""
-    times = np.array([cells.time_to_breakdown, cells.time_to_pull_in])
+    times = np.array(list(cells.times.values()))
     lived, size = np.isnan(times), cells.status.size
     return bool(
         (cells.first, cells.first + size) in chunks
-        and times.shape == (2, size)
+        and times.shape == (len(cells.times), size)
         and cells.status.shape == (size,)
         and np.isin(cells.status, list(Status)).all()
         and np.all(lived | ((times >= 0) & (times <= (1 + 1e-9) * horizon)))

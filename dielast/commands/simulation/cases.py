@@ -24,7 +24,7 @@ from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.recipe.fields import on_one_scale
 from dielast.simulate.cycles import CycleTable, cycle_table
-from dielast.simulate.follow import Outcome
+from dielast.simulate.film import Outcome
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match

@@ -36,8 +36,9 @@ from dielast.recipe.cases import Case
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
     from dielast.commands.failure_map.recipe import FailureMapRecipe
-    from dielast.simulate.actuate import Event
-    from dielast.simulate.failure_map import FailureMap, MapPlan
+    from dielast.simulate.events import Event
+    from dielast.simulate.failure_map import FailureMap
+    from dielast.simulate.map_plan import MapPlan
 
 WHOLE = 0.5  # of the range of a step through many points: a run of them that goes so far one way is a load of its own
 EARLY = 1e-3  # of what follows a load at once: nobody looks at what is earlier, though tables begin there
