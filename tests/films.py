@@ -11,12 +11,13 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.load import Piece
+from dielast.mechanics.course import Piece
 from dielast.mechanics.point import Points
-from dielast.numerics.integrate import Status
-from dielast.simulate.follow import REASONS, Condition, Outcome, follow
+from dielast.simulate.film import Film, Outcome
+from dielast.simulate.follow import follow
 from dielast.simulate.reach import symmetry_of
-from dielast.simulate.record import Recorder, Wanted
+from dielast.simulate.record import Recorder
+from dielast.simulate.wanted import Wanted
 
 SOFT = Material(
     "soft",
@@ -44,11 +45,7 @@ def followed(points: Points, pieces: Sequence[Piece], *, points_per_decade: int 
     """Points at rest under pieces of load."""
     cases = points.rate.shape[1]
     recorder = Recorder(Wanted(None, points_per_decade), cases, points.rate.shape[0])
-    condition, status, steps = follow(
-        points, pieces, Condition.at_rest(points), symmetry=symmetry_of(pieces), rtol=rtol, recorder=recorder
-    )
+    result = follow(Film.at_rest(points, symmetry_of(pieces)), pieces, rtol=rtol, recorder=recorder)
     time, values, _ = recorder.collect()
-    outcome = [
-        Outcome(state == 0, float(at), REASONS.get(Status(state), "")) for state, at in zip(status, condition.time, strict=True)
-    ]
-    return Followed(time, values[:2], values[2:4], tuple(outcome), steps)
+    outcome = tuple(map(Outcome.of, result.status.tolist(), result.time.tolist()))
+    return Followed(time, values[:2], values[2:4], outcome, result.steps)

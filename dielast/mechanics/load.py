@@ -1,4 +1,4 @@
-"""Load histories: steps as a user states them, and the pieces that the solver runs through.
+"""Loads as a user states them: steps, waveforms, and tables over time.
 
 A step prescribes, along each axis, a stretch or a nominal stress; uniaxial, equibiaxial and pure-shear loading and any mixture are
 the same mechanism. Every value may be one number or one number a case, shape (cases,), or a waveform, or a table over time.
@@ -6,19 +6,18 @@ the same mechanism. Every value may be one number or one number a case, shape (c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, shown
 from dielast.io.result import Result
-from dielast.mechanics.course import Chain, Course, Cycles, Line
-from dielast.mechanics.span import Control, Controls
+from dielast.mechanics.cases import numbers
+from dielast.numerics.columns import Floats
 
-Floats = NDArray[np.float64]
+SHAPES = ("sine", "triangle")
 
 
 class Mode(Enum):
@@ -54,7 +53,7 @@ class Waveform:
             raise InputError(f"period {float(period.min()):g} s: it must be positive")
 
     def values(self) -> Floats:
-        """What it comes to."""
+        """All values that it turns around at."""
         return np.concatenate((numbers(self.low, "low"), numbers(self.high, "high")))
 
     def varied(self) -> tuple[ArrayLike, ...]:
@@ -68,23 +67,8 @@ class Waveform:
 
     @property
     def last(self) -> ArrayLike:
-        """Where it ends."""
+        """The value at its end."""
         return self.low
-
-    def extremes(self) -> tuple[Floats, Floats]:
-        """The least and the largest value."""
-        low, high = np.asarray(self.low, dtype=float), np.asarray(self.high, dtype=float)
-        return np.minimum(low, high), np.maximum(low, high)
-
-    def spread(self, cases: int, scale: Floats) -> Waveform:
-        """The same for so many cases, low and high multiplied by `scale` (cases,)."""
-        low, high, period = (spread(getattr(self, name), name, cases) for name in ("low", "high", "period"))
-        return Waveform(low * scale, high * scale, period, self.cycles, self.shape)
-
-    def take(self, cases: NDArray[np.intp]) -> Waveform:
-        """That of some of the cases."""
-        low, high, period = (np.asarray(part)[cases] for part in (self.low, self.high, self.period))
-        return Waveform(low, high, period, self.cycles, self.shape)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +82,7 @@ class Track:
     time: ArrayLike
     value: ArrayLike
     scale: ArrayLike = 1.0
-    """What the values are multiplied by, one number or one a case."""
+    """Factor on the values, one number or one a case."""
 
     def __post_init__(self) -> None:
         times, values = np.asarray(self.time, dtype=float), np.asarray(self.value, dtype=float)
@@ -113,7 +97,7 @@ class Track:
             raise InputError(f"the history goes back in time: {times[row]:g} s follows {times[row - 1]:g} s")
 
     def values(self) -> Floats:
-        """What it comes to."""
+        """The values of all points."""
         return np.asarray(self.value, dtype=float)
 
     def varied(self) -> tuple[ArrayLike, ...]:
@@ -127,25 +111,11 @@ class Track:
 
     @property
     def last(self) -> ArrayLike:
-        """Where it ends."""
+        """The value at its end."""
         return np.asarray(self.values()[-1] * np.asarray(self.scale))
-
-    def extremes(self) -> tuple[Floats, Floats]:
-        """The least and the largest value."""
-        return self.values().min() * np.asarray(self.scale), self.values().max() * np.asarray(self.scale)
-
-    def spread(self, cases: int, scale: Floats) -> Track:
-        """The same for so many cases, with another `scale` (cases,) on top."""
-        times, values = np.asarray(self.time, dtype=float), np.asarray(self.value, dtype=float)
-        return Track(times, values, spread(self.scale, "scale", cases) * scale)
-
-    def take(self, cases: NDArray[np.intp]) -> Track:
-        """That of some of the cases."""
-        return Track(self.time, self.value, np.asarray(self.scale)[cases])
 
 
 Path = Waveform | Track
-SHAPES = ("sine", "triangle")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -167,209 +137,3 @@ class Step(Result):
     def hold(cls, duration: ArrayLike) -> Step:
         """Keep what is prescribed for a `duration` in s."""
         return cls(duration=duration)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
-    """A piece of a history before it is known where it starts, from step `origin` (from 0) of the history.
-
-    `target` holds the end values of axes 1 and 2 and of the nominal field V/L_3 (V/m), each (cases,), or None for what stays as it
-    is when the piece begins, such as a dead load after a hold at constant stretch. Either `duration` (s; 0 is at once) or `rate` is
-    given, the signed rate of the `paced` quantity. A `path` is followed by the `driven` axes and field, from its first value on, to
-    which the piece jumps if it is not there.
-    """
-
-    controls: Controls
-    target: tuple[Floats | None, Floats | None, Floats | None]
-    duration: Floats | None = None
-    rate: Floats | None = None
-    paced: Control = Control.STRETCH
-    path: Path | None = None
-    driven: tuple[bool, bool, bool] = (False, False, False)
-    origin: int = 0
-
-    def resolve(self, present: Floats) -> Course:
-        """The course from the `present` values (3, cases) on; `InputError` for a rate of the wrong sign."""
-        end = np.array([now if target is None else target for now, target in zip(present, self.target, strict=True)])
-        path, driven = self.path, np.array(self.driven)
-        if isinstance(path, Waveform):
-            wave = np.asarray(path.low), np.asarray(path.high), np.asarray(path.period)
-            return Cycles.of(self.controls, end, driven, wave, path.cycles, path.shape == "triangle")
-        if isinstance(path, Track):
-            return Chain.of(self.controls, end, driven, *(np.asarray(part) for part in (path.time, path.value, path.scale)))
-        duration = self.duration if self.duration is not None else self._duration(present, end)
-        return Line(self.controls, np.where(duration > 0, present, end), end, duration)
-
-    def _duration(self, present: Floats, end: Floats) -> Floats:
-        """How long it takes at the rate (cases,)."""
-        rate = np.zeros(present.shape[1]) if self.rate is None else self.rate
-        paced = [control is self.paced and target is not None for control, target in zip(self.controls, self.target, strict=False)]
-        moves = (end - present)[:2][paced]
-        move = np.take_along_axis(moves, np.argmax(np.abs(moves), axis=0)[None], axis=0)[0]
-        # a target that is reached already, but for rounding
-        move = np.where(np.abs(move) <= 1e-12 * np.abs(end[:2]).max(axis=0), 0.0, move)
-        against = move * rate < 0
-        if np.any(against):
-            case = int(np.argmax(against))
-            raise InputError(
-                f"step {self.origin}: {of_case(case, move.size)}rate {rate[case]:g} leads away from the target: "
-                f"{move[case]:+g} of {self.paced.value} is to go, "
-                f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
-            )
-        return np.asarray(np.abs(move / rate))
-
-
-def path_pieces(
-    path: Path,
-    controls: Controls,
-    driven: tuple[bool, bool, bool],
-    cases: int,
-    scale: Floats,
-    origin: int,
-    lateral: Floats | None = None,
-) -> list[Piece]:
-    """A step that follows a path, multiplied by `scale` (cases,), along the `driven` axes and field; `lateral` (cases,) is what
-    axis 2 is held at, unless it is driven or keeps its value.
-    """
-    follows = path.spread(cases, scale)
-
-    def piece(begins: Floats, duration: Floats | None, path: Path | None) -> Piece:
-        first, second, third = (begins if yes else None for yes in driven)
-        target = (first, lateral if second is None else second, third)
-        return Piece(controls, target, duration, path=path, driven=driven, origin=origin)
-
-    if isinstance(follows, Waveform):
-        return [piece(np.asarray(follows.low), None, follows)]
-    time, value, scaled = np.asarray(follows.time), np.asarray(follows.value), np.asarray(follows.scale)
-    ramp = piece(value[0] * scaled, np.full(cases, time[0]), None)
-    if time.size == 1:
-        return [ramp]
-    rest = piece(value[0] * scaled, None, Track(time - time[0], value, scaled))
-    return [ramp, rest] if time[0] > 0 else [rest]
-
-
-def of_case(case: int, cases: int) -> str:
-    """How an error message about one of so many cases begins; a lone case needs no name."""
-    return f"case {case}: " if cases > 1 else ""
-
-
-def numbers(values: ArrayLike, name: str) -> Floats:
-    """One number or a list of them as an array (cases,); `InputError` beginning with `name` for anything else."""
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: {shown(values)}: a number in SI units, or a list of numbers, is needed") from None
-    if array.ndim > 1 or not array.size:
-        raise InputError(f"{name}: an array of shape {array.shape}: one number, or one for each case, is needed")
-    return array.reshape(-1)
-
-
-def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
-    """Number of cases that the arrays in `steps` and `others` span; `InputError` if their lengths disagree."""
-    sizes = {np.size(other) for other in others}
-    for index, step in enumerate(steps):
-        if not isinstance(step, Step):
-            raise InputError(f"step {index}: {shown(step)}: a Step is needed")
-        pairs = {"stretch": step.stretch, "stress": step.stress}
-        for name, given in pairs.items():
-            if isinstance(given, tuple) and len(given) != 2:
-                raise InputError(f"step {index}: a {name} of {len(given)} values: a tuple is a pair, one value for each axis")
-            if isinstance(given, Path):
-                sizes |= {np.size(value) for value in given.varied()}
-                continue
-            for value in given if isinstance(given, tuple) else (given,):
-                sizes.add(1 if value is None else numbers(value, f"step {index}: {name}").size)
-        for name, value in (("rate", step.rate), ("duration", step.duration)):
-            sizes.add(1 if value is None else numbers(value, f"step {index}: {name}").size)
-    sizes.discard(1)
-    if len(sizes) > 1:
-        raise InputError(f"arrays of {' and '.join(map(str, sorted(sizes)))} values do not make one set of cases")
-    return sizes.pop() if sizes else 1
-
-
-def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
-    """The steps of a history as pieces for so many cases. Raises `InputError` naming the step (counted from 0) that is wrong."""
-    try:
-        mode = Mode(mode)
-    except ValueError:
-        raise InputError(f"mode {mode!r} is not one of {', '.join(known.value for known in Mode)}") from None
-    if not steps:
-        raise InputError("a history needs at least one step")
-    result: list[Piece] = []
-    held: tuple[Control, Control] = (Control.STRESS, Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
-    for index, step in enumerate(steps):
-        try:
-            result += _pieces(step, mode, held, cases, index)
-        except InputError as error:
-            raise InputError(f"step {index}: {error}") from None
-        held = result[-1].controls
-    return result
-
-
-def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> list[Piece]:
-    """One step as pieces; `held` are the controls of the step before."""
-    path = step.stretch if isinstance(step.stretch, Path) else step.stress if isinstance(step.stress, Path) else None
-    if path is not None:
-        if step.rate is not None or step.duration is not None or (step.stretch is not None and step.stress is not None):
-            raise InputError("a waveform or a track has its pace with it, and stands alone")
-        control = Control.STRESS if step.stretch is None else Control.STRETCH
-        if control is Control.STRETCH and np.any(path.values() <= 0):
-            raise InputError(f"stretch {float(path.values().min()):g}: it must be positive (1 is undeformed)")
-        both = mode is Mode.EQUIBIAXIAL
-        controls = (control, control if both else Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
-        lateral = None if both else np.full(cases, float(mode is Mode.PURE_SHEAR))
-        return path_pieces(path, controls, (True, both, False), cases, np.ones(cases), origin, lateral)
-    duration = None if step.duration is None else spread(step.duration, "duration", cases)
-    if duration is not None and np.any(duration < 0):
-        raise InputError(f"duration {float(duration.min()):g} s: it must not be negative")
-    if step.stretch is None and step.stress is None:
-        if duration is None or step.rate is not None:
-            raise InputError("a stretch, a stress, or the duration of a hold is needed")
-        return [Piece(held, (None, None, None), duration, origin=origin)]
-    targets, paced = _targets(step, mode)
-    values: list[Floats] = []
-    for control, value in targets:
-        values.append(spread(value, control.value, cases))
-        if control is Control.STRETCH and np.any(values[-1] <= 0):
-            raise InputError(f"stretch {float(values[-1].min()):g}: it must be positive (1 is undeformed)")
-    controls = (targets[0][0], targets[1][0])
-    if step.rate is None:
-        lasts = np.zeros(cases) if duration is None else duration
-        return [Piece(controls, (values[0], values[1], None), lasts, paced=paced, origin=origin)]
-    rate = spread(step.rate, "rate", cases)
-    if duration is not None:
-        raise InputError("a rate or a duration is needed, not both")
-    if np.any(rate == 0):
-        raise InputError("rate 0 never reaches the target")
-    return [Piece(controls, (values[0], values[1], None), rate=rate, paced=paced, origin=origin)]
-
-
-def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], Control]:
-    """Control and target of both axes, and what the rate is a rate of."""
-    given = {Control.STRETCH: step.stretch, Control.STRESS: step.stress}
-    paced = Control.STRESS if step.stretch is None else Control.STRETCH
-    if any(isinstance(value, tuple) for value in given.values()):
-        targets: list[tuple[Control, ArrayLike]] = []
-        for axis in range(2):
-            wanted = [(control, pair[axis]) for control, pair in given.items() if isinstance(pair, tuple)]
-            prescribed = [(control, value) for control, value in wanted if value is not None]
-            if len(prescribed) != 1:
-                raise InputError(f"axis {axis + 1} needs either a stretch or a stress")
-            targets.append(prescribed[0])
-        return targets, paced
-    if step.stretch is not None and step.stress is not None:
-        raise InputError("a stretch or a stress is needed, not both")
-    value = step.stress if step.stretch is None else step.stretch
-    assert value is not None
-    assert not isinstance(value, tuple | Path)
-    first: tuple[Control, ArrayLike] = (paced, value)
-    second = {Mode.UNIAXIAL: (Control.STRESS, 0.0), Mode.EQUIBIAXIAL: first, Mode.PURE_SHEAR: (Control.STRETCH, 1.0)}[mode]
-    return [first, second], paced
-
-
-def spread(value: ArrayLike, name: str, cases: int) -> Floats:
-    """One finite number for each case."""
-    array = np.asarray(value, dtype=float)
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{name} must be finite")
-    return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from dielast.errors import InputError
 from dielast.material.material import Material
 from dielast.material.springs import Floats, SpringLaw, gathered
-from dielast.mechanics.load import of_case
+from dielast.mechanics.cases import of_case
 from dielast.mechanics.span import Control, Load
 
 Cases = NDArray[np.intp]

@@ -9,10 +9,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Cases = NDArray[np.intp]
+from dielast.numerics.columns import Cases, Flags, Floats
 
 
 class Control(Enum):
@@ -58,7 +56,7 @@ class Load:
     start: Floats
     rate: Floats
     wave: Wave | None = None
-    moving: NDArray[np.bool_] = field(init=False)
+    moving: Flags = field(init=False)
     still: bool = field(init=False)
     electric: bool = field(init=False)
 

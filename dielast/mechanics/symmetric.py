@@ -11,9 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.material.springs import UNIAXIAL, Cases, Floats, Symmetry
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Cases, Floats, Symmetry
 from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
+
+__all__ = ["EQUIBIAXIAL", "UNIAXIAL", "Films", "SymmetricPoints", "Symmetry"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

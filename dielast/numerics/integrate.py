@@ -8,17 +8,15 @@ to stop cases at an event.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import Any, Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
-
-Floats = NDArray[np.float64]
-Cases = NDArray[np.intp]
+from dielast.numerics.stride import Observer, Stride
+from dielast.numerics.system import Spans, System
 
 POOL = 32_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
@@ -41,120 +39,6 @@ class Status(IntEnum):
     NO_START = 5  # of a state to start from that does not exist
 
 
-class Linearised(Protocol):
-    """The linear system of one step."""
-
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
-        """u_i (rows, cases) of the stage at `time` and `state`; `history` is sum c_ij u_j, None in the first stage."""
-
-
-class System(Protocol):
-    """Differential-algebraic equations of index 1 for states of shape (rows, cases); cases never mix."""
-
-    def take(self, cases: Cases) -> Self:
-        """The same for some of the cases."""
-
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
-        """The linear system at the start of a step (cases,)."""
-
-    def error(self, state: Floats, increment: Floats) -> Floats:
-        """The relative error (cases,) that an `increment` to a `state` amounts to."""
-
-
-class Spans(Protocol):
-    """Smooth spans that systems go through one after another; some may last for no time."""
-
-    @property
-    def spans(self) -> int:
-        """How many."""
-
-    def enter(self, system: Any, columns: Cases, cases: Cases, index: Cases) -> tuple[Any, Floats]:
-        """A system with these columns (k,), which are of these cases, in spans of this index (k,); and how long these last (k,)."""
-
-    def smooth(self, index: Cases) -> NDArray[np.bool_]:
-        """Whether spans (k,) go on smoothly from the span before."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Stride:
-    """One step of a pool of cases: `cases` says which, `accepted` which of them count; `time` and `step` are of shape (pool,).
-
-    Time counts since the `span` began, which was `begin` after the whole began and takes a `duration`. The step ends at `until`,
-    in the last step exactly the duration. `before` and `after` are states (rows, pool), `increments` (stages, rows, pool). A case
-    may stand in two columns, alike in both.
-    """
-
-    system: System
-    method: Rosenbrock
-    cases: Cases
-    accepted: NDArray[np.bool_]
-    time: Floats
-    step: Floats
-    until: Floats
-    before: Floats
-    after: Floats
-    increments: Floats
-    span: Cases
-    begin: Floats
-    duration: Floats
-
-    def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:
-        """States (rows, k) of the columns (k,) at these fractions (k,) of their steps, from the method's dense output."""
-        k1, k2, k3 = np.einsum("is,srk->irk", self.method.dense, self.increments[:, rows, columns])
-        rest = 1 - fraction
-        inner = self.after[rows, columns] + rest * (k1 + fraction * (k2 + fraction * k3))
-        return np.asarray(rest * self.before[rows, columns] + fraction * inner)
-
-    def halfway(self) -> Floats:
-        """States (rows, pool) in the middle of the steps."""
-        weight = np.array((0.25, 0.125, 0.0625)) @ self.method.dense
-        state = np.einsum("s,srk->rk", weight, self.increments)
-        state += 0.5 * self.before
-        state += 0.5 * self.after
-        return np.asarray(state)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Segment:
-    """Dense output of some columns of a step: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
-
-    cases: Cases
-    time: Floats
-    step: Floats
-    coefficients: Floats
-
-    @classmethod
-    def of(cls, stride: Stride, rows: slice, columns: Cases) -> Segment:
-        """Rows of the columns of a stride."""
-        pair = np.resize(columns, max(2, columns.size))  # numbers in a lone column round differently
-        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, pair])[:, :, : columns.size]
-        ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
-        return cls(stride.cases[columns], stride.time[columns], stride.step[columns], np.concatenate((ends, inner)))
-
-    @classmethod
-    def joined(cls, segments: list[Segment]) -> Segment:
-        """All of them as one."""
-        fields = ((s.cases, s.time, s.step, s.coefficients) for s in segments)
-        return cls(*(np.concatenate(parts, axis=-1) for parts in zip(*fields, strict=True)))
-
-    def take(self, columns: Cases) -> Segment:
-        """The same for some of the columns."""
-        return Segment(self.cases[columns], self.time[columns], self.step[columns], self.coefficients[:, :, columns])
-
-    def state(self, fraction: Floats) -> Floats:
-        """States (rows, k) at fractions (k,)."""
-        before, after, k1, k2, k3 = self.coefficients
-        rest = 1 - fraction
-        return np.asarray(rest * before + fraction * (after + rest * (k1 + fraction * (k2 + fraction * k3))))
-
-
-class Observer(Protocol):
-    """Sees every step."""
-
-    def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
-        """Columns (pool,) whose case ends at `stride.after`, or None for none."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Integration:
     """How far each case came: `state` (rows, cases), `time`, `status`, the numbers of `steps` and `rejected` ones, and the
@@ -167,9 +51,9 @@ class Integration:
     state: Floats
     time: Floats
     next_step: Floats
-    status: NDArray[np.intp]
-    steps: NDArray[np.intp]
-    rejected: NDArray[np.intp]
+    status: Cases
+    steps: Cases
+    rejected: Cases
 
 
 def integrate(
@@ -202,6 +86,39 @@ def integrate(
     return result
 
 
+@dataclass(slots=True, eq=False)
+class _Progress:
+    """Where each column of a pool stands: all arrays (pool,).
+
+    A column integrates a case through a span of a `duration` s, which begins `begin` s after the integration. `time` s of the span
+    are done, and `rounding` s that are too few for the digits of `time` (compensated summation).
+    """
+
+    cases: Cases
+    span: Cases
+    begin: Floats
+    duration: Floats
+    time: Floats
+    rounding: Floats
+    next_step: Floats
+    last_step: Floats
+    last_error: Floats
+
+    @classmethod
+    def fresh(cls, cases: Cases, duration: Floats) -> _Progress:
+        """Columns (k,) that are at the beginning of the first span, of a `duration` (k,) s."""
+        zero = np.zeros((6, cases.size))
+        return cls(cases, np.zeros_like(cases), zero[0], duration, *zero[1:])
+
+    def take(self, columns: Cases) -> _Progress:
+        """Some of the columns."""
+        return _Progress(*(getattr(self, one.name)[columns] for one in fields(self)))
+
+    def joined(self, other: _Progress) -> _Progress:
+        """These columns, and then those of the other."""
+        return _Progress(*(np.concatenate((getattr(self, one.name), getattr(other, one.name))) for one in fields(self)))
+
+
 class _Pool:
     """The cases that advance together. Columns that have finished are replaced by waiting cases, or dropped."""
 
@@ -221,12 +138,10 @@ class _Pool:
         self.exponent = 1 / method.order
         self.milestone = np.zeros_like(duration)  # time in the span after the last so many tries
         self.tries = np.zeros(duration.size, dtype=np.intp)  # in the span
-        self.cases = np.zeros(0, dtype=np.intp)
+        self.last_span = self._last_spans()
+        self.at = _Progress.fresh(np.zeros(0, dtype=np.intp), np.zeros(0))
         self.active = np.zeros(0, dtype=bool)
         self.state = result.state[:, :0]
-        self.scalars = np.zeros((5, 0))  # time in the span, its rounding error, step to try, last step, last error
-        self.span = np.zeros(0, dtype=np.intp)
-        self.begin, self.duration = np.zeros((2, 0))
 
     def run(self, waiting: Cases, size: int) -> None:
         """Advance until all cases have ended."""
@@ -238,61 +153,60 @@ class _Pool:
                 waiting = waiting[room:]
             self._advance()
 
+    def _last_spans(self) -> Cases:
+        """The last span (cases,) of each case that lasts for some time."""
+        cases = np.arange(self.durations.size)
+        last = np.zeros_like(cases)
+        if self.spans is not None:
+            last += self.spans.spans - 1
+            while (over := np.flatnonzero((last > 0) & ~(self.spans.lasts(cases, last) > 0))).size:
+                last[over] -= 1
+        return last
+
     def _refill(self, fresh: Cases) -> None:
         """Drop what has ended and take in `fresh` cases."""
         keep, count = np.flatnonzero(self.active), fresh.size
-        span, begin = np.append(self.span[keep], np.zeros(count, dtype=np.intp)), np.append(self.begin[keep], np.zeros(count))
-        cases = np.concatenate((self.cases[keep], fresh))
+        at = self.at.take(keep).joined(_Progress.fresh(fresh, self.durations[fresh]))
         state = np.concatenate((self.state[:, keep], self.result.state[:, fresh]), axis=1)
-        scalars = np.concatenate((self.scalars[:, keep], np.zeros((5, count))), axis=1)
-        duration = np.append(self.duration[keep], self.durations[fresh])
-        system = self.whole.take(cases)
-        if self.spans is not None and cases.size:
-            system, duration = self._entered(system, np.arange(cases.size), cases, span)
+        system = self.whole.take(at.cases)
+        if self.spans is not None and at.cases.size:
+            system, at.duration = self._entered(system, np.arange(at.cases.size), at.cases, at.span)
         if count:
-            new = np.arange(keep.size, cases.size)
-            scalars[2, new] = self._opening(system, state, duration, new, self.first_steps[fresh])
-        if cases.size == 1:  # sums over a lone column round differently: a case must not depend on its company
-            both = np.zeros(2, dtype=np.intp)
-            cases, span, begin, duration = cases[both], span[both], begin[both], duration[both]
-            state, scalars, system = state[:, both], scalars[:, both], system.take(both)
-        self.cases, self.span, self.begin, self.duration = cases, span, begin, duration
-        self.state, self.scalars, self.system = np.ascontiguousarray(state), scalars, system
-        self.active = np.ones(cases.size, dtype=bool)
+            new = np.arange(keep.size, at.cases.size)
+            at.next_step[new] = self._opening(system, state, at.duration, new, self.first_steps[fresh])
+        if at.cases.size == 1:
+            both = paired(np.zeros(1, dtype=np.intp))
+            at, state, system = at.take(both), state[:, both], system.take(both)
+        self.at, self.state, self.system = at, np.ascontiguousarray(state), system
+        self.active = np.ones(at.cases.size, dtype=bool)
         self.increments = np.empty((self.method.stages, *state.shape))
 
     def _entered(self, system: System, columns: Cases, cases: Cases, span: Cases) -> tuple[System, Floats]:
         """The system with columns of these cases in these spans, or in the next that last: `span` is changed to say so."""
         assert self.spans is not None
         system, duration = self.spans.enter(system, columns, cases, span)
-        while (over := np.flatnonzero((duration <= 0) & (span < self.spans.spans - 1))).size:
+        while (over := np.flatnonzero((duration <= 0) & (span < self.last_span[cases]))).size:
             span[over] += 1
             system, duration[over] = self.spans.enter(system, columns[over], cases[over], span[over])
         return system, duration
 
-    def _onward(self, finished: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Let columns that have finished a span go on to the next one; those that could."""
-        on = np.zeros_like(finished)
-        if self.spans is None or not (finished & (self.span < self.spans.spans - 1)).any():
-            return on
-        columns = np.flatnonzero(finished & (self.span < self.spans.spans - 1))
-        span = self.span[columns] + 1
-        self.system, lasts = self._entered(self.system, columns, self.cases[columns], span)
-        going = lasts > 0
-        columns, span, lasts = columns[going], span[going], lasts[going]
-        self.begin[columns] += self.duration[columns]
-        self.span[columns], self.duration[columns] = span, lasts
-        self.scalars[:2, columns] = 0.0
+    def _onward(self, ready: Flags) -> None:
+        """Let columns that are `ready` (pool,) go on to the next span."""
+        assert self.spans is not None
+        at, columns = self.at, np.flatnonzero(ready)
+        span = at.span[columns] + 1
+        self.system, lasts = self._entered(self.system, columns, at.cases[columns], span)
+        at.begin[columns] += at.duration[columns]
+        at.span[columns], at.duration[columns] = span, lasts
+        at.time[columns] = at.rounding[columns] = 0.0
         kinks = columns[~self.spans.smooth(span)]
         if kinks.size:
-            alone, both = self.cases.size == 2 and self.cases[0] == self.cases[1], kinks
+            alone, both = at.cases.size == 2 and at.cases[0] == at.cases[1], kinks
             kinks = kinks[:1] if alone else kinks
-            tried = np.where(self.result.next_step > 0, self.result.next_step, self.durations)[self.cases[kinks]]
-            first = self._opening(self.system, self.state, self.duration, kinks, tried)
-            self.scalars[2, both], self.scalars[3:, both] = first, 0.0
-        self.tries[self.cases[columns]], self.milestone[self.cases[columns]] = 0, 0.0
-        on[columns] = True
-        return on
+            tried = np.where(self.result.next_step > 0, self.result.next_step, self.durations)[at.cases[kinks]]
+            at.next_step[both] = self._opening(self.system, self.state, at.duration, kinks, tried)
+            at.last_step[both] = at.last_error[both] = 0.0
+        self.tries[at.cases[columns]], self.milestone[at.cases[columns]] = 0, 0.0
 
     def _opening(self, system: System, state: Floats, duration: Floats, columns: Cases, tried: Floats) -> Floats:
         """The first step of columns (k,) after a kink or a start; `tried` (k,) is to be tried first, 0 where nothing is known."""
@@ -303,7 +217,7 @@ class _Pool:
             step[known] = self._continued_step(system, state, own, np.minimum(tried[known], duration[own]))
         unknown = np.flatnonzero(step <= 0)
         if unknown.size:
-            pair = np.resize(columns[unknown], max(2, unknown.size))  # as in a pool, for a lone column
+            pair = paired(columns[unknown])
             first = self._first_step(system.take(pair), np.take(state, pair, axis=1), duration[pair])
             step[unknown] = first[: unknown.size]
         return step
@@ -342,39 +256,56 @@ class _Pool:
 
     def _advance(self) -> None:
         """Try one step in every column and keep those that are accurate enough."""
-        time, low, wanted, last_step, last_error = self.scalars
-        left = (self.duration - time) - low
-        step = np.where(wanted >= 0.99 * left, left, np.minimum(wanted, 0.5 * left))
-        after = self._stages(time, step)
+        at = self.at
+        left = (at.duration - at.time) - at.rounding
+        step = np.where(at.next_step >= 0.99 * left, left, np.minimum(at.next_step, 0.5 * left))
+        after = self._stages(at.time, step)
         error = self.system.error(after, self.increments[-1]) / self.rtol
         error = np.where(np.isfinite(error), np.maximum(error, 1e-6), np.inf)
         accepted = (error <= 1) & self.active
-        total = time + step
-        until = np.where(step >= left, self.duration, total)
+        finished = accepted & (step >= left)
+        last = finished & (at.span == self.last_span[at.cases])
+        total = at.time + step
         stop = None
         if self.observe is not None and accepted.any():
-            made = self.cases, accepted, time, step, until, self.state, after, self.increments, self.span, self.begin, self.duration
-            stop = self.observe(Stride(self.system, self.method, *made))
+            until = np.where(step >= left, at.duration, total)
+            elapsed = np.where(last, self.durations[at.cases], at.begin + until)
+            states = self.state, after, self.increments
+            stop = self.observe(
+                Stride(
+                    self.system,
+                    self.method,
+                    at.cases,
+                    accepted,
+                    at.time,
+                    step,
+                    until,
+                    *states,
+                    at.span,
+                    at.begin,
+                    at.duration,
+                    elapsed,
+                )
+            )
         factor = SAFETY * error**-self.exponent
         # Gustafsson's predictive controller: where errors grow or shrink steadily, expect them to go on so
-        trend = factor * (step / last_step) * (last_error / error) ** self.exponent
+        trend = factor * (step / at.last_step) * (at.last_error / error) ** self.exponent
         factor = np.where(
-            accepted, np.minimum(np.where(last_step > 0, np.minimum(factor, trend), factor), GROW), np.minimum(factor, SAFETY)
+            accepted, np.minimum(np.where(at.last_step > 0, np.minimum(factor, trend), factor), GROW), np.minimum(factor, SAFETY)
         )
-        finished = accepted & (step >= left)
-        shift = total - time
-        low = low + (time - (total - shift)) + (step - shift)
-        self.state = np.where(accepted, after, self.state)
         following = step * np.maximum(factor, SHRINK)
         if self.spans is not None:  # a step that a span's end cut short says little of the next one
-            following = np.where(finished, np.maximum(following, wanted), following)
-        moved = np.array((total, low, following, step, np.maximum(error, 1e-2)))
-        opening = accepted & (time == 0)
-        self.result.next_step[self.cases[opening]] = moved[2, opening]
-        kept = self.scalars.copy()
-        kept[2] = moved[2]
-        self.scalars = np.where(accepted, moved, kept)
-        self._settle(accepted, finished, stop)
+            following = np.where(finished, np.maximum(following, at.next_step), following)
+        opening = accepted & (at.time == 0)
+        self.result.next_step[at.cases[opening]] = following[opening]
+        self.state = np.where(accepted, after, self.state)
+        shift = total - at.time
+        rounding = at.rounding + (at.time - (total - shift)) + (step - shift)
+        at.time, at.rounding = np.where(accepted, total, at.time), np.where(accepted, rounding, at.rounding)
+        at.last_step = np.where(accepted, step, at.last_step)
+        at.last_error = np.where(accepted, np.maximum(error, 1e-2), at.last_error)
+        at.next_step = following
+        self._settle(accepted, finished, last, stop)
 
     def _stages(self, time: Floats, step: Floats) -> Floats:
         """All increments of a step; returns the new state."""
@@ -392,23 +323,24 @@ class _Pool:
             increments[i] = system.increment(time + method.alpha[i] * step, stage, history, method.gamma_i[i])
         return np.asarray(stage + increments[-1])
 
-    def _settle(self, accepted: NDArray[np.bool_], finished: NDArray[np.bool_], stop: NDArray[np.bool_] | None) -> None:
-        """Book the step, lead columns on to their next span, and retire those that have ended."""
-        result, cases = self.result, self.cases
+    def _settle(self, accepted: Flags, finished: Flags, last: Flags, stop: Flags | None) -> None:
+        """Book the step, lead columns that have `finished` a span that is not the `last` on, and retire those that have ended."""
+        result, at = self.result, self.at
+        cases = at.cases
         result.steps[cases[accepted]] += 1
         result.rejected[cases[self.active & ~accepted]] += 1
         self.tries[cases[self.active]] += 1
         stopped = accepted & stop if stop is not None else np.zeros_like(accepted)
-        if self.spans is not None and (finished & ~stopped).any():
-            finished = finished & ~self._onward(finished & ~stopped)
-        time, wanted = self.scalars[0], self.scalars[2]
-        vanished = self.active & ~finished & ((wanted < LEAST_STEP * time) | (wanted < NO_STEP))
+        if (ready := finished & ~stopped & ~last).any():
+            self._onward(ready)
+            finished = finished & ~ready
+        vanished = self.active & ~finished & ((at.next_step < LEAST_STEP * at.time) | (at.next_step < NO_STEP))
         tries = self.tries[cases]
         endless = self.active & (tries >= MOST_STEPS)
         stalled = self.active & (tries > 0) & (tries % STALL_STEPS == 0)
         if stalled.any():
-            due, reached = cases[stalled], time[stalled]
-            stalled[stalled] = reached - self.milestone[due] < STALL_REACH * self.duration[stalled]
+            due, reached = cases[stalled], at.time[stalled]
+            stalled[stalled] = reached - self.milestone[due] < STALL_REACH * at.duration[stalled]
             self.milestone[due] = reached
         ended = finished | vanished | endless | stalled | stopped
         if not ended.any():
@@ -423,8 +355,8 @@ class _Pool:
             result.status[cases[condition]] = status
         result.state[:, cases[ended]] = self.state[:, ended]
         whole = finished & ~stopped if self.spans is not None else finished
-        result.time[cases[ended]] = np.where(whole, self.durations[cases], self.begin + time)[ended]
+        result.time[cases[ended]] = np.where(whole, self.durations[cases], at.begin + at.time)[ended]
         unguided = ended & (self.first_steps[cases] <= 0)
-        result.next_step[cases[unguided]] = wanted[unguided]
+        result.next_step[cases[unguided]] = at.next_step[unguided]
         self.active = self.active & ~ended
-        self.scalars[:2, ended] = 0.0  # a parked column steps on from here to nowhere, unseen
+        at.time[ended] = at.rounding[ended] = 0.0  # a parked column steps on from here to nowhere, unseen

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -19,11 +19,13 @@ from pydantic import (
     ValidationInfo,
     WithJsonSchema,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from dielast import units
 from dielast.errors import InputError, shown
-from dielast.io.files import resolve
+from dielast.io.files import exists, resolve
+from dielast.recipe.kinds import maker_of
 from dielast.units import Dimension
 
 
@@ -125,17 +127,13 @@ MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
 BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 
-# files that one recipe makes for another, and the kind of recipe that makes them
-_MAKERS = {
-    "material.toml": "spectrum",
-    "spectrum.csv": "spectrum",
-    "mastercurve.csv": "mastercurve",
-    "shift-factors.csv": "mastercurve",
-    "relax.csv": "relax",
-    "creep.csv": "creep",
-    "actuate.csv": "actuate",
-    "failure-map.csv": "failure-map",
-}
+def is_path(field: FieldInfo) -> bool:
+    """Whether the values of a field name files or folders."""
+
+    def within(annotation: Any) -> bool:
+        return annotation == NAMES_FILES or any(map(within, get_args(annotation)))
+
+    return NAMES_FILES in field.metadata or within(field.annotation)
 
 
 def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
@@ -165,13 +163,11 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
     folder = (info.context or {}).get("folder")
     if folder is not None:
         path = resolve(folder, name)
-        try:
-            missing = not path.exists()
-        except (OSError, ValueError):  # too long, or not a path at all
-            missing = True
-        if missing:
-            maker = _MAKERS.get(path.name) if kind == "file" else "mastercurve"
-            if maker is not None:
+        if not exists(path):
+            kinds = (info.context or {}).get("kinds") or {}
+            # a key for a folder is named after the kind of recipe that makes the folder
+            maker = maker_of(path.name, kinds) if kind == "file" else info.field_name
+            if maker in kinds:
                 raise InputError(f"{shown(name)} does not exist; run the recipe that makes it (dielast {maker})")
             raise InputError(f"{shown(name)}: no such {kind}")
         if not test(path):
@@ -217,17 +213,19 @@ def _name_or_number(what: str, name: Any) -> str | int:
     return name
 
 
+NAMES_FILES = "names files or folders"
 _PATH = {
     "type": "string",
     "format": "path",
     "description": "Path relative to the recipe, or example:NAME for a file that ships with dielast.",
 }
-InputFile = Annotated[str, PlainValidator(_file), WithJsonSchema(_PATH)]
-InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(_PATH)]
+InputFile = Annotated[str, PlainValidator(_file), WithJsonSchema(_PATH), NAMES_FILES]
+InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(_PATH), NAMES_FILES]
 InputFiles = Annotated[
     tuple[str, ...],
     PlainValidator(_files),
     WithJsonSchema({"anyOf": [{"type": "array", "items": _PATH}, {"type": "string", "format": "glob pattern"}]}),
+    NAMES_FILES,
 ]
 _NAME_OR_NUMBER: dict[str, Any] = {"anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}]}
 ColumnName = Annotated[

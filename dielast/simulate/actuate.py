@@ -2,48 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Frame, Table, case_table, to_frame
+from dielast.io.table import Frame, Table, case_table, to_frame
 from dielast.material.material import Breakdown, Material
-from dielast.material.springs import Floats
-from dielast.mechanics.events import Happened, Kind, Watch
-from dielast.mechanics.stability import ONE_PERCENT, TimeScale, stability
+from dielast.mechanics.course import Piece
+from dielast.mechanics.criteria import CRITERIA, names
+from dielast.mechanics.criteria.criterion import Criterion
+from dielast.mechanics.happening import Happening
+from dielast.mechanics.stability import ONE_PERCENT, TimeScale
+from dielast.mechanics.watch import Watch
+from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.film import programme
-from dielast.simulate.follow import REASONS, Outcome
-from dielast.simulate.record import Recorder, Wanted, check_cycles, check_end, ending, given_times, kept_cycles
-from dielast.simulate.setup import Setup, set_up
-from dielast.simulate.voltage import VoltageStep, some_of, spanning, voltage_pieces
+from dielast.simulate.events import Event, event_columns, events_of, first_of
+from dielast.simulate.film import Outcome
+from dielast.simulate.follow import follow
+from dielast.simulate.record import Recorder, ending
+from dielast.simulate.setup import FilmSetup, Setup, set_up
+from dielast.simulate.voltage import VoltageStep, voltage_pieces
+from dielast.simulate.wanted import Wanted, check_cycles, check_end
 
-NAMES = {
-    Kind.BREAKDOWN: "breakdown",
-    Kind.PULL_IN: "pull-in",
-    Kind.LOSS_OF_TENSION_1: "loss-of-tension",
-    Kind.LOSS_OF_TENSION_2: "loss-of-tension",
-}
-STOPS: dict[str, tuple[Kind, ...]] = {"breakdown": (Kind.BREAKDOWN,), "pull-in": (Kind.PULL_IN,), "end": ()}
-
-
-@dataclass(frozen=True, slots=True)
-class Event:
-    """Something that happened to a film: `name` is breakdown, pull-in or loss-of-tension; `time` in s since the voltage programme
-    began, V, V/m. Where two held axes lose their tension at different times, those are two events.
-    """
-
-    name: str
-    time: float
-    voltage: float
-    stretch_1: float
-    stretch_2: float
-    true_field: float
+END = "end"  # where a run stops that stops at no event
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -102,23 +89,6 @@ class ActuationHistory(TabularResult):
         return all(outcome.completed for outcome in self.outcome)
 
 
-def event_columns(events: Sequence[Sequence[Event]]) -> Table:
-    """The table of the events of each case, in order of time."""
-    flat = [(case, event) for case, own in enumerate(events) for event in own]
-    numbers = {
-        ("time", "s"): [event.time for _, event in flat],
-        ("voltage", "V"): [event.voltage for _, event in flat],
-        ("stretch_1", "1"): [event.stretch_1 for _, event in flat],
-        ("stretch_2", "1"): [event.stretch_2 for _, event in flat],
-        ("true_field", "V/m"): [event.true_field for _, event in flat],
-    }
-    return [
-        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
-        Column("event", None, [event.name for _, event in flat]),
-        *(Column(name, unit, np.array(values, dtype=float)) for (name, unit), values in numbers.items()),
-    ]
-
-
 def actuate(
     material: Material | Sequence[Material],
     steps: Sequence[VoltageStep],
@@ -143,125 +113,117 @@ def actuate(
     `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate`
     (1/s, of the larger axis; both ramp together) or at once. `boundary` says for each axis whether it is then a "dead-load", the
     nominal stress reached, or "clamped". `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
-    material's by default. A run ends with the first event `stop_at`, "breakdown" or "pull-in", or goes through them all to the
-    "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol` as in
-    `creep`, and the `cycles` of waveforms, which are about the relative stretch of axis 1. The history of a run that stops ends
-    `with_end`, with the film as it was at the event, by default unless `times` are given. Raises `InputError` for anything wrong
-    with the arguments; numerics that give up are an outcome.
+    material's by default. A run ends with the first event `stop_at`, such as "breakdown", "pull-in" or "loss-of-tension", or goes
+    through them all to the "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade`
+    and `rtol` as in `creep`, and the `cycles` of waveforms, which are about the relative stretch of axis 1. The history of a run
+    that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given. Raises `InputError` for
+    anything wrong with the arguments; numerics that give up are an outcome.
     """
-    if stop_at not in STOPS:
-        raise InputError(f"stop at {stop_at!r}: it must be one of {', '.join(STOPS)}")
+    if stop_at not in (*names(), END):
+        raise InputError(f"stop at {stop_at!r}: it must be one of {', '.join((*names(), END))}")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade} points per decade: at least one is needed")
     setup = set_up(
         material,
-        prestretch,
-        spanning=spanning(steps),
-        thickness=thickness,
-        prestretch_rate=prestretch_rate,
-        relax=relax,
-        boundary=boundary,
+        FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary),
         temperature=temperature,
         breakdown_field=breakdown_field,
         breakdown_needed=stop_at == "breakdown",
         rtol=rtol,
+        spanning=[value for step in steps for value in step.varied()],
     )
     cases = setup.temperature.size
-    pieces = voltage_pieces(steps, setup.controls, setup.thickness, cases)
-    wanted = Wanted(None if times is None else given_times(times, cases), points_per_decade, kept_cycles(cycles))
+    pieces = voltage_pieces(steps, setup.controls, setup.thickness)
+    wanted = Wanted.of(times, cases, points_per_decade, cycles)
     check_cycles(wanted.cycles, pieces)
-    lasts = [piece.resolve(np.zeros((3, cases))).duration for piece in pieces]
-    check_end(wanted.times, np.sum(lasts, axis=0), "programme")
-    parts, runs = setup.groups(), []
-    begin, happened, reached, status = (
-        np.empty((3, cases)),
-        Happened.nothing(cases),
-        np.empty(cases),
-        np.empty(cases, dtype=np.intp),
-    )
-    for part in parts:
-        film = setup.film(part, rtol)
-        watch = Watch(setup.controls, setup.breakdown_field[part], pull_in_timescale, STOPS[stop_at])
-        relaxed, zero = film.condition, np.zeros(part.size)
-        begin[:2, part] = np.exp(0.5 * relaxed.log_squared_stretch)
-        begin[2, part] = stability(
-            film.points,
-            watch.held_modulus(film.points, zero),
-            setup.controls,
-            relaxed.internal,
-            relaxed.log_squared_stretch,
-            relaxed.nominal_stress,
-            zero,
-        ).determinant
-        recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch)
-        meter = CycleMeter(film.points.permittivity, begin[0, part], False)
-        reached[part], status[part] = programme(film, some_of(pieces, part), watch, rtol=rtol, recorder=recorder, meter=meter)
-        happened.put(part, watch.happened)
-        runs.append((*recorder.collect()[:2], meter.collect()))
-    time, values = np.empty((cases, runs[0][0].shape[1])), np.empty((*runs[0][1].shape[:1], cases, runs[0][1].shape[2]))
-    for part, (rows, filled, _) in zip(parts, runs, strict=True):
-        time[part], values[:, part] = rows, filled
+    check_end(wanted.times, np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0), "programme")
+    until = () if stop_at == END else (stop_at,)
+    parts = setup.groups()
+    runs = [_run(setup, part, pull_in_timescale, until, [piece.take(part) for piece in pieces], wanted, rtol) for part in parts]
+    place = np.empty(cases, dtype=np.intp)
+    place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
     ends = times is None if with_end is None else with_end
-    table = CycleTable.assembled(parts, [metered for _, _, metered in runs], cases)
-    return _history(setup, time, values, begin, happened, reached, status, stop_at, ends, table)
+    table = CycleTable.assembled(parts, [run.cycles for run in runs], cases)
+    return _history(setup, _Run.joined(runs, place), stop_at, ends, table)
 
 
-def _history(
+@dataclass(frozen=True, slots=True, eq=False)
+class _Run:
+    """What some films did: output times (cases, rows) and values (6, cases, rows), stretches and determinant at the `begin` (3,
+    cases), what happened, how far they came in s, and their `Status`.
+    """
+
+    time: Floats
+    values: Floats
+    begin: Floats
+    happened: Mapping[Criterion, Happening]
+    reached: Floats
+    status: Cases
+    cycles: CycleTable | None = None
+
+    @classmethod
+    def joined(cls, runs: Sequence[_Run], place: Cases) -> _Run:
+        """The runs of all cases, each of which is at its `place` (cases,) in the runs one after another."""
+
+        def whole(name: str, axis: int) -> Any:
+            return np.take(np.concatenate([getattr(run, name) for run in runs], axis=axis), place, axis=axis)
+
+        happened = {
+            criterion: Happening.joined([run.happened[criterion] for run in runs]).take(place) for criterion in runs[0].happened
+        }
+        return cls(whole("time", 0), whole("values", 1), whole("begin", 1), happened, whole("reached", 0), whole("status", 0))
+
+
+def _run(
     setup: Setup,
-    time: Floats,
-    values: Floats,
-    begin: Floats,
-    happened: Happened,
-    reached: Floats,
-    status: NDArray[np.intp],
-    stop_at: str,
-    with_end: bool,
-    cycles: CycleTable | None,
-) -> ActuationHistory:
+    part: Cases,
+    timescale: TimeScale,
+    until: Sequence[str],
+    pieces: Sequence[Piece],
+    wanted: Wanted,
+    rtol: float,
+) -> _Run:
+    """Run some of the films, one of the setup's groups, through the pieces of their programme."""
+    film = setup.film(part, rtol)
+    watch = Watch(setup.watched(film, part, timescale), CRITERIA, until)
+    relaxed = film.condition.moment(film.points, setup.controls, np.arange(part.size), np.zeros(part.size))
+    stretch = np.exp(0.5 * relaxed.log_squared_stretch)
+    recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch)
+    meter = CycleMeter(film.points.permittivity, stretch[0], False)
+    begin = np.concatenate((stretch, watch.stability(relaxed).determinant[None]))
+    followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter)
+    time, values, _ = recorder.collect()
+    return _Run(time, values, begin, watch.happened, followed.time, followed.status, meter.collect())
+
+
+def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: CycleTable | None) -> ActuationHistory:
     """Results in the user's terms, nothing of which is after the end of its case."""
-    stopped = status == Status.STOPPED
-    if stopped.any():
-        kind = STOPS[stop_at][0]
-        reached = np.where(stopped, happened.time[kind], reached)
+    time, values, reached = run.time, run.values, run.reached
+    stopped = run.status == Status.STOPPED
     # an equilibrium that ends where the numerics give up may end a little later
-    latest = np.max(np.where(np.isnan(happened.time), 0.0, happened.time), axis=0)
+    latest = np.fmax.reduce([np.zeros_like(reached), *(entry.time for entry in run.happened.values())])
     reached = np.where(stopped, reached, np.maximum(reached, latest))
+    if stopped.any():
+        last = first_of(run.happened, stop_at)
+        reached = np.where(stopped, last.time, reached)
     # a time that was asked for may lie beyond the end by rounding
     values = np.where(time > reached[:, None] * (1 + 1e-12), np.nan, values)
     if stopped.any() and with_end:
-        time, values = ending(time, values, reached, np.where(stopped, happened.state(kind), np.nan))
+        time, values = ending(time, values, reached, np.where(stopped, last.row, np.nan))
     stretch = np.exp(0.5 * values[:2])
-    outcome = tuple(
-        Outcome(True, float(at), stop_at)
-        if state == Status.STOPPED
-        else Outcome(state == Status.COMPLETED, float(at), REASONS.get(Status(state), ""))
-        for at, state in zip(reached, status.tolist(), strict=True)
-    )
     return ActuationHistory(
         temperature=setup.temperature,
         time=time,
         voltage=values[4] * setup.thickness[:, None],
         stretch_1=stretch[0],
         stretch_2=stretch[1],
-        relative_stretch_1=stretch[0] / begin[0, :, None],
-        relative_stretch_2=stretch[1] / begin[1, :, None],
+        relative_stretch_1=stretch[0] / run.begin[0, :, None],
+        relative_stretch_2=stretch[1] / run.begin[1, :, None],
         nominal_stress_1=values[2],
         nominal_stress_2=values[3],
         true_field=values[4] * stretch[0] * stretch[1],
-        stability=values[5] / begin[2, :, None],
-        events=tuple(_events(happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
-        outcome=outcome,
+        stability=values[5] / run.begin[2, :, None],
+        events=tuple(events_of(run.happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
+        outcome=tuple(Outcome.of(*ended, stop_at) for ended in zip(run.status.tolist(), reached.tolist(), strict=True)),
         cycles=cycles,
     )
-
-
-def _events(happened: Happened, case: int, thickness: float, end: float) -> tuple[Event, ...]:
-    """The events of one case up to its end, in order of time."""
-    events: list[Event] = []
-    for kind, name in NAMES.items():
-        time, field = float(happened.time[kind, case]), float(happened.field[kind, case])
-        first, second = np.exp(0.5 * happened.log_squared_stretch[:, kind, case]).tolist()
-        # what both axes lose at one moment is lost once
-        if time <= end and not any(event.name == name and event.time == time for event in events):
-            events.append(Event(name, time, field * thickness, first, second, field * first * second))
-    return tuple(sorted(events, key=lambda event: event.time))

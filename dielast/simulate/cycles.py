@@ -16,10 +16,12 @@ import numpy as np
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.mechanics.course import Course, Cycles
-from dielast.mechanics.span import Control, Floats, Load
+from dielast.mechanics.course import Course
+from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.integrate import Cases, Segment, Stride
+from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.stride import DenseSteps, Stride
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 PLACES = np.concatenate(([0.0], 0.5 * (1 + _NODES), [1.0]))  # in a step
@@ -93,7 +95,7 @@ class CycleMeter:
     stress: bool
     _tables: list[Floats] = field(default_factory=list)
     _course: Cycles | None = None
-    _buffer: list[tuple[Segment, Load, Floats, Cases]] = field(default_factory=list)
+    _buffer: list[tuple[DenseSteps, Load, Floats, Cases]] = field(default_factory=list)
     _size: int = 0
     _system: Films | None = None
     _sums: Floats = field(default_factory=lambda: np.zeros((6, 0, 0)))
@@ -123,12 +125,12 @@ class CycleMeter:
         system = stride.system
         assert isinstance(system, Films)
         self._system = system
-        segment = Segment.of(stride, slice(system.border, None), columns)
+        steps = DenseSteps.of(stride, slice(system.border, None), columns)
         parts = len(self._course.edges) - 1
         cycle = stride.span[columns] // parts
-        self._buffer.append((segment, system.load.take(columns), stride.begin[columns], cycle))
-        ended = (stride.until == stride.duration)[columns] & self._last_part(segment.cases, stride.span[columns] % parts)
-        self._finished[segment.cases[ended]] = cycle[ended] + 1
+        self._buffer.append((steps, system.load.take(columns), stride.begin[columns], cycle))
+        ended = (stride.until == stride.duration)[columns] & self._last_part(steps.cases, stride.span[columns] % parts)
+        self._finished[steps.cases[ended]] = cycle[ended] + 1
         self._size += columns.size
         if self._size >= MANY:
             self._add()
@@ -171,14 +173,14 @@ class CycleMeter:
         course, system = self._course, self._system
         assert course is not None
         assert system is not None
-        segment = Segment.joined([kept[0] for kept in self._buffer])
+        steps = DenseSteps.joined([kept[0] for kept in self._buffer])
         load = Load.joined([kept[1] for kept in self._buffer])
         begin, cycle = (np.concatenate([kept[index] for kept in self._buffer]) for index in (2, 3))
         self._buffer, self._size = [], 0
-        count, places = segment.cases.size, PLACES.size
+        count, places = steps.cases.size, PLACES.size
         many = np.tile(np.arange(count), places)
         share = np.repeat(PLACES, count)
-        wide, driving = segment.take(many), load.take(many)
+        wide, driving = steps.take(many), load.take(many)
         local = wide.time + share * wide.step
         value, slope = driving.value(local), driving.slope(local)
         log_squared, nominal = replace(system, load=driving).membrane(wide.state(share), value)
@@ -192,14 +194,14 @@ class CycleMeter:
             else:  # by parts, as the stretch has no rate in closed form
                 power, held = power - stretch[axis] * slope[axis], held + nominal[axis] * stretch[axis]
         held = held.reshape(places, count)
-        work = segment.step * (WEIGHTS @ power.reshape(places, count)) + held[-1] - held[0]
+        work = steps.step * (WEIGHTS @ power.reshape(places, count)) + held[-1] - held[0]
         turn = 2 * np.pi * (((begin[many] + local) / course.period[wide.cases]) - cycle[many]).reshape(places, count)
         fine = POLYNOMIAL @ measured
         # what is the same throughout has no component at the period, and must not leave that of the quadrature's error
         swing = measured - self._rest[wide.cases].reshape(places, count)
-        where = segment.cases, cycle
+        where = steps.cases, cycle
         np.minimum.at(self._sums[0], where, fine.min(axis=0))
         np.maximum.at(self._sums[1], where, fine.max(axis=0))
         for index, part in ((2, measured), (3, swing * np.cos(turn)), (4, swing * np.sin(turn))):
-            np.add.at(self._sums[index], where, segment.step * (WEIGHTS @ part))
+            np.add.at(self._sums[index], where, steps.step * (WEIGHTS @ part))
         np.add.at(self._sums[5], where, work)

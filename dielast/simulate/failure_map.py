@@ -6,7 +6,7 @@ solved in chunks of cells that know nothing of each other, and assembled; no res
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -14,33 +14,30 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError, NumericsError
-from dielast.io.result import Result, TabularResult
+from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Breakdown, Material
-from dielast.material.springs import Floats
-from dielast.mechanics.events import Kind, Watch
-from dielast.mechanics.load import Piece
-from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
+from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
-from dielast.simulate.film import Film, programme
-from dielast.simulate.follow import REASONS
-from dielast.simulate.setup import Setup, set_up
+from dielast.simulate.film import REASONS
+from dielast.simulate.map_plan import Cells, MapPlan, column_of, groups_of, solve_cells
+from dielast.simulate.setup import FilmSetup, Setup, set_up
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
 
-CHUNK = 2048  # cells
 DRAWN_RTOL = 5e-4  # of draws, unless it is stated: their times are then exact to 0.1 %, commonly far less than they differ by
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FailureMap(TabularResult):
-    """Times in s, arrays (temperatures, prestretches, voltages), NaN where it does not happen within the `horizon` or is not known.
+    """Times in s, arrays (temperatures, prestretches, voltages), NaN where it does not happen within the `horizon` or is not known:
+    `times` by the name of what happens, breakdown or pull-in, and `time_to_failure`, the first of them.
 
-    `failure_mode` is breakdown, pull-in, none, or unfinished where the numerics gave up before the film failed; `outcome` is
-    completed, or says why the numerics gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field` (prestretches,) in
-    V/m.
+    `failure_mode` is the name of what happens first, none, or unfinished where the numerics gave up before the film failed;
+    `outcome` is completed, or says why the numerics gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field`
+    (prestretches,) in V/m.
     """
 
     temperature: Floats
@@ -48,11 +45,20 @@ class FailureMap(TabularResult):
     voltage: Floats
     horizon: float
     breakdown_field: Floats
-    time_to_breakdown: Floats
-    time_to_pull_in: Floats
+    times: Mapping[str, Floats]
     time_to_failure: Floats
     failure_mode: NDArray[np.str_]
     outcome: NDArray[np.str_]
+
+    @property
+    def time_to_breakdown(self) -> Floats:
+        """When the true field reaches the breakdown field."""
+        return self.times["breakdown"]
+
+    @property
+    def time_to_pull_in(self) -> Floats:
+        """When the film ceases to be in stable equilibrium."""
+        return self.times["pull-in"]
 
     def columns(self) -> Table:
         """One row for each cell: temperatures, then prestretches, then voltages."""
@@ -62,8 +68,7 @@ class FailureMap(TabularResult):
             Column("prestretch_1", "1", self.prestretch[p, 0]),
             Column("prestretch_2", "1", self.prestretch[p, 1]),
             Column("voltage", "V", self.voltage[v]),
-            Column("time_to_breakdown", "s", self.time_to_breakdown.ravel()),
-            Column("time_to_pull_in", "s", self.time_to_pull_in.ravel()),
+            *(Column(column_of(name), "s", time.ravel()) for name, time in self.times.items()),
             Column("time_to_failure", "s", self.time_to_failure.ravel()),
             Column("failure_mode", None, self.failure_mode.ravel().tolist()),
         ]
@@ -72,61 +77,6 @@ class FailureMap(TabularResult):
     def completed(self) -> bool:
         """Whether the numerics got through in every cell."""
         return bool(np.all(self.outcome == "completed"))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Group:
-    """Relaxed films (one for each column) that run together: `films` says which of the map's each is, temperatures times
-    prestretches, and then those of each draw. `rtol` is how exactly they are solved.
-    """
-
-    film: Film
-    films: NDArray[np.intp]
-    breakdown_field: Floats
-    thickness: Floats
-    rtol: float
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class MapPlan(Result):
-    """All that is needed to solve any cell of a map; cells are numbered through groups, films and voltages, the last running
-    fastest.
-    """
-
-    temperature: Floats
-    prestretch: Floats
-    voltage: Floats
-    ramp: float
-    horizon: float
-    breakdown_field: Floats
-    controls: tuple[Control, Control]
-    timescale: TimeScale
-    groups: tuple[Group, ...]
-    draws: int = 0
-
-    @property
-    def cells(self) -> int:
-        """Number of cells, those of the draws too."""
-        return (1 + self.draws) * self.temperature.size * len(self.prestretch) * self.voltage.size
-
-    def chunks(self, size: int = CHUNK) -> list[tuple[int, int]]:
-        """First cell and end of each chunk; no chunk spans two groups."""
-        result, first = [], 0
-        for group in self.groups:
-            end = first + group.films.size * self.voltage.size
-            result += [(start, min(start + size, end)) for start in range(first, end, size)]
-            first = end
-        return result
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Cells:
-    """What became of some cells: times in s (cells,), NaN where an event did not happen, and their `Status`."""
-
-    first: int
-    time_to_breakdown: Floats
-    time_to_pull_in: Floats
-    status: NDArray[np.intp]
 
 
 def failure_map(
@@ -179,7 +129,7 @@ def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None)
         solved.append(solve_cells(plan, first, end))
         if progress is not None:
             progress(end, plan.cells)
-    return assemble_all(plan, solved)
+    return assembled(plan, solved)
 
 
 def plan_failure_map(
@@ -223,31 +173,29 @@ def plan_failure_map(
             raise InputError(f"{given.size} breakdown fields for {len(pairs)} prestretches: one, or one for each is needed")
         breakdown_field = np.tile(np.broadcast_to(given, (len(pairs),)), temperatures.size)
 
-    def films_of(materials: Sequence[Material], field: Floats | Breakdown | None, thick: ArrayLike, tolerance: float) -> Setup:
+    film = FilmSetup(thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary)
+
+    def laid_out(materials: Sequence[Material], field: Floats | Breakdown | None, thick: ArrayLike, tolerance: float) -> Setup:
         """The map's films of each material, one material after the other."""
+        first, second = (np.tile(pairs[:, axis], temperatures.size * len(materials)) for axis in (0, 1))
         return set_up(
             [each for each in materials for _ in range(films)] if len(materials) > 1 else materials,
-            (np.tile(pairs[:, 0], temperatures.size * len(materials)), np.tile(pairs[:, 1], temperatures.size * len(materials))),
-            spanning=(),
-            thickness=thick,
-            prestretch_rate=prestretch_rate,
-            relax=relax,
-            boundary=boundary,
+            replace(film, thickness=thick, prestretch=(first, second)),
             temperature=np.tile(np.repeat(temperatures, len(pairs)), len(materials)),
             breakdown_field=field,
             breakdown_needed=True,
             rtol=tolerance,
         )
 
-    setup = films_of([material], breakdown_field, thickness, rtol)
-    groups = _groups(setup, 0, rtol)
+    setup = laid_out([material], breakdown_field, thickness, rtol)
+    groups = groups_of(setup, 0, rtol)
     if sample is not None:
         field = None if breakdown_field is None else np.tile(setup.breakdown_field, len(sample))
         tolerance, thick = drawn_rtol or max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
         try:
-            drawn = films_of(sample.materials, field, thick, tolerance)
+            drawn = laid_out(sample.materials, field, thick, tolerance)
             scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
-            groups += _groups(replace(drawn, breakdown_field=scaled), films, tolerance)
+            groups += groups_of(replace(drawn, breakdown_field=scaled), films, tolerance)
         except (InputError, NumericsError) as error:
             raise type(error)(*(f"in a draw: {line}" for line in error.messages)) from None
     return MapPlan(
@@ -264,77 +212,33 @@ def plan_failure_map(
     )
 
 
-def _groups(setup: Setup, first: int, rtol: float) -> tuple[Group, ...]:
-    """The films of a setup, numbered from `first`."""
-    groups = []
-    for columns in setup.groups():
-        own = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
-        groups.append(Group(setup.film(columns, rtol), first + own, setup.breakdown_field[own], setup.thickness[own], rtol))
-    return tuple(groups)
-
-
-def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
-    """Solve the cells from `first` up to `end`, one of the plan's chunks or a part of one."""
-    begin = 0
-    for group in plan.groups:
-        if first < begin + group.films.size * plan.voltage.size:
-            break
-        begin += group.films.size * plan.voltage.size
-    count = end - first
-    # numbers in a lone column round differently
-    column, volt = np.divmod(np.resize(np.arange(first - begin, end - begin), max(2, count)), plan.voltage.size)
-    field = plan.voltage[volt] / group.thickness[column]
-    both = (Kind.BREAKDOWN, Kind.PULL_IN)
-    watch = Watch(plan.controls, group.breakdown_field[column], plan.timescale, both, tension=False)
-    pieces = [Piece(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
-    if plan.horizon > plan.ramp:
-        pieces.append(Piece(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
-    status = programme(group.film.take(column), pieces, watch, rtol=group.rtol)[1]
-    times = watch.happened.time[:, :count]
-    return Cells(first, times[Kind.BREAKDOWN], times[Kind.PULL_IN], status[:count])
-
-
-def assemble(plan: MapPlan, solved: Sequence[Cells]) -> FailureMap:
-    """The map from all of its cells, in any order, without its draws."""
-    return assemble_all(plan, solved)[0]
-
-
-def assemble_all(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
-    """The map, and then that of each draw."""
+def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
+    """The map from all of its cells, in any order, and then that of each draw."""
     ordered = sorted(solved, key=lambda cells: cells.first)
     films = np.concatenate([group.films for group in plan.groups])
     shape = (1 + plan.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size)
 
-    def grid(parts: list[NDArray[np.float64]] | list[NDArray[np.intp]]) -> Floats:
+    def grid(parts: Sequence[Floats]) -> Floats:
         rows = np.concatenate(parts).reshape(films.size, plan.voltage.size)
         result = np.empty(rows.shape)
         result[films] = rows
         return result.reshape(shape)
 
-    breakdown, pull_in = grid([c.time_to_breakdown for c in ordered]), grid([c.time_to_pull_in for c in ordered])
-    status = grid([c.status for c in ordered]).astype(int)
-    return [_map(plan, *parts) for parts in zip(breakdown, pull_in, status, strict=True)]
+    times = {name: grid([cells.times[name] for cells in ordered]) for name in ordered[0].times}
+    status = grid([cells.status.astype(float) for cells in ordered])
+    return [_map(plan, {name: time[draw] for name, time in times.items()}, status[draw]) for draw in range(1 + plan.draws)]
 
 
-def _map(plan: MapPlan, breakdown: Floats, pull_in: Floats, status: NDArray[np.intp]) -> FailureMap:
-    failure = np.fmin(breakdown, pull_in)
+def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats) -> FailureMap:
+    failure = np.fmin.reduce(list(times.values()))
     gave_up = ~np.isin(status, (Status.COMPLETED, Status.STOPPED))
-    mode = np.select([breakdown == failure, pull_in == failure, gave_up], ["breakdown", "pull-in", "unfinished"], default="none")
+    first = [*(time == failure for time in times.values()), gave_up]
+    mode = np.select(first, [*times, "unfinished"], default="none")
     outcome = np.full(status.shape, "completed", dtype=object)
     for state in sorted(set(status[gave_up].tolist())):
-        outcome[status == state] = REASONS[Status(state)]
-    return FailureMap(
-        plan.temperature,
-        plan.prestretch,
-        plan.voltage,
-        plan.horizon,
-        plan.breakdown_field,
-        breakdown,
-        pull_in,
-        failure,
-        mode,
-        outcome.astype(str),
-    )
+        outcome[status == state] = REASONS[Status(int(state))]
+    ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
+    return FailureMap(*ends, times, failure, mode, outcome.astype(str))
 
 
 def _axis(values: ArrayLike, name: str) -> Floats:

@@ -1,4 +1,4 @@
-"""The result of a mechanical test on a membrane, and the way from library arguments to it."""
+"""Mechanical tests on a membrane: relaxation, where the stretch is prescribed, and creep, where the nominal stress is."""
 
 from __future__ import annotations
 
@@ -6,21 +6,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
 from dielast.material.material import Material
-from dielast.material.springs import Floats, SpringLaw
-from dielast.mechanics.load import Mode, Step, case_count, numbers, pieces
+from dielast.material.springs import SpringLaw
+from dielast.mechanics.cases import numbers
+from dielast.mechanics.history import case_count, pieces
+from dielast.mechanics.load import Mode, Step
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
+from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.follow import REASONS, Condition, Outcome, follow
+from dielast.simulate.film import Film, Outcome
+from dielast.simulate.follow import follow
 from dielast.simulate.reach import check_reach, symmetry_of
-from dielast.simulate.record import Recorder, Wanted, check_cycles, check_end, given_times, kept_cycles
+from dielast.simulate.record import Recorder
+from dielast.simulate.wanted import Wanted, check_cycles, check_end, check_tolerance
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -39,7 +44,7 @@ class MembraneHistory(TabularResult):
     nominal_stress_1: Floats
     nominal_stress_2: Floats
     outcome: tuple[Outcome, ...]
-    steps: NDArray[np.intp]
+    steps: Cases
     viscous_stretch: Floats | None
     points: Points
     cycles: CycleTable | None = None
@@ -120,7 +125,19 @@ def simulate(
     internal: bool = False,
     cycles: str | Sequence[int] | None = None,
 ) -> MembraneHistory:
-    """A membrane at rest under `steps`; arguments, result and errors as in `creep`."""
+    """What a membrane at rest does under `steps` of stretch (`relax`), of nominal stress or dead load (`creep`), or of both.
+
+    The cases are as many as the longest of: values in the steps, `temperature` (degC; default the material's reference
+    temperature), materials. Output at `times` in s since the start, (k,) or (cases, k), or else at `points_per_decade` from the
+    start of each step to its end, and evenly spaced in a ramp; given times at the moment of a load applied at once show what was
+    before it. Of a `Waveform` the `cycles` are kept in full: "all", "last", or their numbers from 1; by default all up to 100, or
+    else 1, 2, 5, 10, 20 and so on, and the last. `rtol` bounds
+    the local relative error of stretches (not of stretch - 1), of viscous stretches, and of stresses above 1e-4 of the
+    equilibrium modulus; `internal` keeps the viscous stretches. Cases of one call share the way they are solved and their
+    output, so that one with steps of another nature (at once, or leading nowhere) belongs into a call of its own. In uniaxial
+    mode the result has a `relaxation_modulus`, nominal stress over (stretch - 1), in Pa. Raises `InputError` for anything wrong
+    with the arguments; numerics that give up are an outcome in the result.
+    """
     materials = [material] if isinstance(material, Material) else list(material)
     if not materials or not all(isinstance(each, Material) for each in materials):
         raise InputError("a Material, or a list of them, is needed")
@@ -131,34 +148,21 @@ def simulate(
     temperature = numbers(temperature, "temperature")
     if not np.all(np.isfinite(temperature)):
         raise InputError("every temperature must be finite")
-    if not 1e-12 <= rtol <= 0.1:
-        raise InputError(f"rtol {rtol:g} is not between 1e-12 and 0.1")
+    check_tolerance(rtol)
     if not isinstance(points_per_decade, int) or points_per_decade < 1:
         raise InputError(f"{points_per_decade} points per decade: a whole number of at least one is needed")
     cases = case_count(steps, temperature, np.zeros(len(materials)))
     temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
     points = Points.of(materials, temperature, rtol)
-    course = pieces(steps, mode, cases)
-    check_reach(points, course)
-    stressed = any(control is Control.STRETCH for piece in course if piece.path is not None for control in piece.controls[:1])
-    wanted = Wanted(None if times is None else given_times(times, cases), points_per_decade, kept_cycles(cycles), internal)
-    check_cycles(wanted.cycles, course)
+    history = pieces(steps, mode, cases)
+    check_reach(points, history)
+    wanted = Wanted.of(times, cases, points_per_decade, cycles, internal)
+    check_cycles(wanted.cycles, history)
+    stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
     recorder = Recorder(wanted, cases, points.rate.shape[0])
-    meter = CycleMeter(points.permittivity, np.ones(cases), stressed)
-    condition, status, tries = follow(
-        points,
-        course,
-        Condition.at_rest(points),
-        symmetry=symmetry_of(course),
-        rtol=rtol,
-        recorder=recorder,
-        meter=meter,
-    )
-    outcome = tuple(
-        Outcome(state == Status.COMPLETED, float(time), REASONS.get(Status(state), ""))
-        for state, time in zip(status.tolist(), condition.time, strict=True)
-    )
-    check_end(wanted.times, np.where(status == Status.COMPLETED, condition.time, np.inf), "history")
+    meter = CycleMeter(points.permittivity, np.ones(cases), stress_is_measured)
+    followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorder=recorder, meter=meter)
+    check_end(wanted.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
     time, values, inner = recorder.collect()
     stretch = np.exp(0.5 * values[:2])
     viscous = None if inner is None else np.exp(0.5 * inner[:, 1:])
@@ -169,9 +173,12 @@ def simulate(
         stretch_2=stretch[1],
         nominal_stress_1=values[2],
         nominal_stress_2=values[3],
-        outcome=outcome,
-        steps=tries,
+        outcome=tuple(map(Outcome.of, followed.status.tolist(), followed.time.tolist())),
+        steps=followed.steps,
         viscous_stretch=viscous,
         points=points,
         cycles=meter.collect(),
     )
+
+
+relax = creep = simulate

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Floats, Symmetry
-from dielast.mechanics.load import Piece, of_case
+from dielast.mechanics.cases import of_case
+from dielast.mechanics.course import Piece
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
+from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
+from dielast.numerics.columns import Cases, Flags, Floats
 
 PER_CENT = 20  # stretches from here on may be per cent
 
@@ -39,22 +40,20 @@ def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
 
 def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
     """`InputError` for a stretch beyond the equilibrium spring's limit, or the branches' if at once from rest."""
-    cases = points.stress_floor.size
+    never = np.zeros(points.stress_floor.size, dtype=bool)
     for index, piece in enumerate(pieces):
-        axes = [axis for axis in range(2) if piece.controls[axis] is Control.STRETCH and piece.target[axis] is not None]
-        begins = [np.asarray(piece.target[axis]) for axis in axes]
-        jumps = piece.duration == 0 if piece.duration is not None else np.full(cases, piece.path is not None)
-        _check(points, begins, jumps & (index == 0), piece.origin)
-        if piece.path is not None and any(piece.driven[axis] for axis in axes):
-            for extreme in piece.path.extremes():
-                far = [
-                    np.broadcast_to(extreme, (cases,)) if piece.driven[axis] else held
-                    for axis, held in zip(axes, begins, strict=True)
-                ]
-                _check(points, far, np.zeros(cases, dtype=bool), piece.origin)
+        held = {
+            axis: target
+            for axis, (control, target) in enumerate(zip(piece.controls, piece.target, strict=False))
+            if control is Control.STRETCH and target is not None
+        }
+        _check(points, list(held.values()), piece.at_once if index == 0 else never, piece.origin)
+        for extreme in piece.extremes():
+            far = [extreme if piece.driven[axis] else value for axis, value in held.items()]
+            _check(points, far, never, piece.origin)
 
 
-def _check(points: Points, held: Sequence[Floats], at_once: NDArray[np.bool_], origin: int) -> None:
+def _check(points: Points, held: Sequence[Floats], at_once: Flags, origin: int) -> None:
     """`InputError` for stretches of the held axes, each (cases,), that are out of reach."""
     beyond, spring = out_of_reach(points, held, at_once)
     if beyond.any():
@@ -73,7 +72,7 @@ def or_per_cent(stretch: float) -> str:
     return f"; is it in per cent? a strain of {stretch:g} % is a stretch of {1 + share:g}{both}"
 
 
-def out_of_reach(points: Points, held: Sequence[Floats], at_once: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tuple[Flags, Cases]:
     """Which cases (cases,) the stretches of the axes that are `held`, each (cases,), lead beyond a spring's limit, and the spring
     (cases,) that ends first.
 

@@ -2,56 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dielast.errors import InputError, shown
-from dielast.mechanics.course import Chain, Course
-from dielast.mechanics.load import Piece, Waveform, of_case
-from dielast.mechanics.span import Floats
+from dielast.mechanics.chain import Chain
+from dielast.mechanics.course import Course
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.integrate import Cases, Stride
-
-if TYPE_CHECKING:
-    from dielast.mechanics.events import Watch
+from dielast.mechanics.watch import Watch
+from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.stride import Stride
+from dielast.simulate.wanted import Wanted
 
 ROWS = 6
 DIGITS = 1e-8  # of a time; no table tells rows apart that are closer
 AFTER = 1e-13  # of the duration of a piece: a row so soon after another shows what has jumped
-KEPT_WHOLE = 100  # cycles of a step up to which all are kept in full, unless it is stated which
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Wanted:
-    """What a history is to leave behind: rows at `times` (cases, k) in s, or at those that suit each piece of load, with so many
-    `points_per_decade`, and in full for the `cycles` of a waveform, counted from 1; with `internal`, x of all springs.
-    """
-
-    times: Floats | None = None
-    points_per_decade: int = 30
-    cycles: str | tuple[int, ...] | None = None
-    internal: bool = False
-
-    def take(self, cases: Cases) -> Wanted:
-        """The same of some of the cases."""
-        return self if self.times is None else replace(self, times=self.times[cases])
-
-    def kept(self, cycles: int) -> Cases:
-        """The cycles kept in full, counted from 0: by default all if they are few, or else 1, 2, 5, 10, 20 and so on, and the
-        last.
-        """
-        if self.cycles == "all" or (self.cycles is None and cycles <= KEPT_WHOLE):
-            return np.arange(cycles)
-        if self.cycles == "last":
-            return np.array([cycles - 1])
-        some = self.cycles
-        if some is None or isinstance(some, str):
-            some = (*(digit * 10**power for power in range(len(str(cycles))) for digit in (1, 2, 5)), cycles)
-        return np.unique([cycle - 1 for cycle in some if cycle <= cycles]).astype(np.intp)
 
 
 @dataclass(slots=True, eq=False)
@@ -79,8 +44,8 @@ class Recorder:
         self,
         course: Course,
         start: Floats,
-        alive: NDArray[np.bool_],
-        jumped: NDArray[np.bool_],
+        alive: Flags,
+        jumped: Flags,
         system: Films,
         state: Floats,
         last: bool,
@@ -99,10 +64,10 @@ class Recorder:
         self._relative = relative if alive.all() else np.where(alive[:, None], relative, np.nan)
         after = self._relative > 0
         self._next = np.where(after.any(axis=1), np.argmax(after, axis=1), relative.shape[1])
-        case, row = np.nonzero(self._relative == 0)
+        case, row = (paired(part) for part in np.nonzero(self._relative == 0))
         self._write(system, state[:, case], case, case, row, np.zeros(case.size), np.zeros(case.size))
 
-    def _rows(self, course: Course, start: Floats, jumped: NDArray[np.bool_]) -> Floats:
+    def _rows(self, course: Course, start: Floats, jumped: Flags) -> Floats:
         """Times (cases, k) of a piece since it began that suit its load; NaN is no time."""
         kept = self.wanted.kept(course.cycles)
         rows = course.rows(self.wanted.points_per_decade, kept, np.where(jumped, 0.0, self._moved))
@@ -129,7 +94,7 @@ class Recorder:
     def __call__(self, stride: Stride) -> None:
         """Write what lies within the step."""
         columns = np.flatnonzero(stride.accepted)
-        case, end = stride.cases[columns], (stride.begin + stride.until)[columns]
+        case, end = stride.cases[columns], stride.elapsed[columns]
         row, last = self._next[case], self._relative.shape[1] - 1
         found: list[tuple[Cases, Cases]] = []
         while (due := (row <= last) & (self._relative[case, np.minimum(row, last)] <= end)).any():
@@ -138,13 +103,14 @@ class Recorder:
             row = row + 1
             self._next[case] = row
         if found:
-            pooled, rows = (np.concatenate(parts) for parts in zip(*found, strict=True))
+            pooled, rows = (paired(np.concatenate(parts)) for parts in zip(*found, strict=True))
             case = stride.cases[pooled]
             moment = self._relative[case, rows] - stride.begin[pooled]
             assert isinstance(stride.system, Films)
             whole = self.watch is not None or self.wanted.internal
             part = slice(None) if whole else slice(stride.system.border, None)
-            state = stride.dense(part, pooled, (moment - stride.time[pooled]) / stride.step[pooled])
+            fraction = np.minimum((moment - stride.time[pooled]) / stride.step[pooled], 1.0)
+            state = stride.dense(part, pooled, fraction)
             self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled])
 
     def _write(self, system: Films, state: Floats, pooled: Cases, case: Cases, row: Cases, moment: Floats, begin: Floats) -> None:
@@ -153,16 +119,13 @@ class Recorder:
         """
         if not case.size:
             return
-        if case.size == 1:  # numbers in a lone column round differently
-            pooled, case, row = (np.repeat(part, 2) for part in (pooled, case, row))
-            state, moment, begin = (np.repeat(part, 2, axis=-1) for part in (state, moment, begin))
         some = system.take(pooled)
         driven = some.load.value(moment)
         log_squared, nominal = some.membrane(state, driven)
         values = self._values[-1]
         values[:2, case, row], values[2:4, case, row], values[4, case, row] = log_squared, nominal, driven[2]
         if self.watch is not None:
-            values[5, case, row] = self.watch.stability(some, case, begin, moment, state).determinant
+            values[5, case, row] = self.watch.stability(self.watch.moment(some, case, begin, moment, state)).determinant
         if self.wanted.internal:
             self._internal[-1][:, :, case, row] = some.internal(state)
 
@@ -179,47 +142,6 @@ class Recorder:
         slack = 1e-12 * end if last else 0.0
         relative = np.clip(times - begin, 0.0, duration[:, None])
         return np.where(((times > begin) | ((times == 0) & (begin == 0))) & (times <= end + slack), relative, np.nan)
-
-
-def given_times(times: object, cases: int) -> Floats:
-    """Output times as an array (cases, k); `InputError` unless they are finite, not negative and never fall."""
-    array = np.atleast_2d(np.asarray(times, dtype=float))
-    if array.ndim != 2 or array.shape[0] not in (1, cases) or not array.size:
-        raise InputError(f"output times must be one list for all or one for each of {cases} cases")
-    if not np.all(np.isfinite(array)) or np.any(array < 0):
-        raise InputError("output times must be finite and not negative")
-    if np.any(np.diff(array, axis=1) < 0):
-        raise InputError("output times must ascend")
-    return np.ascontiguousarray(np.broadcast_to(array, (cases, array.shape[1])))
-
-
-def kept_cycles(cycles: object) -> str | tuple[int, ...] | None:
-    """Which cycles to keep in full, "all", "last" or their numbers from 1; `InputError` for anything else."""
-    if cycles is None or (isinstance(cycles, str) and cycles in ("all", "last")):
-        return cycles
-    numbers = [cycles] if isinstance(cycles, int) else list(cycles) if isinstance(cycles, Sequence) else []
-    if (
-        not numbers
-        or isinstance(cycles, str)
-        or any(isinstance(one, bool) or not isinstance(one, int) or one < 1 for one in numbers)
-    ):
-        raise InputError(f'cycles {shown(cycles)}: "all", "last" or a list of their numbers from 1 is needed')
-    return tuple(numbers)
-
-
-def check_cycles(cycles: str | tuple[int, ...] | None, pieces: Sequence[Piece]) -> None:
-    """`InputError` for a cycle that no waveform of the pieces has."""
-    most = max((piece.path.cycles for piece in pieces if isinstance(piece.path, Waveform)), default=0)
-    if isinstance(cycles, tuple) and most and max(cycles) > most:
-        raise InputError(f"cycle {max(cycles)}: there {'is only 1' if most == 1 else f'are only {most}'} of them")
-
-
-def check_end(times: Floats | None, end: Floats, what: str) -> None:
-    """`InputError` if output times (cases, k) lie after the `end` (cases,) of `what`."""
-    if times is not None and np.any(late := times[:, -1] > end * (1 + 1e-12)):
-        case = int(np.argmax(late))
-        asked = f"{of_case(case, end.size)}output time {times[case, -1]:g} s"
-        raise InputError(f"{asked} lies after the end of the {what} at {end[case]:g} s")
 
 
 def ending(time: Floats, values: Floats, reached: Floats, at_end: Floats) -> tuple[Floats, Floats]:

@@ -1,27 +1,96 @@
-"""What a user says of films under voltage, checked and laid out case by case."""
+"""Films under voltage as a user states them, checked and laid out case by case, and how they are stretched and relaxed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, NumericsError
+from dielast.io.result import Result
 from dielast.material.material import Breakdown, Material
-from dielast.material.springs import Floats
-from dielast.mechanics.load import of_case
+from dielast.mechanics.cases import of_case, one_set, spread
+from dielast.mechanics.course import Ramp
+from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.point import Points
-from dielast.mechanics.span import Control
+from dielast.mechanics.span import Control, Controls
+from dielast.mechanics.stability import TimeScale, damped
+from dielast.mechanics.symmetric import EQUIBIAXIAL
+from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
-from dielast.simulate.film import Film, prestretch
-from dielast.simulate.follow import REASONS
+from dielast.simulate.film import REASONS, Film
+from dielast.simulate.follow import follow
 from dielast.simulate.reach import or_per_cent, out_of_reach
+from dielast.simulate.wanted import check_tolerance
 
 Prestretch = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]
 
 BOUNDARIES = {"dead-load": Control.STRESS, "clamped": Control.STRETCH}
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FilmSetup(Result):
+    """A film, and what is done to it before the voltage; every value may be one number or one a case.
+
+    The film is of an undeformed `thickness` in m. `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of
+    stress; it is reached at `prestretch_rate` (1/s, of the larger axis; both ramp together) or at once, and held for `relax` s.
+    `boundary` says for each axis whether it is then a "dead-load", the nominal stress reached, or "clamped".
+    """
+
+    thickness: ArrayLike
+    prestretch: Prestretch = 1.0
+    prestretch_rate: ArrayLike | None = None
+    relax: float = 0.0
+    boundary: str | tuple[str, str] = "dead-load"
+
+    @property
+    def axes(self) -> tuple[ArrayLike | None, ArrayLike | None]:
+        """The prestretch of both axes; `InputError` unless there are two."""
+        pair = self.prestretch if isinstance(self.prestretch, tuple) else (self.prestretch, self.prestretch)
+        if len(pair) != 2:
+            raise InputError(f"a prestretch of {len(pair)} values: a pair, one for each axis, is needed")
+        return pair
+
+    @property
+    def controls(self) -> Controls:
+        """What is prescribed along each axis under voltage; `InputError` for a boundary that is not known."""
+        names = (self.boundary, self.boundary) if isinstance(self.boundary, str) else tuple(self.boundary)
+        if len(names) != 2 or any(name not in BOUNDARIES for name in names):
+            raise InputError(f"boundary {self.boundary!r}: dead-load or clamped is needed, or one of them for each axis")
+        return BOUNDARIES[names[0]], BOUNDARIES[names[1]]
+
+    def varied(self) -> list[ArrayLike]:
+        """All numbers of which there may be one for each case."""
+        return [value for value in (*self.axes, self.prestretch_rate, self.thickness) if value is not None]
+
+    def check(self) -> None:
+        """`InputError` for a number that makes no sense."""
+        for value in np.atleast_1d(np.asarray(self.thickness, dtype=float)).tolist():
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"thickness {value:g} m: it must be positive")
+        if not (np.isfinite(self.relax) and self.relax >= 0):
+            raise InputError(f"relaxation for {self.relax:g} s: it must not be negative")
+
+    def stretched(self, cases: int) -> tuple[Floats | None, Floats | None]:
+        """The prestretch of both axes (cases,), None for an axis left free; `InputError` for one below 1."""
+        first, second = (None if axis is None else spread(axis, "every prestretch", cases) for axis in self.axes)
+        for axis in (first, second):
+            if axis is not None and np.any(axis < 1):
+                case = int(np.argmin(axis))
+                raise InputError(f"{of_case(case, cases)}prestretch {axis[case]:g}: it must not be below 1 (1 is undeformed)")
+        return first, second
+
+    def ramp(self, cases: int) -> Floats:
+        """Time in s (cases,) that the prestretch takes."""
+        if self.prestretch_rate is None:
+            return np.zeros(cases)
+        rates = spread(self.prestretch_rate, "every prestretch rate", cases)
+        if np.any(rates <= 0):
+            raise InputError(f"prestretch rate {float(rates.min()):g} /s: it must be positive")
+        moves = [axis - 1 for axis in self.stretched(cases) if axis is not None]
+        return np.asarray(np.max(moves, axis=0, initial=0.0) / rates)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,168 +105,141 @@ class Setup:
     prestretch: tuple[Floats | None, Floats | None]
     ramp: Floats
     relax: float
-    controls: tuple[Control, Control]
+    controls: Controls
     breakdown_field: Floats
 
-    def groups(self) -> list[NDArray[np.intp]]:
-        """Cases whose axes are alike, which run with one unknown a spring, and the others, so that no case depends on what it runs
-        with.
-
-        A lone case is named twice, as sums over a lone column round differently.
-        """
+    @property
+    def alike(self) -> Flags:
+        """Cases (cases,) both of whose axes are alike."""
         first, second = self.prestretch
-        one_boundary = self.controls[0] is self.controls[1]
-        if first is None or second is None or not one_boundary:
-            groups = [np.arange(self.temperature.size)]
-        else:
-            groups = [group for group in (np.flatnonzero(first == second), np.flatnonzero(first != second)) if group.size]
-        return [np.resize(group, max(2, group.size)) for group in groups]
+        if first is None or second is None or self.controls[0] is not self.controls[1]:
+            return np.zeros(self.temperature.size, dtype=bool)
+        return np.asarray(first == second)
 
-    def film(self, cases: NDArray[np.intp], rtol: float) -> Film:
-        """Some of the films, one of `groups`, stretched and relaxed; `NumericsError` if one does not get through."""
+    def groups(self) -> list[Cases]:
+        """Cases whose axes are alike, which run with one unknown a spring, and the others, so that no case depends on what it runs
+        with; lone ones twice.
+        """
+        parts = (np.flatnonzero(self.alike), np.flatnonzero(~self.alike))
+        return [paired(part) for part in parts if part.size]
+
+    def film(self, cases: Cases, rtol: float) -> Film:
+        """Some of the films, one of `groups`, stretched and relaxed, and damped; at time 0 of the voltage programme.
+
+        Raises `NumericsError` if one does not get through.
+        """
         first, second = (None if axis is None else axis[cases] for axis in self.prestretch)
-        alike = first is not None and second is not None and bool(np.all(first == second)) and self.controls[0] is self.controls[1]
-        points = self.points.take(cases)
-        film, status = prestretch(points, (first, second), self.ramp[cases], self.relax, alike=alike, rtol=rtol)
+        symmetry = EQUIBIAXIAL if self.alike[cases].all() else None
+        film, status = prestretched(
+            Film.at_rest(self.points.take(cases), symmetry), (first, second), self.ramp[cases], self.relax, rtol
+        )
         if status.any():
             lost = int(np.argmax(status > 0))
             which = f"{of_case(int(cases[lost]), self.temperature.size)}prestretch {_pair(first, second, lost)}"
             raise NumericsError(f"{which} cannot be computed: {REASONS[Status(int(status[lost]))]}")
         return film
 
+    def watched(self, film: Film, cases: Cases, timescale: TimeScale) -> WatchedFilms:
+        """What criteria may ask of some of the films, stretched and relaxed."""
+        floor = film.points.stress_floor
+        return WatchedFilms(self.controls, self.breakdown_field[cases], timescale, film.condition.nominal_stress, floor)
+
+
+def prestretched(
+    film: Film, stretch: tuple[Floats | None, Floats | None], duration: Floats, relax: float, rtol: float
+) -> tuple[Film, Cases]:
+    """Films at rest stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free, held for
+    `relax` s and given a damper; and the `Status` (cases,) of each. Use a film only where its status is COMPLETED.
+    """
+    first, second = (Control.STRESS if target is None else Control.STRETCH for target in stretch)
+    zero = np.zeros_like(duration)
+    targets = tuple(zero if target is None else target for target in stretch)
+    pieces = [Ramp((first, second), (targets[0], targets[1], None), duration)]
+    if relax > 0:
+        pieces.append(Ramp((first, second), (None, None, None), np.full_like(duration, relax)))
+    # only the viscous stretches at the end matter, not the stress on the way
+    relaxing = replace(film.points, stress_floor=np.full_like(film.points.stress_floor, np.inf))
+    followed = follow(replace(film, points=relaxing), pieces, rtol=rtol)
+    condition = followed.film.condition
+    internal = np.concatenate((condition.internal, condition.log_squared_stretch[:, None]), axis=1)
+    condition = replace(condition, internal=internal, time=zero, next_step=zero)
+    return replace(film, points=damped(film.points), condition=condition), followed.status
+
 
 def set_up(
     material: Material | Sequence[Material],
-    prestretch: Prestretch,
+    film: FilmSetup,
     *,
-    spanning: Sequence[ArrayLike],
-    thickness: ArrayLike,
-    prestretch_rate: ArrayLike | None,
-    relax: float,
-    boundary: str | tuple[str, str],
     temperature: ArrayLike | None,
     breakdown_field: ArrayLike | Breakdown | None,
     breakdown_needed: bool,
     rtol: float,
+    spanning: Sequence[ArrayLike] = (),
 ) -> Setup:
-    """Arguments as in `actuate`; the cases are as many as the longest of them and of the arrays in `spanning`. Raises
-    `InputError`.
-    """
+    """Lay out films; the cases are as many as the longest of the arrays in any argument and in `spanning`. Raises `InputError`."""
     materials = [material] if isinstance(material, Material) else list(material)
-    axes = list(prestretch) if isinstance(prestretch, tuple) else [prestretch, prestretch]
-    if len(axes) != 2:
-        raise InputError(f"a prestretch of {len(axes)} values: a pair, one for each axis, is needed")
+    varied = film.varied()
     if temperature is None:
         temperature = [each.reference_temperature for each in materials]
-    _check(materials, thickness, relax, rtol)
-    field = (
-        breakdown_field
-        if isinstance(breakdown_field, Breakdown) or breakdown_field is None
-        else np.asarray(breakdown_field, dtype=float)
-    )
-    given = [*axes, temperature, prestretch_rate, thickness, None if isinstance(field, Breakdown) else field, *spanning]
-    sizes = {np.size(value) for value in given if value is not None} | {len(materials)}
-    sizes.discard(1)
-    if len(sizes) > 1:
-        raise InputError(f"arrays of {' and '.join(map(str, sorted(sizes)))} values do not make one set of cases")
-    cases = sizes.pop() if sizes else 1
-    first, second = (None if axis is None else _spread(axis, cases, "prestretch") for axis in axes)
-    for axis in (first, second):
-        if axis is not None and np.any(axis < 1):
-            case = int(np.argmin(axis))
-            raise InputError(f"{of_case(case, cases)}prestretch {axis[case]:g}: it must not be below 1 (1 is undeformed)")
-    temperatures = _spread(temperature, cases, "temperature")
-    points, ramp = Points.of(materials, temperatures, rtol), _ramp(first, second, prestretch_rate, cases)
+    if not materials:
+        raise InputError("a material is needed")
+    for each in materials:
+        if not each.permittivity:
+            raise InputError(f"material {each.name!r} has no permittivity, which a film under voltage needs")
+    film.check()
+    check_tolerance(rtol)
+    limits = _Limits(materials, breakdown_field, breakdown_needed)
+    given = [*varied, temperature, *limits.varied(), *spanning]
+    cases = one_set([*map(np.size, given), len(materials)])
+    first, second = film.stretched(cases)
+    temperatures = spread(temperature, "every temperature", cases)
+    points, ramp = Points.of(materials, temperatures, rtol), film.ramp(cases)
     beyond, spring = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
     if beyond.any():
         case = int(np.argmax(beyond))
         largest = max(float(axis[case]) for axis in (first, second) if axis is not None)
         limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(largest)}"
         raise InputError(f"{of_case(case, cases)}prestretch {_pair(first, second, case)} {limited}")
-    return Setup(
-        points,
-        temperatures,
-        _spread(thickness, cases, "thickness"),
-        (first, second),
-        ramp,
-        relax,
-        _controls(boundary),
-        _breakdown_field(materials, field, first, second, cases, breakdown_needed),
-    )
+    thickness = spread(film.thickness, "every thickness", cases)
+    field = limits.field((first, second), cases)
+    return Setup(points, temperatures, thickness, (first, second), ramp, film.relax, film.controls, field)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Limits:
+    """The breakdown field as it is stated, in V/m, over prestretch, or by the materials; and whether it must be known."""
+
+    materials: Sequence[Material]
+    stated: ArrayLike | Breakdown | None
+    needed: bool
+
+    def varied(self) -> list[ArrayLike]:
+        """The numbers of which there may be one for each case."""
+        return [] if self.stated is None or isinstance(self.stated, Breakdown) else [self.stated]
+
+    def field(self, prestretch: tuple[Floats | None, Floats | None], cases: int) -> Floats:
+        """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
+        for stated in self.varied():
+            fields = spread(stated, "every breakdown field", cases)
+            if np.any(fields <= 0):
+                raise InputError(f"breakdown field {float(fields.min()):g} V/m: it must be positive")
+            return fields
+        # an axis left free keeps the area of uniaxial stress
+        first, second = prestretch
+        held = [axis for axis in prestretch if axis is not None]
+        area = np.ones(cases) if not held else np.sqrt(held[0]) if first is None or second is None else first * second
+        equibiaxial, fields = np.sqrt(area), np.full(cases, np.inf)
+        for index, each in enumerate(self.materials):
+            own = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
+            known = self.stated if isinstance(self.stated, Breakdown) else each.breakdown
+            if known is not None:
+                fields[own] = known.at(equibiaxial[own])
+            elif self.needed:
+                raise InputError(f"a breakdown field is needed: material {each.name!r} has none, and none is given")
+        return fields
 
 
 def _pair(first: Floats | None, second: Floats | None, case: int) -> str:
     """The prestretch of a case in words."""
     axes = ["free" if axis is None else f"{axis[case]:g}" for axis in (first, second)]
     return axes[0] if axes[0] == axes[1] else " x ".join(axes)
-
-
-def _check(materials: Sequence[Material], thickness: ArrayLike, relax: float, rtol: float) -> None:
-    """`InputError` for a number that makes no sense."""
-    if not materials:
-        raise InputError("a material is needed")
-    for each in materials:
-        if not each.permittivity:
-            raise InputError(f"material {each.name!r} has no permittivity, which a film under voltage needs")
-    for value in np.atleast_1d(np.asarray(thickness, dtype=float)).tolist():
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"thickness {value:g} m: it must be positive")
-    if not (np.isfinite(relax) and relax >= 0):
-        raise InputError(f"relaxation for {relax:g} s: it must not be negative")
-    if not 1e-12 <= rtol <= 0.1:
-        raise InputError(f"rtol {rtol:g} is not between 1e-12 and 0.1")
-
-
-def _ramp(first: Floats | None, second: Floats | None, rate: ArrayLike | None, cases: int) -> Floats:
-    """Time in s (cases,) that the prestretch takes at a `rate` of the larger axis."""
-    if rate is None:
-        return np.zeros(cases)
-    rates = _spread(rate, cases, "prestretch rate")
-    if np.any(rates <= 0):
-        raise InputError(f"prestretch rate {float(rates.min()):g} /s: it must be positive")
-    return np.asarray(np.max([axis - 1 for axis in (first, second) if axis is not None], axis=0, initial=0.0) / rates)
-
-
-def _controls(boundary: str | tuple[str, str]) -> tuple[Control, Control]:
-    """What is prescribed along each axis under voltage."""
-    names = (boundary, boundary) if isinstance(boundary, str) else tuple(boundary)
-    if len(names) != 2 or any(name not in BOUNDARIES for name in names):
-        raise InputError(f"boundary {boundary!r}: dead-load or clamped is needed, or one of them for each axis")
-    return BOUNDARIES[names[0]], BOUNDARIES[names[1]]
-
-
-def _breakdown_field(
-    materials: Sequence[Material],
-    field: Floats | Breakdown | None,
-    first: Floats | None,
-    second: Floats | None,
-    cases: int,
-    needed: bool,
-) -> Floats:
-    """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
-    if isinstance(field, np.ndarray):
-        fields = _spread(field, cases, "breakdown field")
-        if np.any(fields <= 0):
-            raise InputError(f"breakdown field {float(fields.min()):g} V/m: it must be positive")
-        return fields
-    # an axis left free keeps the area of uniaxial stress
-    wide = first if first is not None else second
-    area = np.ones(cases) if wide is None else (first * second if first is not None and second is not None else np.sqrt(wide))
-    equibiaxial = np.sqrt(area)
-    fields = np.full(cases, np.inf)
-    for index, each in enumerate(materials):
-        own = slice(None) if len(materials) == 1 else slice(index, index + 1)
-        known = field or each.breakdown
-        if known is not None:
-            fields[own] = known.at(equibiaxial[own])
-        elif needed:
-            raise InputError(f"a breakdown field is needed: material {each.name!r} has none, and none is given")
-    return fields
-
-
-def _spread(value: ArrayLike, cases: int, name: str) -> Floats:
-    """One finite number for each case."""
-    array = np.asarray(value, dtype=float)
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"every {name} must be finite")
-    return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
-from dielast.material.springs import Floats
-from dielast.mechanics.load import Path, Piece, of_case, path_pieces, spread
-from dielast.mechanics.span import Control
+from dielast.mechanics.cases import spread
+from dielast.mechanics.course import Piece, Ramp, lasts_at
+from dielast.mechanics.history import pace, path_pieces
+from dielast.mechanics.load import Path
+from dielast.mechanics.span import Controls
+from dielast.numerics.columns import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -32,78 +35,47 @@ class VoltageStep(Result):
         """Keep the voltage for a `duration` in s."""
         return cls(duration=duration)
 
-
-def spanning(steps: Sequence[VoltageStep]) -> list[ArrayLike]:
-    """All numbers of the steps that there may be one of for each case."""
-    found: list[ArrayLike | None] = []
-    for step in steps:
-        found += (
-            [*step.voltage.varied(), step.rate, step.duration]
-            if isinstance(step.voltage, Path)
-            else [step.voltage, step.rate, step.duration]
-        )
-    return [value for value in found if value is not None]
+    def varied(self) -> list[ArrayLike]:
+        """All numbers of which there may be one for each case."""
+        voltage = self.voltage.varied() if isinstance(self.voltage, Path) else (self.voltage,)
+        return [value for value in (*voltage, self.rate, self.duration) if value is not None]
 
 
-def voltage_pieces(steps: Sequence[VoltageStep], controls: tuple[Control, Control], thickness: Floats, cases: int) -> list[Piece]:
-    """The steps as pieces of load for so many cases, from 0 V. Raises `InputError` naming the step (counted from 0) that is
-    wrong.
+def voltage_pieces(steps: Sequence[VoltageStep], controls: Controls, thickness: Floats) -> list[Piece]:
+    """The steps as pieces of load, from 0 V, for films of a `thickness` (cases,) in m. Raises `InputError` naming the step (counted
+    from 0) that is wrong.
     """
     if not steps:
         raise InputError("a voltage programme needs at least one step")
     result: list[Piece] = []
-    present = np.zeros(cases)
+    present = np.zeros(thickness.size)
     for index, step in enumerate(steps):
         try:
             if isinstance(step.voltage, Path):
                 if step.rate is not None or step.duration is not None:
                     raise InputError("a waveform or a track has its pace with it")
-                result += path_pieces(step.voltage, controls, (False, False, True), cases, 1 / thickness, index)
-                present = spread(step.voltage.last, "voltage", cases)
+                result += path_pieces(step.voltage, controls, (False, False, True), 1 / thickness, index)
+                present = spread(step.voltage.last, "voltage", thickness.size)
                 continue
-            voltage, duration = _resolve(step, present, cases)
+            voltage, duration = _ramp(step, present)
         except InputError as error:
             raise InputError(f"step {index}: {error}") from None
-        result.append(Piece(controls, (None, None, voltage / thickness), duration, origin=index))
+        result.append(Ramp(controls, (None, None, voltage / thickness), duration, origin=index))
         present = voltage
     return result
 
 
-def _resolve(step: VoltageStep, present: Floats, cases: int) -> tuple[Floats, Floats]:
-    """Voltage at the end of a step and its duration (cases,)."""
-    duration = None if step.duration is None else spread(step.duration, "duration", cases)
-    if duration is not None and np.any(duration < 0):
-        raise InputError(f"duration {float(duration.min()):g} s: it must not be negative")
+def _ramp(step: VoltageStep, present: Floats) -> tuple[Floats, Floats]:
+    """Voltage at the end of a step that is no path, and its duration in s (cases,)."""
     if step.voltage is None:
-        if duration is None or step.rate is not None:
+        if step.duration is None or step.rate is not None:
             raise InputError("a voltage, or the duration of a hold is needed")
-        return present, duration
-    assert not isinstance(step.voltage, Path)
-    voltage = spread(step.voltage, "voltage", cases)
-    if step.rate is None:
-        return voltage, np.zeros(cases) if duration is None else duration
-    if duration is not None:
-        raise InputError("a rate or a duration is needed, not both")
-    rate, move = spread(step.rate, "rate", cases), voltage - present
-    if np.any(rate == 0):
-        raise InputError("rate 0 never reaches the voltage")
-    if np.any(move * rate < 0):
-        case = int(np.argmax(move * rate < 0))
-        raise InputError(
-            f"{of_case(case, cases)}rate {rate[case]:g} V/s leads away from the voltage: {move[case]:+g} V are to go, "
-            f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
-        )
-    return voltage, move / rate
-
-
-def some_of(pieces: Sequence[Piece], cases: NDArray[np.intp]) -> list[Piece]:
-    """Voltage pieces for some of the cases."""
-    return [
-        replace(
-            piece,
-            target=(None, None, None if piece.target[2] is None else piece.target[2][cases]),
-            duration=None if piece.duration is None else piece.duration[cases],
-            path=None if piece.path is None else piece.path.take(cases),
-        )
-        for piece in pieces
-    ]
+        voltage = present
+    else:
+        assert not isinstance(step.voltage, Path)
+        voltage = spread(step.voltage, "voltage", present.size)
+    duration, rate = pace(step, present.size, "voltage")
+    if rate is not None:
+        duration = lasts_at(rate, voltage - present, "voltage", " V/s", "V are")
+    assert duration is not None
+    return voltage, duration

@@ -21,7 +21,7 @@ from dielast.material.material import Material
 from dielast.material.shift import WLF
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
-from dielast.simulate.creep import creep
+from dielast.simulate.membrane import creep
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from reconstruction import spectrum

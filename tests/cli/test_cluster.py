@@ -17,10 +17,10 @@ import pytest
 from processes import until
 
 from dielast.commands.actuate import run as actuate
+from dielast.commands.registry import read_cases
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import to_csv
-from dielast.recipe.cases import read_cases
 from dielast.sharing import cluster
 from dielast.sharing.execution import Execution
 

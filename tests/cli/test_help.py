@@ -12,8 +12,7 @@ from typing import Any
 
 import pytest
 
-from dielast.cli.help import short_recipe
-from dielast.recipe.models import KINDS
+from dielast.commands.registry import COMMANDS
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -30,12 +29,12 @@ def recipe_in(text: str) -> str:
     return after.split("\n\n")[0]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", COMMANDS)
 def test_the_recipe_in_the_help_runs_as_it_is(kind: str, dielast: Run, tmp_path: Path) -> None:
     text = help_of(kind)
     assert text.startswith(f"Usage: dielast {kind} RECIPE.toml [OPTIONS]\n")
     shown = recipe_in(text)
-    assert [line.strip() for line in shown.splitlines()] == short_recipe(kind).splitlines()
+    assert [line.strip() for line in shown.splitlines()] == COMMANDS[kind].short_recipe().splitlines()
     (tmp_path / "my.toml").write_text(shown)
     done = dielast("validate", "my.toml")
     assert (done.returncode, done.stdout, done.stderr) == (0, "my.toml: ok\n", "")
@@ -44,7 +43,7 @@ def test_the_recipe_in_the_help_runs_as_it_is(kind: str, dielast: Run, tmp_path:
     assert (tmp_path / "out/summary.toml").is_file()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", COMMANDS)
 def test_the_help_says_where_to_go_on(kind: str) -> None:
     text = help_of(kind)
     pointers = (f"dielast new {kind} >", f"dielast {kind} my.toml -o out", "dielast validate my.toml", "dielast schema")

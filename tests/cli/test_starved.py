@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from dielast.commands.registry import read_cases
 from dielast.commands.simulation.memory import check_cells, check_series
 from dielast.errors import NumericsError
 from dielast.io.files import Inputs
-from dielast.recipe.cases import read_cases
 from dielast.sharing import memory
 
 Run = Callable[..., subprocess.CompletedProcess[str]]

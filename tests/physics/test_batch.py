@@ -9,9 +9,7 @@ from dielast.material.material import Material
 from dielast.material.shift import WLF
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
-from dielast.simulate.creep import creep
-from dielast.simulate.membrane import MembraneHistory
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import MembraneHistory, creep, relax
 from reconstruction import spectrum
 
 VHB = Material("VHB 4905, reconstruction", 26e3, spectrum(), WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0))

@@ -9,7 +9,9 @@ from films import SOFT
 from dielast import Material, NoShift, Spectrum, Step, VoltageStep, actuate, creep, relax
 from dielast.errors import InputError
 from dielast.material.springs import Gent
-from dielast.mechanics.course import EVEN_ROWS, Chain, Cycles, Line
+from dielast.mechanics.chain import Chain
+from dielast.mechanics.course import EVEN_ROWS, Line
+from dielast.mechanics.cycles import Cycles
 from dielast.mechanics.load import Track, Waveform
 from dielast.mechanics.span import Control
 
@@ -127,7 +129,8 @@ def test_a_long_hold_after_a_fast_load_reaches_equilibrium() -> None:
 def test_spans_of_a_cycle_join_and_end_where_the_size_is_least(low: float, high: float, triangle: bool) -> None:
     one = np.ones(1)
     driven = np.array([False, False, True])
-    course = Cycles.of(FREE, np.zeros((3, 1)), driven, (low * one, high * one, 4 * one), 2, triangle)
+    wave = Waveform(low, high, 4.0, 2, "triangle" if triangle else "sine")
+    course = Cycles.of(FREE, np.zeros((3, 1)), driven, wave, one)
     time, last = 0.0, low
     case = np.zeros(1, dtype=np.intp)
     for index in range(course.spans):
@@ -151,7 +154,7 @@ def test_spans_of_a_cycle_join_and_end_where_the_size_is_least(low: float, high:
 def test_rows_are_close_in_what_is_driven() -> None:
     one, driven = np.ones(1), np.array([True, False, False])
     ramp = Line(FREE, np.zeros((3, 1)), np.array([[1.0], [0.0], [0.0]]), 5 * one)
-    wave = Cycles.of(FREE, np.zeros((3, 1)), driven, (0 * one, one, one), 3, False)
+    wave = Cycles.of(FREE, np.zeros((3, 1)), driven, Waveform(0.0, 1.0, 1.0, 3), one)
     chain = Chain.of(FREE, np.zeros((3, 1)), driven, np.array([0.0, 1.0, 1.5, 9.0]), np.array([0.0, 1.0, 0.2, 0.2]), one)
     for course, swing in ((ramp, 1), (wave, 6), (chain, 1.8)):
         rows = course.rows(30, np.arange(course.cycles), one)[0]

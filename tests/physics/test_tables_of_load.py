@@ -13,8 +13,7 @@ from dielast.handover.material_file import parse_material
 from dielast.mechanics.load import Step, Track
 from dielast.numerics import integrate
 from dielast.simulate.actuate import actuate
-from dielast.simulate.creep import creep
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import creep, relax
 from dielast.simulate.voltage import VoltageStep
 
 Array = NDArray[np.float64]

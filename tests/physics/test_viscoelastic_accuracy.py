@@ -14,8 +14,7 @@ from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
-from dielast.simulate.creep import creep
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import creep, relax
 from reconstruction import spectrum
 
 TIMES = np.concatenate((np.linspace(0.05, 2.0, 30), 2.0 + np.geomspace(1e-3, 1000.0, 60)))

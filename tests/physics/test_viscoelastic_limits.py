@@ -12,8 +12,7 @@ from dielast.material.shift import WLF, NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
-from dielast.simulate.creep import creep
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import creep, relax
 
 EQUILIBRIUM = 26e3  # Pa
 

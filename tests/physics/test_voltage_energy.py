@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -12,13 +10,16 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.events import Watch
+from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT
-from dielast.mechanics.symmetric import Films
-from dielast.numerics.integrate import Stride
-from dielast.simulate.film import prestretch, programme
+from dielast.mechanics.symmetric import EQUIBIAXIAL, Films
+from dielast.mechanics.watch import Watch
+from dielast.numerics.stride import Stride
+from dielast.simulate.film import Film
+from dielast.simulate.follow import follow
+from dielast.simulate.setup import prestretched
 from dielast.simulate.voltage import VoltageStep, voltage_pieces
 
 PERMITTIVITY, THICKNESS = 3.98e-11, 0.5e-3
@@ -35,15 +36,13 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 Array = NDArray[np.float64]
 
 
-@dataclass(slots=True, eq=False)
 class Bookkeeper(Watch):
     """Adds up work and dissipation per undeformed volume over every step, by Gauss quadrature on the dense output."""
 
-    electric: float = 0.0
-    mechanical: float = 0.0
-    dissipated: float = 0.0
-    least: float = 0.0
-    stored: list[float] = field(default_factory=list)
+    def __init__(self, films: WatchedFilms) -> None:
+        super().__init__(films, (), ())
+        self.electric = self.mechanical = self.dissipated = self.least = 0.0
+        self.stored: list[float] = []
 
     def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
         if stride.accepted[0]:
@@ -64,7 +63,7 @@ class Bookkeeper(Watch):
                 self.electric += 0.5 * weight * field_now * (charge[1] - charge[0]) / (2 * small)
                 self.dissipated += 0.5 * weight * power * float(stride.step[0])
                 self.least = min(self.least, power)
-        return Watch.__call__(self, stride)
+        return super().__call__(stride)
 
     def at(self, system: Films, stride: Stride, fraction: float) -> tuple[tuple[Array, Array], float, float, float]:
         """Nominal stresses and stretches, stored energy, power dissipated, and nominal charge density."""
@@ -94,11 +93,12 @@ class Bookkeeper(Watch):
 )
 def test_energy_is_conserved(first: float, second: float, controls: tuple[Control, Control]) -> None:
     points = Points.of(SOLID, np.array([20.0]), 1e-9)
-    alike = first == second and controls[0] is controls[1]
-    film, _ = prestretch(points, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, alike=alike, rtol=1e-9)
-    watch = Bookkeeper(controls, np.array([np.inf]), ONE_PERCENT, (), 1e-9)
+    symmetry = EQUIBIAXIAL if first == second and controls[0] is controls[1] else None
+    rest = Film.at_rest(points, symmetry)
+    film, _ = prestretched(rest, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, rtol=1e-9)
+    watch = Bookkeeper(WatchedFilms(controls, np.array([np.inf]), ONE_PERCENT, film.condition.nominal_stress, points.stress_floor))
     steps = [VoltageStep(2e3, duration=3.0), VoltageStep.hold(200.0), VoltageStep(-1e3, duration=10.0), VoltageStep.hold(50.0)]
-    programme(film, voltage_pieces(steps, controls, THICKNESS, 1), watch, rtol=1e-9)
+    follow(film, voltage_pieces(steps, controls, np.array([THICKNESS])), rtol=1e-9, watch=watch)
     gained = watch.stored[-1] - watch.stored[0]
     scale = abs(watch.electric) + abs(watch.mechanical)
     assert gained == pytest.approx(watch.electric + watch.mechanical - watch.dissipated, abs=1e-6 * scale)

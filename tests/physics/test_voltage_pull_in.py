@@ -19,7 +19,8 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.stability import TimeScale
-from dielast.simulate.actuate import Event, actuate
+from dielast.simulate.actuate import actuate
+from dielast.simulate.events import Event
 from dielast.simulate.voltage import VoltageStep
 
 MODULUS, PERMITTIVITY, THICKNESS = 26e3, 3.98e-11, 0.5e-3

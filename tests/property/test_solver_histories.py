@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
-from dielast.simulate.creep import creep
-from dielast.simulate.membrane import MembraneHistory
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import MembraneHistory, creep, relax
 
 log_time = st.floats(-9, 9)
 stretches = st.floats(0.5, 3.0)

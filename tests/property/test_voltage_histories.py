@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from dielast.material.material import Breakdown, Material
 from dielast.material.shift import WLF
@@ -16,7 +15,8 @@ from dielast.material.springs import Gent
 from dielast.mechanics.load import Waveform
 from dielast.mechanics.stability import TimeScale
 from dielast.simulate.actuate import ActuationHistory, actuate
-from dielast.simulate.failure_map import assemble, failure_map, plan_failure_map, solve_cells
+from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
+from dielast.simulate.map_plan import solve_cells
 from dielast.simulate.voltage import VoltageStep
 
 THICKNESS, PERMITTIVITY = 0.5e-3, 3.98e-11
@@ -87,7 +87,7 @@ def test_a_map_does_not_depend_on_its_chunks() -> None:
     whole = failure_map(solid(), **common)
     plan = plan_failure_map(solid(), **common)
     pieces = [solve_cells(plan, first, end) for first, end in plan.chunks(5)]
-    cut = assemble(plan, pieces[::-1])
+    (cut,) = assembled(plan, pieces[::-1])
     for name in ("time_to_breakdown", "time_to_pull_in", "time_to_failure"):
         assert np.array_equal(getattr(whole, name), getattr(cut, name), equal_nan=True)
     assert np.array_equal(whole.failure_mode, cut.failure_mode)
@@ -154,6 +154,7 @@ def test_watched_for_ever_only_the_equilibrium_spring_holds() -> None:
     st.sampled_from([TimeScale.fraction(0.01), TimeScale.fixed(0.0), TimeScale.fixed(1.0)]),
     st.sampled_from([1e-6, 10.0]),
 )
+@example([(7.0, 0.0), (-12.0, 1.5)], 1.0, 1.0, "dead-load", TimeScale.fraction(0.01), 1e-6)  # the sum of both spans is not 10^1.5
 @settings(max_examples=25, deadline=30_000)
 def test_any_programme_ends_with_numbers(
     programme: list[tuple[float, float]], first: float, second: float, boundary: str, timescale: TimeScale, fastest: float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -13,13 +13,15 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.events import Kind, Watch
+from dielast.mechanics.criteria.criterion import Moment, Signal, WatchedFilms
+from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import ONE_PERCENT, damped
-from dielast.numerics.integrate import Stride
+from dielast.mechanics.watch import Watch
 from dielast.numerics.roots import fall, samples
 from dielast.numerics.rosenbrock import RODAS5P
+from dielast.numerics.stride import Stride
 from dielast.simulate import actuate as module
 from dielast.simulate.actuate import actuate
 from dielast.simulate.voltage import VoltageStep
@@ -61,23 +63,25 @@ def test_a_root_at_the_edge_or_found_by_chance_is_exact() -> None:
     assert fall(signal, np.zeros(3), np.ones(3)) == pytest.approx([0.5, 1.0, 0.75], abs=1e-15)
 
 
-class Prescribed(Watch):
-    """A watch of six cases whose margin is a given function of time: at AT it dips below zero, or only near it, or falls to it, or
-    keeps near zero or far from it, or falls from far above to just below.
+class Prescribed(PullIn):
+    """Six films whose margin is a given function of time: at AT it dips below zero, or only near it, or falls to it, or keeps near
+    zero or far from it, or falls from far above to just below.
     """
 
-    def _value(self, kind: Kind, system: Any, cases: Any, time: Array, age: Array, state: Array) -> Array:
-        if kind is not Kind.PULL_IN:
-            return super()._value(kind, system, cases, time, age, state)
-        x = age / AT - 1  # the voltage rises at 0 s
-        dip = 0.1 * np.minimum(x**2, 1.0)
-        falling, sudden = 0.1 * np.clip(-x, -1, 1), np.clip(-1e6 * x, -0.01, 1.0)
-        return np.choose(cases, (dip - 0.1 * WIDTH**2, dip + 1e-6, falling, np.full_like(x, 0.1), 1 + 0 * x, sudden))
+    def signal(self, films: WatchedFilms) -> Signal:
+        def margin(moment: Moment) -> Array:
+            x = moment.age / AT - 1  # the voltage rises at 0 s
+            dip = 0.1 * np.minimum(x**2, 1.0)
+            falling, sudden = 0.1 * np.clip(-x, -1, 1), np.clip(-1e6 * x, -0.01, 1.0)
+            signals = dip - 0.1 * WIDTH**2, dip + 1e-6, falling, np.full_like(x, 0.1), 1 + 0 * x, sudden
+            return np.choose(moment.cases, signals)
+
+        return margin
 
 
 @pytest.mark.parametrize("voltage", [2e3, 2.2e3])
 def test_one_case_dips_while_others_do_not(monkeypatch: pytest.MonkeyPatch, voltage: float) -> None:
-    monkeypatch.setattr(module, "Watch", Prescribed)
+    monkeypatch.setattr(module, "CRITERIA", [Prescribed()])
     programme = [VoltageStep(voltage), VoltageStep.hold(1e3)]
     history = actuate(
         SOFT, programme, thickness=np.full(6, 5e-4), prestretch=1.5, relax=10.0, stop_at="pull-in", rtol=1e-4, points_per_decade=5
@@ -89,45 +93,45 @@ def test_one_case_dips_while_others_do_not(monkeypatch: pytest.MonkeyPatch, volt
     assert [outcome.time for outcome in history.outcome] == pytest.approx([AT * (1 - WIDTH), 1e3, AT, 1e3, 1e3, AT])
 
 
-class Parabolas(Watch):
-    """Margins over a step from 0 to 1 s, one a case: parabolas that dip to `-depth` at `bottom`."""
+@dataclass(frozen=True, eq=False)
+class Parabolas(PullIn):
+    """Margins over a step from 0 to 1 s, one a case: parabolas that dip to `-depth` at `bottom`; both `ends` together are given."""
 
     bottom: Array
     depth: float
-    ends: float  # values at both ends together
+    ends: float
 
-    @classmethod
-    def curvature(cls) -> Array:
-        return np.asarray(cls.ends / (cls.bottom**2 + (1 - cls.bottom) ** 2))
+    @property
+    def curvature(self) -> Array:
+        return np.asarray(self.ends / (self.bottom**2 + (1 - self.bottom) ** 2))
 
-    def margin(self, time: Array, cases: Any) -> Array:
-        own = type(self)
-        return np.asarray(own.curvature()[cases] * (time - own.bottom[cases]) ** 2 - own.depth)
-
-    def _value(self, kind: Kind, system: Any, cases: Any, time: Array, age: Array, state: Array) -> Array:
-        return self.margin(time, cases)
+    def signal(self, films: WatchedFilms) -> Signal:
+        return lambda moment: self.curvature[moment.cases] * (moment.age - self.bottom[moment.cases]) ** 2 - self.depth
 
 
 @pytest.mark.parametrize("depth", [1e-5, -1e-5])
 @pytest.mark.parametrize("ends", [0.29, 3.0])
 def test_a_parabola_that_dips_below_zero_is_found_wherever_it_does(depth: float, ends: float) -> None:
     bottom = np.linspace(0.03, 0.97, 48)
-    Parabolas.bottom, Parabolas.depth, Parabolas.ends = bottom, depth, ends
+    parabolas = Parabolas(bottom, depth, ends)
     count = bottom.size
     solid = Material("soft", 26e3, Spectrum([1.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11)
     controls, zero, one, every = (Control.STRESS, Control.STRESS), np.zeros(count), np.ones(count), np.arange(count)
     points = damped(Points.of(solid, np.full(count, 20.0), 1e-4))
     system = LoadedPoints(points, Load.between(controls, np.zeros((3, count)), np.zeros((3, count)), one))
     state = np.zeros((2 * len(points.modulus) + 2, count))
-    watch = Parabolas(controls, np.full(count, np.inf), ONE_PERCENT, (Kind.PULL_IN,))
+    films = WatchedFilms(controls, np.full(count, np.inf), ONE_PERCENT, np.zeros((2, count)), points.stress_floor)
+    watch = Watch(films, [parabolas], ["pull-in"])
     watch.begin(system, state, zero, every >= 0)
     increments = np.zeros((RODAS5P.stages, *state.shape))
-    over = watch(Stride(system, RODAS5P, every, every >= 0, zero, one, one, state, state, increments, 0 * every, zero, one))
+    steps = zero, one, one, state, state, increments, 0 * every, zero, one, one
+    over = watch(Stride(system, RODAS5P, every, every >= 0, *steps))
     watch.finish(points, LoadedPoints)
+    time = watch.happened[parabolas].time
     if depth > 0:
-        assert watch.happened.time[Kind.PULL_IN] == pytest.approx(bottom - np.sqrt(depth / Parabolas.curvature()), abs=1e-12)
+        assert time == pytest.approx(bottom - np.sqrt(depth / parabolas.curvature), abs=1e-12)
         assert over is not None
         assert over.all()
     else:
-        assert np.isnan(watch.happened.time).all()
+        assert np.isnan(time).all()
         assert over is None

@@ -15,9 +15,8 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
 from dielast.simulate.actuate import actuate
-from dielast.simulate.creep import creep
 from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import creep, relax
 from dielast.simulate.voltage import VoltageStep
 
 SOLID = Material(

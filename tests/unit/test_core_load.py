@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from dielast.errors import InputError
-from dielast.mechanics.load import Piece, Step, of_case, pieces
+from dielast.mechanics.cases import of_case
+from dielast.mechanics.course import Ramp
+from dielast.mechanics.history import pieces
+from dielast.mechanics.load import Step
 from dielast.mechanics.span import Control, Load
 
 BOTH = (Control.STRETCH, Control.STRESS)
@@ -41,7 +44,7 @@ def test_a_ramp_knows_whether_anything_moves_and_whether_there_is_a_field(field:
 def test_a_rate_is_that_of_the_axis_that_moves_furthest() -> None:
     (piece,) = pieces([Step(stretch=([2.0, 1.5, 1.0], [1.5, 4.0, 1.0]), rate=0.5)], "uniaxial", 3)
     present = np.array([[1.0] * 3, [1.0] * 3, [0.0] * 3])
-    line = piece.resolve(present)
+    line = piece.begin(present)
     end, duration = line.end, line.duration
     assert end.tolist() == [[2.0, 1.5, 1.0], [1.5, 4.0, 1.0], [0.0, 0.0, 0.0]]
     assert duration.tolist() == [2.0, 6.0, 0.0]
@@ -49,17 +52,17 @@ def test_a_rate_is_that_of_the_axis_that_moves_furthest() -> None:
 
 def test_only_the_paced_quantity_counts_for_a_rate() -> None:
     (piece,) = pieces([Step(stretch=(2.0, None), stress=(None, 1e5), rate=0.5)], "uniaxial", 1)
-    line = piece.resolve(np.array([[1.0], [0.0], [0.0]]))
+    line = piece.begin(np.array([[1.0], [0.0], [0.0]]))
     end, duration = line.end, line.duration
     assert end[:, 0].tolist() == [2.0, 1e5, 0.0]
     assert duration.tolist() == [2.0]
     (piece,) = pieces([Step(stress=(1e4, -3e4), rate=-1e3)], "uniaxial", 1)
-    assert piece.resolve(np.array([[2e4], [0.0], [0.0]])).duration.tolist() == [30.0]
+    assert piece.begin(np.array([[2e4], [0.0], [0.0]])).duration.tolist() == [30.0]
 
 
 def test_what_is_reached_already_but_for_rounding_takes_no_time() -> None:
     (piece,) = pieces([Step(stretch=1.3, rate=0.5)], "uniaxial", 2)
-    duration = piece.resolve(np.array([[1.3 * (1 + 4e-16), 1.3 - 1e-9], [0.0, 0.0], [0.0, 0.0]])).duration
+    duration = piece.begin(np.array([[1.3 * (1 + 4e-16), 1.3 - 1e-9], [0.0, 0.0], [0.0, 0.0]])).duration
     assert duration[0] == 0.0
     assert duration[1] == pytest.approx(2e-9, rel=1e-6)
 
@@ -67,15 +70,15 @@ def test_what_is_reached_already_but_for_rounding_takes_no_time() -> None:
 def test_a_rate_that_leads_away_names_its_case_and_the_sign_that_is_needed() -> None:
     (piece,) = pieces([Step(stretch=[2.0, 2.0, 0.5], rate=[1.0, -1.0, 1.0])], "uniaxial", 3)
     with pytest.raises(InputError, match=r"case 1: rate -1 leads away from the target: \+1 of stretch is to go, so .* positive"):
-        piece.resolve(np.ones((3, 3)))
+        piece.begin(np.ones((3, 3)))
     (piece,) = pieces([Step(stretch=0.5, rate=1.0)], "uniaxial", 1)
     with pytest.raises(InputError, match=r"^step 0: rate 1 leads away from the target: -0.5 of stretch is to go, so .* negative"):
-        piece.resolve(np.ones((3, 1)))
+        piece.begin(np.ones((3, 1)))
     assert (of_case(0, 1), of_case(0, 2)) == ("", "case 0: ")
 
 
 def test_what_is_not_prescribed_anew_stays_as_it_is() -> None:
-    hold = Piece(BOTH, (None, None, np.array([5.0])), np.array([3.0]))
-    line = hold.resolve(np.array([[1.7], [2e4], [1.0]]))
+    hold = Ramp(BOTH, (None, None, np.array([5.0])), np.array([3.0]))
+    line = hold.begin(np.array([[1.7], [2e4], [1.0]]))
     assert line.end[:, 0].tolist() == [1.7, 2e4, 5.0]
     assert line.duration.tolist() == [3.0]

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.numerics.integrate import Stride
 from dielast.numerics.rosenbrock import RODAS5P
+from dielast.numerics.stride import Stride
 
 NOTHING: Any = None  # dense output asks no system
 
@@ -36,6 +36,7 @@ def test_dense_output_meets_the_conditions_of_order_four(theta: float) -> None:
         columns,
         none,
         none + 1,
+        none + 1,
     )
     b = stride.dense(slice(None), columns, np.full(size, theta))[0] @ gamma
     a, t = alpha.sum(axis=1), beta.sum(axis=1)
@@ -56,7 +57,7 @@ def test_dense_output_ends_where_the_step_does() -> None:
     random = np.random.default_rng(0)
     before, after, increments = random.normal(size=(3, 2)), random.normal(size=(3, 2)), random.normal(size=(8, 3, 2))
     one = np.ones(2)
-    stride = Stride(NOTHING, RODAS5P, np.arange(2), one > 0, one, one, one, before, after, increments, np.arange(2), one, one)
+    stride = Stride(NOTHING, RODAS5P, np.arange(2), one > 0, one, one, one, before, after, increments, np.arange(2), one, one, one)
     assert np.array_equal(stride.dense(slice(None), np.arange(2), np.zeros(2)), before)
     assert np.array_equal(stride.dense(slice(None), np.arange(2), one), after)
     assert np.array_equal(stride.dense(slice(1, None), np.array([1]), one[:1]), after[1:, 1:])

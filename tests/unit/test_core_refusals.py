@@ -18,13 +18,13 @@ from dielast.material.shift import NoShift, ShiftTable
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Floats, Gent
 from dielast.material.springs.first_invariant import FirstInvariantLaw
-from dielast.mechanics.load import Step, Track, Waveform, pieces
+from dielast.mechanics.history import pieces
+from dielast.mechanics.load import Step, Track, Waveform
 from dielast.mechanics.point import Points
 from dielast.simulate.actuate import actuate
-from dielast.simulate.creep import creep
 from dielast.simulate.failure_map import plan_failure_map
+from dielast.simulate.membrane import creep, relax
 from dielast.simulate.reach import out_of_reach
-from dielast.simulate.relax import relax
 from dielast.simulate.voltage import VoltageStep
 
 SOLID = Material(

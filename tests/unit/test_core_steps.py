@@ -9,8 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.numerics import integrate as module
-from dielast.numerics.integrate import Status, Stride, integrate
+from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.rosenbrock import RODAS5P
+from dielast.numerics.stride import Stride
 
 Array = NDArray[np.float64]
 

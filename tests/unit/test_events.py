@@ -7,13 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from films import SOFT
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from numpy.typing import NDArray
 
-from dielast.material.springs import Cases
-from dielast.mechanics.events import Kind, Watch
-from dielast.mechanics.symmetric import Films
+from dielast.mechanics.criteria.criterion import Signal, WatchedFilms
+from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.numerics.roots import fall, samples
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.voltage import VoltageStep
@@ -42,24 +40,17 @@ def test_a_column_does_not_depend_on_its_company() -> None:
     assert np.array_equal(together, apart)
 
 
-class Prescribed(Watch):
-    """A watch whose margin is a given function of time."""
-
-    margin: staticmethod[[Array], Array]
-
-    def _value(self, kind: Kind, system: Films, cases: Cases, time: Array, age: Array, state: Array) -> Array:
-        if kind is Kind.PULL_IN:
-            return np.asarray(type(self).margin(age))  # the voltage rises at 0 s
-        return super()._value(kind, system, cases, time, age, state)
-
-
 def watched(
     monkeypatch: pytest.MonkeyPatch, margin: Callable[[Array], Array], stop_at: str = "pull-in", rtol: float = 1e-4
 ) -> ActuationHistory:
+    """A film whose margin is a given function of time."""
     from dielast.simulate import actuate as module
 
-    Prescribed.margin = staticmethod(margin)
-    monkeypatch.setattr(module, "Watch", Prescribed)
+    class Prescribed(PullIn):
+        def signal(self, films: WatchedFilms) -> Signal:
+            return lambda moment: np.asarray(margin(moment.age))  # the voltage rises at 0 s
+
+    monkeypatch.setattr(module, "CRITERIA", [Prescribed()])
     return actuate(
         SOFT, [VoltageStep(2e3), VoltageStep.hold(1e4)], thickness=5e-4, prestretch=1.5, relax=10.0, stop_at=stop_at, rtol=rtol
     )

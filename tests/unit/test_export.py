@@ -10,8 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dielast import CardOptions, Gent, InputError, Material, Spectrum, export_card
 from dielast.errors import DielastWarning
@@ -77,7 +76,7 @@ def test_an_unknown_code_and_wrong_options_are_refused() -> None:
     )
     for options, line in wrong:
         with pytest.raises(InputError, match=re.escape(line)):
-            CardOptions(**options)
+            export_card(NEO, "ansys", CardOptions(**options))
 
 
 def test_springs_that_a_code_has_not_are_named_not_replaced() -> None:

@@ -17,8 +17,9 @@ from dielast.material.springs import Gent
 from dielast.mechanics.load import Track
 from dielast.numerics.integrate import Status
 from dielast.simulate.actuate import actuate
-from dielast.simulate.failure_map import Cells, assemble, failure_map, plan_failure_map, solve_cells
+from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
 from dielast.simulate.lifetime import fit_lifetime
+from dielast.simulate.map_plan import Cells, solve_cells
 from dielast.simulate.voltage import VoltageStep
 
 SOLID = Material(
@@ -53,8 +54,9 @@ def test_the_unit_of_work_can_be_sent_to_another_process() -> None:
     copy = pickle.loads(pickle.dumps(plan))
     for first, end in plan.chunks(4):
         one, other = solve_cells(plan, first, end), pickle.loads(pickle.dumps(solve_cells(copy, first, end)))
-        assert np.array_equal(one.time_to_breakdown, other.time_to_breakdown, equal_nan=True)
-        assert np.array_equal(one.time_to_pull_in, other.time_to_pull_in, equal_nan=True)
+        assert list(one.times) == list(other.times) == ["breakdown", "pull-in"]
+        for name, times in one.times.items():
+            assert np.array_equal(times, other.times[name], equal_nan=True)
 
 
 def test_a_cell_that_the_numerics_cannot_finish_is_no_survivor() -> None:
@@ -62,7 +64,7 @@ def test_a_cell_that_the_numerics_cannot_finish_is_no_survivor() -> None:
     nothing = np.full(6, np.nan)
     status = np.array([Status.COMPLETED, Status.STEP_VANISHED, Status.TOO_MANY_STEPS] * 2)
     broken = np.array([np.nan, np.nan, 5.0, np.nan, np.nan, 7.0])
-    result = assemble(plan, [Cells(0, broken, nothing, status)])
+    (result,) = assembled(plan, [Cells(0, {"breakdown": broken, "pull-in": nothing}, status)])
     assert result.failure_mode[0, 0].tolist() == ["none", "unfinished", "breakdown"]
     assert not result.completed
     assert result.outcome[0, 0, 1] != "completed"

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from dielast.numerics import integrate as module
-from dielast.numerics.integrate import Status, Stride, integrate
+from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.rosenbrock import RODAS5P
+from dielast.numerics.stride import Stride
 
 
 def butcher() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -96,7 +97,7 @@ def solve_with_fixed_steps(count: int, stiffness: float) -> tuple[float, float]:
             increments.append(linear.increment(time + RODAS5P.alpha[i] * step, stage, history, RODAS5P.gamma_i[i]))
         after = stage + increments[-1]
         one = np.zeros(1, int)
-        made = time, step, time + step, state, after, np.array(increments), one, 0 * time, 0 * time + 1
+        made = time, step, time + step, state, after, np.array(increments), one, 0 * time, 0 * time + 1, time + step
         stride = Stride(system, RODAS5P, one, np.ones(1, bool), *made)
         fractions = np.linspace(0.1, 0.9, 9)
         dense = stride.dense(slice(None), np.zeros(9, int), fractions)

@@ -10,10 +10,10 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.load import Step, Track, case_count, pieces
+from dielast.mechanics.history import case_count, pieces
+from dielast.mechanics.load import Step, Track
 from dielast.mechanics.span import Control, Load
-from dielast.simulate.creep import creep
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import creep, relax
 
 SOLID = Material("one", 26e3, Spectrum([10.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0))
 
@@ -30,7 +30,7 @@ def test_a_mode_says_what_a_value_means(mode: str, controls: tuple[Control, Cont
     (piece,) = pieces([Step(stretch=2.0, rate=0.5)], mode, 1)
     assert piece.controls == controls
     assert piece.target[1] == second
-    line = piece.resolve(np.array([[1.0], [second if mode == "uniaxial" else 1.0], [0.0]]))
+    line = piece.begin(np.array([[1.0], [second if mode == "uniaxial" else 1.0], [0.0]]))
     assert (line.end[0], line.duration) == (2.0, 2.0)
 
 

@@ -52,8 +52,10 @@ def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> 
     def interrupt(done: int, cells: int, what: str) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt, match="no cell was solved yet; the same command begins anew"):
-        partial.solve(plan, "key", Execution(jobs=2, progress=interrupt))
+    kept: list[str] = []
+    with pytest.raises(KeyboardInterrupt):
+        partial.solve(plan, "key", Execution(jobs=2, progress=interrupt, keep=kept.append))
+    assert kept == ["no cell was solved yet; the same command begins anew"]  # and none has a folder to be kept in
     assert len(Pool.given) == CELLS
     concurrent.futures.wait(Pool.given, timeout=60)
     assert sum(future.cancelled() for future in Pool.given) > CELLS // 2
@@ -75,10 +77,10 @@ def test_what_is_kept_is_taken_only_if_it_belongs_to_the_map(tmp_path: Path, mon
     assert not kept(status=np.full(4, 99))
     assert not kept(status=np.full(3, Status.COMPLETED))
     assert not kept(status=np.full((2, 2), Status.COMPLETED))
-    assert not kept(time_to_breakdown=np.full(4, -1.0))
-    assert not kept(time_to_pull_in=np.full(4, 4000.0))
+    assert not kept(times=cells.times | {"breakdown": np.full(4, -1.0)})
+    assert not kept(times=cells.times | {"pull-in": np.full(4, 4000.0)})
     nothing = np.full(4, np.nan)
-    assert not kept(time_to_breakdown=nothing, time_to_pull_in=nothing, status=np.full(4, Status.STOPPED))
+    assert not kept(times={"breakdown": nothing, "pull-in": nothing}, status=np.full(4, Status.STOPPED))
     # an array of 64 TiB that is not there
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1 << 43,)})

@@ -11,7 +11,7 @@ from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Step
 from dielast.readings.recipe import MeasurementData
-from dielast.simulate.relax import relax
+from dielast.simulate.membrane import relax
 
 TEMPERATURES = [0.0, 10.0, 20.0, 30.0]
 LAW = WLF(20.0, 13.7, 187.1)

@@ -41,7 +41,8 @@ from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.batches import solve_batches
 from dielast.sharing.execution import Execution
-from dielast.simulate.actuate import ActuationHistory, Event, actuate, event_columns
+from dielast.simulate.actuate import ActuationHistory, actuate
+from dielast.simulate.events import Event, event_columns
 from dielast.simulate.voltage import VoltageStep
 
 if TYPE_CHECKING:

@@ -9,16 +9,18 @@ import time
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from dielast._version import __version__
 from dielast.errors import InputError, NumericsError
 from dielast.io.files import KEPT, STORE, Inputs, write_files
+from dielast.mechanics.criteria import names
 from dielast.numerics.integrate import Status
 from dielast.recipe.base import RecipeBase
-from dielast.sharing.execution import Execution, share_out
-from dielast.simulate.failure_map import Cells, MapPlan, solve_cells
+from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
+from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
 OTHERS = "the recipe, a file that it names, or dielast has changed"
@@ -35,37 +37,45 @@ def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
 
 
 def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
-    """All cells of the plan. What is solved is kept in the execution's folder until all is done.
-
-    A `KeyboardInterrupt` says what is kept.
-    """
+    """All cells of the plan, which the execution's folder keeps until all are solved; the execution hears how many are kept."""
     store = None if execution.folder is None else execution.folder / STORE
+    note, keep = execution.note or _unheard, execution.keep or _unheard
     known, changed = _load(store, key, plan)
-    if known and execution.note is not None:
-        solved_before = sum(cells.status.size for cells in known.values())
-        execution.note(f"goes on from an interrupted run, which solved {solved_before} of {plan.cells} cells")
-    elif changed and execution.note is not None:
-        execution.note(f"the {changed} cells of an interrupted run are discarded: {OTHERS} since")
-    waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
     done = sum(cells.status.size for cells in known.values())
+    if known:
+        note(f"goes on from an interrupted run, which solved {done} of {plan.cells} cells")
+    elif changed:
+        note(f"the {changed} cells of an interrupted run are discarded: {OTHERS} since")
+    waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
     saved, due = len(known), 0.0
+
+    def save() -> None:
+        nonlocal saved
+        if store is not None and len(known) > saved and done < plan.cells:
+            _save(store, key, list(known.values()))
+            saved = len(known)
+            keep(f"{done} of {plan.cells} cells are kept: {GOES_ON}")
+
+    keep(f"{done} of {plan.cells} cells are kept: {GOES_ON}" if known else NONE_SOLVED)
     try:
         with closing(_solved(plan, waiting, execution)) as solved:
             for cells in solved:
                 known[cells.first] = cells
                 done += cells.status.size
-                if store is not None and done < plan.cells and time.monotonic() >= due:
-                    _save(store, key, list(known.values()))
-                    saved, due = len(known), time.monotonic() + PAUSE
+                if time.monotonic() >= due:
+                    save()
+                    due = time.monotonic() + PAUSE
                 if execution.progress is not None:
                     execution.progress(done, plan.cells, "cells")
-    except KeyboardInterrupt:
-        none = store is None or not done
-        raise KeyboardInterrupt(NONE_SOLVED if none else f"{done} of {plan.cells} cells are kept: {GOES_ON}") from None
     finally:
-        if store is not None and len(known) > saved and done < plan.cells:
-            _save(store, key, list(known.values()))
+        save()
+    if not saved:  # too small a map to be saved on the way
+        keep(NOTHING_KEPT)
     return list(known.values())
+
+
+def _unheard(line: str) -> None:
+    """What nobody needs to hear."""
 
 
 def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:
@@ -83,15 +93,14 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
 
 def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
     buffer = io.BytesIO()
-    np.savez(
-        buffer,
-        key=np.array(key),
-        first=np.array([cells.first for cells in solved]),
-        size=np.array([cells.status.size for cells in solved]),
-        time_to_breakdown=np.concatenate([cells.time_to_breakdown for cells in solved]),
-        time_to_pull_in=np.concatenate([cells.time_to_pull_in for cells in solved]),
-        status=np.concatenate([cells.status for cells in solved]),
-    )
+    arrays: dict[str, Any] = {
+        "key": np.array(key),
+        "first": np.array([cells.first for cells in solved]),
+        "size": np.array([cells.status.size for cells in solved]),
+        "status": np.concatenate([cells.status for cells in solved]),
+        **{column_of(name): np.concatenate([cells.times[name] for cells in solved]) for name in solved[0].times},
+    }
+    np.savez(buffer, **arrays)
     write_files(store.parent, {store.name: buffer.getvalue()})
 
 
@@ -106,8 +115,11 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             if str(saved["key"]) != key:
                 return {}, int(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
-            parts = (np.split(saved[name], bounds) for name in ("time_to_breakdown", "time_to_pull_in", "status"))
-            known = {int(first): Cells(int(first), *own) for first, *own in zip(saved["first"], *parts, strict=True)}
+            times = {name: np.split(saved[column_of(name)], bounds) for name in names(failures_only=True)}
+            known = {
+                int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status)
+                for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))
+            }
         chunks = set(plan.chunks(CHUNK))
         return (known if all(_belongs(cells, chunks, plan.horizon) for cells in known.values()) else {}), 0
     except Exception:  # zipfile and numpy have many for what is damaged
@@ -116,11 +128,11 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
 
 def _belongs(cells: Cells, chunks: set[tuple[int, int]], horizon: float) -> bool:
     """Whether these are a chunk of the map with results that it may have."""
-    times = np.array([cells.time_to_breakdown, cells.time_to_pull_in])
+    times = np.array(list(cells.times.values()))
     lived, size = np.isnan(times), cells.status.size
     return bool(
         (cells.first, cells.first + size) in chunks
-        and times.shape == (2, size)
+        and times.shape == (len(cells.times), size)
         and cells.status.shape == (size,)
         and np.isin(cells.status, list(Status)).all()
         and np.all(lived | ((times >= 0) & (times <= (1 + 1e-9) * horizon)))

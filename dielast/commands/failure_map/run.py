@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.actuate.recipe import FailureMapRecipe, VoltageAxis
+from dielast.commands.failure_map.recipe import FailureMapRecipe, VoltageAxis
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each
 from dielast.commands.simulation.history import in_keys
@@ -22,8 +22,9 @@ from dielast.mechanics.stability import TimeScale
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.simulate.failure_map import FailureMap, MapPlan, assemble_all, plan_failure_map
+from dielast.simulate.failure_map import FailureMap, assembled, plan_failure_map
 from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
+from dielast.simulate.map_plan import MapPlan
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
@@ -45,7 +46,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     check_cells(films * voltages(recipe.voltage).size, 0 if sample is None else len(sample))
     plan = _plan(recipe, material, sample)
     doubt_map(recipe, material, plan)
-    result, *drawn = assemble_all(plan, solve(plan, fingerprint(recipe, inputs), execution))
+    result, *drawn = assembled(plan, solve(plan, fingerprint(recipe, inputs), execution))
     doubt_failures(recipe, material, result)
     lines = fit_lifetime(result)
 

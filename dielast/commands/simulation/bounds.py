@@ -21,7 +21,7 @@ from dielast.material.scatter import Sample, interval
 from dielast.recipe.cases import Case
 from dielast.sharing.batches import Batch, solve_batches
 from dielast.sharing.execution import Execution
-from dielast.simulate.actuate import Event
+from dielast.simulate.events import Event
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 

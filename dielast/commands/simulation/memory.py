@@ -10,7 +10,7 @@ from dielast.io.files import Inputs
 from dielast.mechanics.course import EVEN_ROWS, HOLD_DECADES, JUMP_DECADES, RAMP_DECADES
 from dielast.recipe.cases import Case
 from dielast.sharing.memory import check_memory
-from dielast.simulate.record import Wanted
+from dielast.simulate.wanted import Wanted
 
 NUMBER = 8  # bytes
 COPIES = 4.5  # of each number of a table, from the solver to the file; measured

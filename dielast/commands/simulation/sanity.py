@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
 from dielast.commands.simulation.cases import CaseResult, last
 from dielast.commands.simulation.history import Entry, Recipe, aims, corners, lasting, reached
-from dielast.commands.simulation.recipe import CreepRecipe, RelaxRecipe
 from dielast.errors import warn
 from dielast.handover.material_file import breakdown
 from dielast.material.breakdown import BreakdownLaw
@@ -35,9 +35,11 @@ from dielast.material.material import Material
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
-    from dielast.commands.actuate.recipe import ActuateRecipe, FailureMapRecipe
-    from dielast.simulate.actuate import Event
-    from dielast.simulate.failure_map import FailureMap, MapPlan
+    from dielast.commands.actuate.recipe import ActuateRecipe
+    from dielast.commands.failure_map.recipe import FailureMapRecipe
+    from dielast.simulate.events import Event
+    from dielast.simulate.failure_map import FailureMap
+    from dielast.simulate.map_plan import MapPlan
 
 WHOLE = 0.5  # of the range of a step through many points: a run of them that goes so far one way is a load of its own
 EARLY = 1e-3  # of what follows a load at once: nobody looks at what is earlier, though tables begin there

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dielast.material.springs.law import Floats, SpringLaw, Symmetry
+from dielast.material.springs.law import SpringLaw, Symmetry
+from dielast.numerics.columns import Floats
 
 
 class FirstInvariantLaw(SpringLaw):

@@ -11,7 +11,8 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import FirstInvariantLaw
-from dielast.material.springs.law import CardForm, Floats
+from dielast.material.springs.law import CardForm
+from dielast.numerics.columns import Floats
 
 SHORTEST_CHAIN = 1.0  # J_lim of chains that are taut at a stretch of 1.7
 

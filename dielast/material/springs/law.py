@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.material.law import Law
-
-Floats = NDArray[np.float64]
-Cases = NDArray[np.intp]
+from dielast.numerics.columns import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True)

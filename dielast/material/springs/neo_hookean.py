@@ -9,7 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.material.springs.first_invariant import FirstInvariantLaw
-from dielast.material.springs.law import CardForm, Floats
+from dielast.material.springs.law import CardForm
+from dielast.numerics.columns import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

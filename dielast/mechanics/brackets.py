@@ -1,0 +1,59 @@
+"""Steps within which a signal falls to zero, and where in them it first does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from dielast.mechanics.criteria.criterion import Moment, Signal
+from dielast.mechanics.span import Load
+from dielast.mechanics.symmetric import Films
+from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.roots import fall, samples
+from dielast.numerics.stride import DenseSteps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Brackets:
+    """Steps of columns (k,) over which a signal goes from `last` to `value`. The span of `load` in which they lie began `begin` s
+    after the voltage programme, and `switched_on` is when the voltage began to rise, in the same time.
+    """
+
+    steps: DenseSteps
+    load: Load
+    begin: Floats
+    switched_on: Floats
+    last: Floats
+    value: Floats
+
+    @classmethod
+    def joined(cls, parts: list[Brackets]) -> Brackets:
+        """The columns of all parts."""
+        names = ("begin", "switched_on", "last", "value")
+        numbers = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+        return cls(DenseSteps.joined([part.steps for part in parts]), Load.joined([part.load for part in parts]), *numbers)
+
+    def sampled(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Floats]:
+        """The signal at some fractions of the steps, and these fractions, (samples, k) each; see `roots.samples`."""
+        return samples(self._along(signal, system, needs_springs), self.last, self.value)
+
+    def first_fall(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Moment]:
+        """The time (k,) since the span began at which the signal first falls to zero, and how the films are then."""
+        along = self._along(signal, system, needs_springs)
+        values, fractions = samples(along, self.last, self.value)
+        first, every = np.argmax(~(values > 0), axis=0), np.arange(self.last.size)
+        return self._at(fall(along, fractions[first - 1, every], fractions[first, every]), self.steps, system)
+
+    def _along(self, signal: Signal, system: Films, needs_springs: bool) -> Callable[[Floats], Floats]:
+        """The signal (k,) over the fractions (k,) of the steps."""
+        every: Cases = np.arange(self.last.size)
+        steps = self.steps if needs_springs else self.steps.take(every, slice(system.border, None))
+        return lambda fraction: signal(self._at(fraction, steps, system)[1])
+
+    def _at(self, fraction: Floats, steps: DenseSteps, system: Films) -> tuple[Floats, Moment]:
+        """Time since the span began, and the films then."""
+        time = steps.time + fraction * steps.step
+        age = self.begin + time - self.switched_on
+        return time, Moment.of(system, steps.cases, age, time, steps.state(fraction))

@@ -1,0 +1,43 @@
+"""Values of which there may be one for all cases, or one for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError, shown
+from dielast.numerics.columns import Floats
+
+
+def of_case(case: int, cases: int) -> str:
+    """How an error message about one of so many cases begins; a lone case needs no name."""
+    return f"case {case}: " if cases > 1 else ""
+
+
+def numbers(values: ArrayLike, name: str) -> Floats:
+    """One number or a list of them as an array (cases,); `InputError` beginning with `name` for anything else."""
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: {shown(values)}: a number in SI units, or a list of numbers, is needed") from None
+    if array.ndim > 1 or not array.size:
+        raise InputError(f"{name}: an array of shape {array.shape}: one number, or one for each case, is needed")
+    return array.reshape(-1)
+
+
+def one_set(sizes: Iterable[int]) -> int:
+    """The number of cases that arrays of these sizes make up; `InputError` if two of them, neither 1, disagree."""
+    several = set(sizes) - {1}
+    if len(several) > 1:
+        raise InputError(f"arrays of {' and '.join(map(str, sorted(several)))} values do not make one set of cases")
+    return several.pop() if several else 1
+
+
+def spread(value: ArrayLike, name: str, cases: int) -> Floats:
+    """One finite number for each case, (cases,); `InputError` beginning with `name` for a number that is not finite."""
+    array = np.asarray(value, dtype=float)
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"{name} must be finite")
+    return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))

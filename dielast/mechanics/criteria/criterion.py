@@ -1,0 +1,123 @@
+"""What a criterion is: a name, and a signal of a film that is positive until what it stands for happens.
+
+A new criterion is a subclass of `Criterion` in a module of this folder, and a line in `CRITERIA`. Its signal is a function of a
+`Moment`. Everything else follows: when the signal first falls to zero, that is an event with its row in events.csv, its mark in
+figures and its name for `stop.at`; and, of a criterion that is a failure, a failure mode of maps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Controls, Load
+from dielast.mechanics.stability import Stability, TimeScale
+from dielast.mechanics.symmetric import Films, SymmetricPoints
+from dielast.numerics.columns import Cases, Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """Films at a moment, columns (k,) that are of `cases` (k,): `internal` is x (2, n, k), or (1, n, k) where both axes are alike,
+    Lambda and the mechanical nominal stress in Pa are (2, k), the nominal `field` V/L_3 (k,) is in V/m. `age` (k,) is how long in s
+    the voltage has been on, since its size last began to rise.
+    """
+
+    points: Points
+    controls: Controls
+    cases: Cases
+    age: Floats
+    internal: Floats
+    log_squared_stretch: Floats
+    nominal_stress: Floats
+    field: Floats
+
+    @classmethod
+    def of(cls, system: Films, cases: Cases, age: Floats, time: Floats, state: Floats) -> Moment:
+        """Films with these equations and this `state` (rows, k) at the `time` (k,) since the span of load began.
+
+        For signals that need no springs, the rows of the border will do.
+        """
+        # sums round by the order of numbers in memory, which must not depend on how they came here
+        state = np.ascontiguousarray(state)
+        driven = system.load.value(time)
+        internal = state[None, :-1] if isinstance(system, SymmetricPoints) else system.internal(state)
+        membrane = system.membrane(state, driven)
+        return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2])
+
+    @property
+    def true_field(self) -> Floats:
+        """|E| (k,) in V/m."""
+        area = np.exp(0.5 * (self.log_squared_stretch[0] + self.log_squared_stretch[1]))
+        return np.asarray(np.abs(self.field) * area)
+
+    def take(self, columns: Cases) -> Moment:
+        """Some of the columns."""
+        return replace(
+            self,
+            points=self.points.take(columns),
+            cases=self.cases[columns],
+            age=self.age[columns],
+            internal=self.internal[:, :, columns],
+            log_squared_stretch=self.log_squared_stretch[:, columns],
+            nominal_stress=self.nominal_stress[:, columns],
+            field=self.field[columns],
+        )
+
+
+Signal = Callable[[Moment], Floats]
+"""A number (k,) for each column of a moment, positive until it happens."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WatchedFilms:
+    """What a criterion may ask of the films that it is to watch: what is held along each axis, the `breakdown_field` (cases,) in
+    V/m (infinite where it is of no interest), the time scale of pull-in, and the mechanical nominal stress (2, cases) in Pa of the
+    relaxed films, of which a `stress_floor` (cases,) is as good as none.
+    """
+
+    controls: Controls
+    breakdown_field: Floats
+    timescale: TimeScale
+    nominal_stress: Floats
+    stress_floor: Floats
+
+
+class Criterion:
+    """One way in which something happens to a film. Criteria of one name are one thing that may happen in several ways."""
+
+    name: ClassVar[str]
+    """As files, figures and recipes have it."""
+
+    marker: ClassVar[str]
+    """Of its events in figures: one of the letters x, o, v, s, D, P, ^ and so on that stand for shapes there."""
+
+    is_failure: ClassVar[bool] = True
+    """Whether the film is lost: maps find its time, and figures dim what comes after."""
+
+    needs_springs: ClassVar[bool] = False
+    """Whether the signal depends on the viscous stretches."""
+
+    found_in_jumps: ClassVar[bool] = True
+    """Whether it is looked for on the way to a voltage applied at once that the film cannot hold."""
+
+    ends_equilibria: ClassVar[bool] = False
+    """Whether it happens where such a way ends, as there is no equilibrium beyond."""
+
+    def signal(self, films: WatchedFilms) -> Signal | None:
+        """The signal of these films, None where it cannot happen to any of them."""
+        raise NotImplementedError
+
+    def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
+        """The `time` (k,) since a span of `load` began and the moment at which the signal of `films` was found to vanish, more
+        exactly.
+        """
+        return time, moment
+
+    def determinant(self, found: Stability) -> Floats:
+        """The pull-in determinant (k,) that is told of the event, of the stability found."""
+        return found.determinant

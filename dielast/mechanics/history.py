@@ -1,0 +1,158 @@
+"""The steps of a history as pieces of load."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError, shown
+from dielast.mechanics.cases import numbers, one_set, spread
+from dielast.mechanics.chain import Chain
+from dielast.mechanics.course import Piece, Ramp
+from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.load import Mode, Path, Step, Waveform
+from dielast.mechanics.span import Control, Controls
+from dielast.numerics.columns import Floats
+
+
+class Paced(Protocol):
+    """A step that may say how fast it goes."""
+
+    @property
+    def rate(self) -> ArrayLike | None:
+        """Per s, with its sign."""
+
+    @property
+    def duration(self) -> ArrayLike | None:
+        """In s."""
+
+
+def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
+    """Number of cases that the arrays in `steps` and `others` span; `InputError` if their lengths disagree."""
+    sizes = {np.size(other) for other in others}
+    for index, step in enumerate(steps):
+        if not isinstance(step, Step):
+            raise InputError(f"step {index}: {shown(step)}: a Step is needed")
+        for name in ("stretch", "stress", "rate", "duration"):
+            given = getattr(step, name)
+            pair = isinstance(given, tuple) and name in ("stretch", "stress")
+            if pair and len(given) != 2:
+                raise InputError(f"step {index}: a {name} of {len(given)} values: a tuple is a pair, one value for each axis")
+            if isinstance(given, Path):
+                sizes |= {np.size(value) for value in given.varied()}
+                continue
+            values = given if pair else (given,)
+            sizes |= {numbers(value, f"step {index}: {name}").size for value in values if value is not None}
+    return one_set(sizes)
+
+
+def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
+    """The steps of a history as pieces for so many cases. Raises `InputError` naming the step (counted from 0) that is wrong."""
+    try:
+        mode = Mode(mode)
+    except ValueError:
+        raise InputError(f"mode {mode!r} is not one of {', '.join(known.value for known in Mode)}") from None
+    if not steps:
+        raise InputError("a history needs at least one step")
+    result: list[Piece] = []
+    held: Controls = (Control.STRESS, Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
+    for index, step in enumerate(steps):
+        try:
+            result += _pieces(step, mode, held, cases, index)
+        except InputError as error:
+            raise InputError(f"step {index}: {error}") from None
+        held = result[-1].controls
+    return result
+
+
+def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> list[Piece]:
+    """One step as pieces; `held` are the controls of the step before."""
+    path = step.stretch if isinstance(step.stretch, Path) else step.stress if isinstance(step.stress, Path) else None
+    if path is not None:
+        if step.rate is not None or step.duration is not None or (step.stretch is not None and step.stress is not None):
+            raise InputError("a waveform or a track has its pace with it, and stands alone")
+        control = Control.STRESS if step.stretch is None else Control.STRETCH
+        _check_stretch(control, path.values())
+        both = mode is Mode.EQUIBIAXIAL
+        controls = (control, control if both else Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
+        lateral = None if both else float(mode is Mode.PURE_SHEAR)
+        return path_pieces(path, controls, (True, both, False), np.ones(cases), origin, lateral)
+    if step.stretch is None and step.stress is None:
+        if step.duration is None or step.rate is not None:
+            raise InputError("a stretch, a stress, or the duration of a hold is needed")
+        return [Ramp(held, (None, None, None), pace(step, cases, "target")[0], origin=origin)]
+    targets, paced = _targets(step, mode)
+    first, second = (spread(value, control.value, cases) for control, value in targets)
+    controls = (targets[0][0], targets[1][0])
+    for control, values in zip(controls, (first, second), strict=True):
+        _check_stretch(control, values)
+    duration, rate = pace(step, cases, "target")
+    return [Ramp(controls, (first, second, None), duration, rate, paced, origin)]
+
+
+def path_pieces(
+    path: Path, controls: Controls, driven: tuple[bool, bool, bool], scale: Floats, origin: int, lateral: float | None = None
+) -> list[Piece]:
+    """A step that follows a path, multiplied by `scale` (cases,), along the `driven` axes and field; `lateral` is what axis 2 is
+    held at, None if it is driven or keeps its value. A track whose first point is later than the step is reached by a ramp.
+    """
+    base = np.full((3, scale.size), np.nan)
+    if lateral is not None:
+        base[1] = lateral
+    follows = np.array(driven)
+    if isinstance(path, Waveform):
+        return [Cycles.of(controls, base, follows, path, scale, origin)]
+    time, value = np.asarray(path.time, dtype=float), path.values()
+    scale = spread(path.scale, "scale", scale.size) * scale
+    chain = Chain.of(controls, base, follows, time - time[0], value, scale, origin)
+    ramp = Ramp(controls, chain.target, np.full(scale.size, time[0]), origin=origin)
+    if time.size == 1:
+        return [ramp]
+    return [ramp, chain] if time[0] > 0 else [chain]
+
+
+def pace(step: Paced, cases: int, goal: str) -> tuple[Floats | None, Floats | None]:
+    """Duration in s or signed rate (cases,) of a step that is no path, the other one None; at once is a duration of 0."""
+    duration = None if step.duration is None else spread(step.duration, "duration", cases)
+    if duration is not None and np.any(duration < 0):
+        raise InputError(f"duration {float(duration.min()):g} s: it must not be negative")
+    if step.rate is None:
+        return np.zeros(cases) if duration is None else duration, None
+    if duration is not None:
+        raise InputError("a rate or a duration is needed, not both")
+    rate = spread(step.rate, "rate", cases)
+    if np.any(rate == 0):
+        raise InputError(f"rate 0 never reaches the {goal}")
+    return None, rate
+
+
+def _check_stretch(control: Control, values: Floats) -> None:
+    """`InputError` for a stretch that no film has."""
+    if control is Control.STRETCH and np.any(values <= 0):
+        raise InputError(f"stretch {float(values.min()):g}: it must be positive (1 is undeformed)")
+
+
+def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], Control]:
+    """Control and target of both axes, and what the rate is a rate of."""
+    given = {Control.STRETCH: step.stretch, Control.STRESS: step.stress}
+    paced = Control.STRESS if step.stretch is None else Control.STRETCH
+    if any(isinstance(value, tuple) for value in given.values()):
+        targets: list[tuple[Control, ArrayLike]] = []
+        for axis in range(2):
+            wanted = [(control, pair[axis]) for control, pair in given.items() if isinstance(pair, tuple)]
+            prescribed = [(control, value) for control, value in wanted if value is not None]
+            if len(prescribed) != 1:
+                raise InputError(f"axis {axis + 1} needs either a stretch or a stress")
+            targets.append(prescribed[0])
+        return targets, paced
+    if step.stretch is not None and step.stress is not None:
+        raise InputError("a stretch or a stress is needed, not both")
+    value = step.stress if step.stretch is None else step.stretch
+    assert value is not None
+    assert not isinstance(value, tuple | Path)
+    first: tuple[Control, ArrayLike] = (paced, value)
+    second = {Mode.UNIAXIAL: (Control.STRESS, 0.0), Mode.EQUIBIAXIAL: first, Mode.PURE_SHEAR: (Control.STRETCH, 1.0)}[mode]
+    return [first, second], paced

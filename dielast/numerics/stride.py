@@ -1,0 +1,93 @@
+"""One step of many cases, and the states within it (dense output)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.rosenbrock import Rosenbrock
+from dielast.numerics.system import System
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stride:
+    """One step of a pool of cases: `cases` (pool,) names them, `accepted` (pool,) says which of the steps count.
+
+    `time` and `step` (pool,) in s count since the `span` began, which was `begin` s after the integration began and takes
+    `duration` s. The step ends at `until` in the span, exactly its duration in the last step, and `elapsed` s after the integration
+    began, exactly the whole duration at the very end. `before` and `after` are states (rows, pool), `increments` (stages, rows,
+    pool). A case may stand in two columns, alike in both.
+    """
+
+    system: System
+    method: Rosenbrock
+    cases: Cases
+    accepted: Flags
+    time: Floats
+    step: Floats
+    until: Floats
+    before: Floats
+    after: Floats
+    increments: Floats
+    span: Cases
+    begin: Floats
+    duration: Floats
+    elapsed: Floats
+
+    def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:
+        """States (rows, k) of the columns (k,) at these fractions (k,) of their steps, from the method's dense output."""
+        k1, k2, k3 = np.einsum("is,srk->irk", self.method.dense, self.increments[:, rows, columns])
+        rest = 1 - fraction
+        inner = self.after[rows, columns] + rest * (k1 + fraction * (k2 + fraction * k3))
+        return np.asarray(rest * self.before[rows, columns] + fraction * inner)
+
+    def halfway(self) -> Floats:
+        """States (rows, pool) in the middle of the steps."""
+        weight = np.array((0.25, 0.125, 0.0625)) @ self.method.dense
+        state = np.einsum("s,srk->rk", weight, self.increments)
+        state += 0.5 * self.before
+        state += 0.5 * self.after
+        return np.asarray(state)
+
+
+class Observer(Protocol):
+    """Sees every step."""
+
+    def __call__(self, stride: Stride) -> Flags | None:
+        """Columns (pool,) whose case ends at `stride.after`, or None for none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DenseSteps:
+    """Dense output of columns (k,) of strides, kept: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
+
+    cases: Cases
+    time: Floats
+    step: Floats
+    coefficients: Floats
+
+    @classmethod
+    def of(cls, stride: Stride, rows: slice, columns: Cases) -> DenseSteps:
+        """These rows and columns (k,) of a stride."""
+        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, paired(columns)])[:, :, : columns.size]
+        ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
+        return cls(stride.cases[columns], stride.time[columns], stride.step[columns], np.concatenate((ends, inner)))
+
+    @classmethod
+    def joined(cls, parts: list[DenseSteps]) -> DenseSteps:
+        """The columns of all parts, one part after another."""
+        arrays = ((part.cases, part.time, part.step, part.coefficients) for part in parts)
+        return cls(*(np.concatenate(one, axis=-1) for one in zip(*arrays, strict=True)))
+
+    def take(self, columns: Cases, rows: slice = slice(None)) -> DenseSteps:
+        """Some of the columns, and of the rows."""
+        return DenseSteps(self.cases[columns], self.time[columns], self.step[columns], self.coefficients[:, rows][:, :, columns])
+
+    def state(self, fraction: Floats) -> Floats:
+        """States (rows, k) at fractions (k,) of the steps."""
+        before, after, k1, k2, k3 = self.coefficients
+        rest = 1 - fraction
+        return np.asarray(rest * before + fraction * (after + rest * (k1 + fraction * (k2 + fraction * k3))))

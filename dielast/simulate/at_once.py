@@ -1,0 +1,173 @@
+"""Loads applied at once: where they take a film, and how far it can hold them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal
+from dielast.mechanics.jump import jump
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Controls
+from dielast.mechanics.stability import Fold
+from dielast.mechanics.watch import Watch
+from dielast.numerics.columns import Cases, Flags, Floats, paired, where
+from dielast.numerics.integrate import Status
+from dielast.simulate.film import Condition
+
+MAX_MOVE = 0.05  # in Lambda: a load applied at once that moves the film further is followed in smaller shares
+SMALLEST_SHARE = 1e-7  # of a load; where no smaller one has an equilibrium nearby, none has
+
+
+def apply_at_once(
+    points: Points,
+    condition: Condition,
+    controls: Controls,
+    target: Floats,
+    jumps: Flags,
+    status: Cases,
+    watch: Watch | None,
+) -> Condition:
+    """The condition after the load jumps to the `target` (3, cases) in some cases, `jumps` (cases,).
+
+    Without a `watch` films go to the nearest equilibrium. With one, films under voltage go to the equilibrium that the present one
+    leads to; where there is none, that is a pull-in, and the damper holds the film first. The `status` (cases,) of films that find
+    no equilibrium is changed.
+    """
+    after = replace(
+        condition,
+        internal=condition.internal.copy(),
+        log_squared_stretch=condition.log_squared_stretch.copy(),
+        nominal_stress=condition.nominal_stress.copy(),
+        field=condition.field.copy(),
+        next_step=np.where(jumps, 0.0, condition.next_step),
+    )
+    some = where(jumps)
+    if watch is not None:
+        after.field[some] = target[2, some]
+        some = _hold(points, condition, controls, target, some, after, watch)
+    if not some.size:
+        return after
+    internal, start = after.internal[:, :, some], after.log_squared_stretch[:, some]
+    log_squared, nominal, found = jump(points.take(some), controls, target[:, some], internal, start)
+    vanished, there = some[~found], some[found]
+    status[vanished] = Status.NO_START
+    if watch is not None:  # a film to which all that is asked for has happened need not go on
+        status[vanished[watch.done[vanished]]] = Status.STOPPED
+    after.log_squared_stretch[:, there], after.nominal_stress[:, there] = log_squared[:, found], nominal[:, found]
+    after.field[there] = target[2, there]
+    return after
+
+
+def _hold(
+    points: Points, condition: Condition, controls: Controls, target: Floats, some: Cases, after: Condition, watch: Watch
+) -> Cases:
+    """Write how films that hold the load are `after` it, and note what happens to the others, which are returned."""
+    on_the_way = {
+        lookout.criterion: lookout.signal
+        for lookout in watch.lookouts
+        if lookout.signal is not None and lookout.criterion.found_in_jumps
+    }
+    film = condition.take(some)
+    time = film.time
+    begin = film.moment(points.take(some), controls, some, watch.clock.age(some, time))
+    way = follow_load(begin, film.prescribed(controls), target[:, some], on_the_way)
+    held = some[way.held]
+    reached = way.reached
+    after.log_squared_stretch[:, held] = reached.log_squared_stretch[:, way.held]
+    after.nominal_stress[:, held] = reached.nominal_stress[:, way.held]
+    after.internal[:, -1, held] = reached.log_squared_stretch[:, way.held]
+    # a voltage that is lowered ends a snapped-through state, which is no failure
+    failed = ~way.held & (np.abs(target[2, some]) > np.abs(condition.field[some]))
+    for lookout in watch.lookouts:
+        if lookout.criterion in way.events:
+            event = way.events[lookout.criterion]
+            new = failed & np.isfinite(event.field)
+        elif lookout.criterion.ends_equilibria:
+            event, new = reached, failed
+        else:
+            continue
+        columns = where(new & ~lookout.seen[some])
+        watch.note(lookout, time[columns], event.take(columns))
+    return some[~way.held]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """Where a load applied at once takes films: as they are where it is `reached`, or as far as there is an equilibrium, and
+    whether that is the whole load, `held` (k,). `events` are the moments at which signals fell on the way, by criterion, with a
+    field that is NaN where they did not.
+    """
+
+    reached: Moment
+    held: Flags
+    events: Mapping[Criterion, Moment]
+
+
+def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping[Criterion, Signal]) -> Way:
+    """As `jump`, but with the damper left out, and only to the equilibrium that the one of the moment `begin` leads to as the load
+    goes from `present` to `target`, both (3, k), in shares so small that the film never moves far.
+    """
+    modulus = begin.points.modulus.copy()
+    modulus[-1] = 0.0
+    bare = replace(begin.points, modulus=modulus)
+    count = target.shape[1]
+
+    def load_at(share: Floats, columns: Cases) -> Floats:
+        load = np.array((1 - share) * present[:, columns] + share * target[:, columns])
+        # the square of the field is what pulls; its sign is that of the voltage to come
+        size = np.sqrt((1 - share) * present[2, columns] ** 2 + share * target[2, columns] ** 2)
+        load[2] = np.copysign(size, target[2, columns])
+        return load
+
+    log_squared, nominal = begin.log_squared_stretch.copy(), begin.nominal_stress.copy()
+    reached, share = np.zeros(count), np.ones(count)
+    events = {
+        criterion: replace(
+            begin,
+            field=np.full(count, np.nan),
+            log_squared_stretch=np.full_like(log_squared, np.nan),
+            nominal_stress=np.full_like(nominal, np.nan),
+        )
+        for criterion in signals
+    }
+    going = np.arange(count)
+    while going.size:
+        going = paired(going)
+        wanted = np.minimum(reached[going] + share[going], 1.0)
+        load = load_at(wanted, going)
+        moved, stress, found = jump(bare.take(going), begin.controls, load, begin.internal[:, :, going], log_squared[:, going])
+        near = found & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= MAX_MOVE)
+        there = replace(begin.take(going), log_squared_stretch=moved, nominal_stress=stress, field=load[2])
+        closely = share[going] < 2 * SMALLEST_SHARE  # as closely as the load can be divided
+        falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)
+        for criterion, signal in signals.items():
+            event = events[criterion]
+            fallen = near & np.isnan(event.field[going]) & (signal(there) <= 0)
+            new, columns = fallen & closely, going[fallen & closely]
+            event.field[columns] = load[2, new]
+            event.log_squared_stretch[:, columns], event.nominal_stress[:, columns] = moved[:, new], stress[:, new]
+            falls, met = falls | fallen, met | new
+        near &= ~falls | met
+        columns = going[near]
+        log_squared[:, columns], nominal[:, columns], reached[columns] = moved[:, near], stress[:, near], wanted[near]
+        share[going] = np.where(met, 1.0, np.where(near, share[going], 0.5 * share[going]))
+        going = np.flatnonzero((reached < 1) & (share >= SMALLEST_SHARE))
+    ends = where((reached > 0) & (reached < 1))
+    if ends.size:  # where the equilibrium ends, exactly
+        frozen = replace(bare.take(ends), rate=np.zeros((modulus.shape[0], ends.size)))
+        fold = Fold(
+            frozen,
+            begin.controls,
+            lambda share: load_at(share, ends),
+            lambda _: frozen.modulus,
+            begin.internal[:, :, ends],
+            log_squared[:, ends],
+            reached[ends],
+        )
+        end, _, log_squared[:, ends], nominal[:, ends] = fold.find()
+        reached[ends] = np.minimum(end, 1 - 1e-15)
+    limit = load_at(reached, np.arange(count))[2]
+    return Way(replace(begin, log_squared_stretch=log_squared, nominal_stress=nominal, field=limit), reached >= 1, events)

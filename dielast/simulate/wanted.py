@@ -1,0 +1,97 @@
+"""What a simulation is to leave behind, and whether there is such a thing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dielast.errors import InputError, shown
+from dielast.mechanics.cases import of_case
+from dielast.mechanics.course import Piece
+from dielast.numerics.columns import Cases, Floats
+
+KEPT_WHOLE = 100  # cycles of a step up to which all are kept in full, unless it is stated which
+LEAST_RTOL, MOST_RTOL = 1e-12, 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wanted:
+    """What a history is to leave behind: rows at `times` (cases, k) in s, or at those that suit each piece of load, with so many
+    `points_per_decade`, and in full for the `cycles` of a waveform, counted from 1; with `internal`, x of all springs.
+    """
+
+    times: Floats | None = None
+    points_per_decade: int = 30
+    cycles: str | tuple[int, ...] | None = None
+    internal: bool = False
+
+    @classmethod
+    def of(cls, times: object, cases: int, points_per_decade: int, cycles: object = None, internal: bool = False) -> Wanted:
+        """What the arguments of a simulation of so many cases ask for; `InputError` for times or cycles that cannot be."""
+        return cls(None if times is None else _given_times(times, cases), points_per_decade, _kept_cycles(cycles), internal)
+
+    def take(self, cases: Cases) -> Wanted:
+        """The same of some of the cases."""
+        return self if self.times is None else replace(self, times=self.times[cases])
+
+    def kept(self, cycles: int) -> Cases:
+        """The cycles kept in full, counted from 0: by default all if they are few, or else 1, 2, 5, 10, 20 and so on, and the
+        last.
+        """
+        if self.cycles == "all" or (self.cycles is None and cycles <= KEPT_WHOLE):
+            return np.arange(cycles)
+        if self.cycles == "last":
+            return np.array([cycles - 1])
+        some = self.cycles
+        if some is None or isinstance(some, str):
+            some = (*(digit * 10**power for power in range(len(str(cycles))) for digit in (1, 2, 5)), cycles)
+        return np.unique([cycle - 1 for cycle in some if cycle <= cycles]).astype(np.intp)
+
+
+def check_tolerance(rtol: float) -> None:
+    """`InputError` for a relative tolerance that no run could keep, or that says nothing."""
+    if not LEAST_RTOL <= rtol <= MOST_RTOL:
+        raise InputError(f"rtol {rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}")
+
+
+def _given_times(times: object, cases: int) -> Floats:
+    """Output times as an array (cases, k); `InputError` unless they are finite, not negative and never fall."""
+    array = np.atleast_2d(np.asarray(times, dtype=float))
+    if array.ndim != 2 or array.shape[0] not in (1, cases) or not array.size:
+        raise InputError(f"output times must be one list for all or one for each of {cases} cases")
+    if not np.all(np.isfinite(array)) or np.any(array < 0):
+        raise InputError("output times must be finite and not negative")
+    if np.any(np.diff(array, axis=1) < 0):
+        raise InputError("output times must ascend")
+    return np.ascontiguousarray(np.broadcast_to(array, (cases, array.shape[1])))
+
+
+def _kept_cycles(cycles: object) -> str | tuple[int, ...] | None:
+    """Which cycles to keep in full, "all", "last" or their numbers from 1; `InputError` for anything else."""
+    if cycles is None or (isinstance(cycles, str) and cycles in ("all", "last")):
+        return cycles
+    numbers = [cycles] if isinstance(cycles, int) else list(cycles) if isinstance(cycles, Sequence) else []
+    if (
+        not numbers
+        or isinstance(cycles, str)
+        or any(isinstance(one, bool) or not isinstance(one, int) or one < 1 for one in numbers)
+    ):
+        raise InputError(f'cycles {shown(cycles)}: "all", "last" or a list of their numbers from 1 is needed')
+    return tuple(numbers)
+
+
+def check_cycles(cycles: str | tuple[int, ...] | None, pieces: Sequence[Piece]) -> None:
+    """`InputError` for a cycle that no waveform of the pieces has."""
+    most = max((piece.cycles for piece in pieces), default=0)
+    if isinstance(cycles, tuple) and most and max(cycles) > most:
+        raise InputError(f"cycle {max(cycles)}: there {'is only 1' if most == 1 else f'are only {most}'} of them")
+
+
+def check_end(times: Floats | None, end: Floats, what: str) -> None:
+    """`InputError` if output times (cases, k) lie after the `end` (cases,) of `what`."""
+    if times is not None and np.any(late := times[:, -1] > end * (1 + 1e-12)):
+        case = int(np.argmax(late))
+        asked = f"{of_case(case, end.size)}output time {times[case, -1]:g} s"
+        raise InputError(f"{asked} lies after the end of the {what} at {end[case]:g} s")
