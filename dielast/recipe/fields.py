@@ -107,6 +107,20 @@ MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
 BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 
+def _share(value: Any) -> float:
+    """A standard deviation over the mean."""
+    try:
+        number = units.parse(value, units.STRAIN)
+    except InputError:
+        number = -1.0
+    if not 0 < number < 1:
+        raise InputError(f'{shown(value)}: a relative standard deviation below 100 % is needed, such as "5 %"')
+    return number
+
+
+Share = Annotated[float, PlainValidator(_share), WithJsonSchema({"type": "string", "examples": ["5 %"]})]
+
+
 def is_path(field: FieldInfo) -> bool:
     """Whether the values of a field name files or folders."""
 
