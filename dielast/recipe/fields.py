@@ -25,7 +25,6 @@ from pydantic_core import CoreSchema, core_schema
 from dielast import units
 from dielast.errors import InputError, shown
 from dielast.io.files import exists, resolve
-from dielast.recipe.kinds import maker_of
 from dielast.units import Dimension
 
 
@@ -158,10 +157,8 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
     if folder is not None:
         path = resolve(folder, name)
         if not exists(path):
-            kinds = (info.context or {}).get("kinds") or {}
-            # a key for a folder is named after the kind of recipe that makes the folder
-            maker = maker_of(path.name, kinds) if kind == "file" else info.field_name
-            if maker in kinds:
+            maker_of = (info.context or {}).get("maker_of")
+            if maker_of is not None and (maker := maker_of(path.name, None if kind == "file" else info.field_name)):
                 raise InputError(f"{shown(name)} does not exist; run the recipe that makes it (dielast {maker})")
             raise InputError(f"{shown(name)}: no such {kind}")
         if not test(path):
