@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from dielast.handover.material_draws import read_draws
     from dielast.handover.material_file import read_material, write_material
     from dielast.material.material import Breakdown, Material
+    from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
     from dielast.material.scatter import NormalScatter, Sample, WeibullScatter, draw_sample, interval
     from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
     from dielast.material.spectrum import Spectrum
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from dielast.simulate.voltage import VoltageStep
     from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
     from dielast.superposition.mastercurve import MasterCurve, build_master_curve
-    from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 _HOME = {
     "superposition.bootstrap": ("MasterCurveDraws", "bootstrap_master_curve"),
@@ -52,7 +52,7 @@ _HOME = {
     "relaxation.creep": ("fit_creep",),
     "relaxation.interconversion": ("RetardationSpectrum", "relaxation_from_retardation", "retardation_from_relaxation"),
     "superposition.mastercurve": ("MasterCurve", "build_master_curve"),
-    "superposition.measurement": ("CreepCurve", "FrequencySweep", "RelaxationCurve"),
+    "material.measurement": ("CreepCurve", "FrequencySweep", "RelaxationCurve"),
     "relaxation.oscillation": ("fit_oscillation",),
     "relaxation.reduce": ("Reduction", "reduce_spectrum"),
     "relaxation.fit": ("SpectrumFit", "fit_spectrum"),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.material.shift import WLF
-from dielast.superposition.measurement import FrequencySweep
+from dielast.material.measurement import FrequencySweep
 
 Array = NDArray[np.float64]
 

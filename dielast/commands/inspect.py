@@ -15,7 +15,7 @@ from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
-    from dielast.handover.mastercurve_folder import Curve
+    from dielast.handover.mastercurve_folder import ReducedCurve
 
 Read = tuple[str, Any, Callable[[], object]]
 """A recipe's key, what it says there, and how that is read; errors of what has no key begin with one."""
@@ -62,7 +62,7 @@ def _curve(recipe: SpectrumRecipe, inputs: Inputs) -> Iterator[Read]:
     from dielast.handover.mastercurve_folder import read_curve, read_master_curve
 
     folder = recipe.mastercurve
-    curves: list[Curve] = []
+    curves: list[ReducedCurve] = []
 
     def read() -> None:
         curves.append(read_curve(recipe.data, inputs) if folder is None else read_master_curve(folder, inputs))
@@ -74,7 +74,7 @@ def _curve(recipe: SpectrumRecipe, inputs: Inputs) -> Iterator[Read]:
         yield "", recipe, lambda: _refuse(recipe, curves[0])
 
 
-def _refuse(recipe: SpectrumRecipe, curve: Curve) -> None:
+def _refuse(recipe: SpectrumRecipe, curve: ReducedCurve) -> None:
     """Raise what `spectrum` would: the fit alone tells what a card, or a spectrum of fewer branches, can hold, and takes little."""
     from dielast.commands.spectrum.run import characterise
 

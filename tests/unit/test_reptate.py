@@ -16,7 +16,7 @@ from dielast.io.text_table import read_measured
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.instruments import recognise
 from dielast.recipe.validate import check
-from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
+from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.units import ANGULAR_FREQUENCY, STRESS
 
 NAMES = "w\tG'\tG\"\tTemp\tg\td\th*\tTorque\td\ttan(d)\tNormalStress"
