@@ -50,6 +50,16 @@ class Constant:
         """Whether a value lies within the bounds."""
         return (self.above is None or value > self.above) and (self.at_least is None or value >= self.at_least)
 
+    def value(self, stated: Any) -> Any:
+        """The attribute of a law from what is stated: None, a number, or several, as a law that shares the key may take them."""
+        if stated is None:
+            return self.left_out
+        if self.many or not isinstance(stated, tuple):
+            return tuple(stated) if self.many else stated
+        if len(stated) > 1:
+            raise InputError(f"{self.file_key}: one value is needed, not {len(stated)}")
+        return stated[0]
+
     def stated(self, value: Any) -> Any:
         """The value as a material file states it, with 9 significant digits."""
         if self.many:
@@ -89,11 +99,7 @@ class Law:
             raise InputError(f'law "{cls.name}" needs {" and ".join(sorted(needed - given))}')
         if others := given - {constant.file_key for constant in cls.constants}:
             raise InputError(f'law "{cls.name}" does not take {" and ".join(sorted(others))}')
-        values = {constant: stated.get(constant.file_key) for constant in cls.constants}
-        return {
-            constant.name: constant.left_out if value is None else tuple(value) if constant.many else value
-            for constant, value in values.items()
-        }
+        return {constant.name: constant.value(stated.get(constant.file_key)) for constant in cls.constants}
 
 
 Entry = TypeVar("Entry", bound=Any)
