@@ -63,5 +63,6 @@ def others_in(folder: Path, kind: str) -> list[str]:
     foreign = {name for name in files if not name.startswith((f"{kind}.", "summary.")) and name not in COMMANDS[kind].files}
     if not foreign:  # as usual: no other command needs to be imported
         return []
-    makers = {name: maker_of(name, {other: command for other, command in COMMANDS.items() if other != kind}) for name in foreign}
-    return [other for other in COMMANDS if other in makers.values()]
+    others = {other: command for other, command in COMMANDS.items() if other != kind}
+    makers = {maker_of(others, name) for name in foreign}
+    return [other for other in others if other in makers]

@@ -25,7 +25,6 @@ from pydantic_core import CoreSchema, core_schema
 from dielast import units
 from dielast.errors import InputError, shown
 from dielast.io.files import exists, resolve
-from dielast.recipe.kinds import maker_of
 from dielast.units import Dimension
 
 
@@ -127,6 +126,20 @@ MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
 BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 
+def _share(value: Any) -> float:
+    """A standard deviation over the mean."""
+    try:
+        number = units.parse(value, units.STRAIN)
+    except InputError:
+        number = -1.0
+    if not 0 < number < 1:
+        raise InputError(f'{shown(value)}: a relative standard deviation below 100 % is needed, such as "5 %"')
+    return number
+
+
+Share = Annotated[float, PlainValidator(_share), WithJsonSchema({"type": "string", "examples": ["5 %"]})]
+
+
 def is_path(field: FieldInfo) -> bool:
     """Whether the values of a field name files or folders."""
 
@@ -164,10 +177,8 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
     if folder is not None:
         path = resolve(folder, name)
         if not exists(path):
-            kinds = (info.context or {}).get("kinds") or {}
-            # a key for a folder is named after the kind of recipe that makes the folder
-            maker = maker_of(path.name, kinds) if kind == "file" else info.field_name
-            if maker in kinds:
+            maker_of = (info.context or {}).get("maker_of")
+            if maker_of is not None and (maker := maker_of(path.name, None if kind == "file" else info.field_name)):
                 raise InputError(f"{shown(name)} does not exist; run the recipe that makes it (dielast {maker})")
             raise InputError(f"{shown(name)}: no such {kind}")
         if not test(path):

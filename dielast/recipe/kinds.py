@@ -34,7 +34,7 @@ def or_kind(wrong: str, known: Iterable[str]) -> str:
     return f'did you mean "{near[0]}"?' if near else f"one of {', '.join(names)} is needed"
 
 
-def maker_of(file: str, kinds: Kinds) -> str | None:
-    """The one kind of recipe whose runs write a file of this name; None if there are none or several."""
+def maker_of(kinds: Kinds, file: str) -> str | None:
+    """The kind of recipe whose runs write a file of this name; None if there are none or several."""
     makers = [name for name, kind in kinds.items() if file in kind.files]
     return makers[0] if len(makers) == 1 else None

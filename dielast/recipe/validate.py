@@ -6,6 +6,7 @@ import difflib
 import types
 import typing
 from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +16,7 @@ from pydantic_core import ErrorDetails
 
 from dielast.errors import InputError, shown, shown_path
 from dielast.recipe.fields import Section
-from dielast.recipe.kinds import Kinds
+from dielast.recipe.kinds import Kinds, maker_of
 from dielast.recipe.paths import read_path
 from dielast.units import decimal_comma
 
@@ -61,12 +62,22 @@ def examine(
     """`values` as a `model`, as `check` has it, or every mistake in them; `kinds` are those whose keys and files may be meant."""
     sweep = values.get("sweep")
     swept = {shown_path(read_path(key) or (key,)): listed for key, listed in sweep.items()} if isinstance(sweep, dict) else {}
-    context = {"folder": folder, "columns": getattr(model, "COLUMNS", ()), "swept": swept, "kinds": kinds}
+    context = {
+        "folder": folder,
+        "columns": getattr(model, "COLUMNS", ()),
+        "swept": swept,
+        "maker_of": partial(_maker_of, kinds or {}),
+    }
     try:
         return model.model_validate(values, context=context)
     except ValidationError as error:
         problems = error.errors(include_url=False)
         return [(problem["loc"], f"{source}: {_line(model, problem, kinds or {})}") for problem in problems]
+
+
+def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:
+    """The kind of recipe that makes a file; or a folder, the `key` for which is named after the kind."""
+    return maker_of(kinds, file) if key is None else key if key in kinds else None
 
 
 def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str]:

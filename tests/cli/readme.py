@@ -76,7 +76,7 @@ class Terminal:
         for name, text in _RECIPE.findall(README.read_text()):
             (folder / name).write_text(text)
         path = f"{launcher.parent}:{os.environ['PATH']}"
-        own = {"PATH": path, "MPLCONFIGDIR": str(folder / ".matplotlib"), "COLUMNS": "80", "TERM": "xterm", "LC_ALL": "C.UTF-8"}
+        own = {"PATH": path, "COLUMNS": "80", "TERM": "xterm", "LC_ALL": "C.UTF-8"}
         self.environment = {**os.environ, **own, "PYTHONPATH": str(ROOT)}
 
     def run(self, command: str) -> list[str]:
@@ -89,7 +89,7 @@ class Terminal:
             os.close(theirs)
             shown = b"".join(_received(ours))
             os.close(ours)
-            child.wait(timeout=120)
+            child.wait(timeout=600)
             errors.seek(0)
             shown += errors.read()
         if child.returncode not in (0, 2):

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import ENDS
 
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.memory import check_cells, check_series
@@ -27,10 +28,10 @@ def limited(arguments: list[str], folder: Path, what: int, least: int) -> subpro
     return subprocess.run(
         [sys.executable, "-c", call, *arguments],
         cwd=folder,
-        env=dict(os.environ, MPLCONFIGDIR=str(folder / ".matplotlib"), PYTHONDONTWRITEBYTECODE="1"),
+        env=dict(os.environ, PYTHONDONTWRITEBYTECODE="1"),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=ENDS,
         check=False,
     )
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from processes import until
+from processes import ENDS, alive, until
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found in /proc")
 
@@ -64,17 +64,6 @@ thickness = "2 %"
 """
 
 
-def alive(session: int) -> list[int]:
-    """The processes of a session, but for those that are dead and not yet buried."""
-    found: list[int] = []
-    for entry in Path("/proc").iterdir():
-        with suppress(OSError):
-            if entry.name.isdigit():
-                state, _, _, own, *_ = (entry / "stat").read_text().rpartition(")")[2].split()
-                found += [int(entry.name)] if int(own) == session and state not in "ZX" else []
-    return found
-
-
 @contextmanager
 def running(folder: Path, kind: str, recipe: str) -> Iterator[subprocess.Popen[str]]:
     """A run whose two workers are at work."""
@@ -109,7 +98,7 @@ def said_at_the_end(run: subprocess.Popen[str], folder: Path) -> str:
     assert run.stderr is not None
     line = run.stderr.readline()
     (folder / "go").touch()
-    return line + run.communicate(timeout=60)[1]
+    return line + run.communicate(timeout=ENDS)[1]
 
 
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
@@ -122,7 +111,7 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
 def test_a_killed_worker_is_one_line(tmp_path: Path) -> None:
     with half_done(tmp_path) as run:
         os.kill(workers(run)[0], signal.SIGKILL)
-        said = run.communicate(timeout=60)[1]
+        said = run.communicate(timeout=ENDS)[1]
         assert said == (
             "r.toml: a worker process was killed, for want of memory perhaps; "
             "what is solved is kept, and the same command goes on from there\n"
@@ -145,7 +134,7 @@ def test_a_group_that_is_terminated_is_one_line(tmp_path: Path) -> None:
 def test_a_sweep_has_workers_too(tmp_path: Path) -> None:
     with running(tmp_path, "actuate", SWEEP) as run:
         os.kill(workers(run)[0], signal.SIGKILL)
-        assert run.communicate(timeout=60)[1] == "r.toml: a worker process was killed, for want of memory perhaps\n"
+        assert run.communicate(timeout=ENDS)[1] == "r.toml: a worker process was killed, for want of memory perhaps\n"
         assert run.returncode == 3
         assert not alive(run.pid)
     with running(tmp_path, "actuate", SWEEP) as run:

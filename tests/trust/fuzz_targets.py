@@ -314,10 +314,10 @@ def _folders(scratch: Path) -> dict[str, Target]:
 def _draws(scratch: Path) -> dict[str, Target]:
     """The table of draws beside a material."""
     from dielast.commands.simulation.uncertainty import sample_of
+    from dielast.commands.simulation.uncertainty_recipe import Uncertainty
     from dielast.handover.material_draws import draw_columns
     from dielast.handover.material_file import write_material
     from dielast.io.table import to_csv
-    from dielast.recipe.uncertainty import Uncertainty
 
     seeds, materials = [], {}
     laws = {"wlf": b"C1 [1]", "arrhenius": b"activation_energy [J/mol]", "table": b"log10_shift_factor"}

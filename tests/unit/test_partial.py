@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from processes import ENDS
 
 from dielast.commands.failure_map import resume as partial
 from dielast.material.material import Breakdown, Material
@@ -57,7 +58,7 @@ def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> 
         partial.solve(plan, "key", Execution(jobs=2, progress=interrupt, keep=kept.append))
     assert kept == ["no cell was solved yet; the same command begins anew"]  # and none has a folder to be kept in
     assert len(Pool.given) == CELLS
-    concurrent.futures.wait(Pool.given, timeout=60)
+    concurrent.futures.wait(Pool.given, timeout=ENDS)
     assert sum(future.cancelled() for future in Pool.given) > CELLS // 2
 
 

@@ -10,10 +10,10 @@ from dielast.commands.simulation.film_recipe import FilmBase, Prestretch, PullIn
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
+from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
 from dielast.recipe.base import BreakdownField
 from dielast.recipe.fields import Length, Section, Voltage, VoltageRate
-from dielast.recipe.uncertainty import FilmUncertainty
 from dielast.units import VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it

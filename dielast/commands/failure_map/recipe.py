@@ -10,10 +10,10 @@ from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, fiel
 
 from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, FilmBase, PullIn, prestretch_of
 from dielast.commands.simulation.recipe import Solver
+from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
 from dielast.recipe.base import BreakdownField, RecipeBase
 from dielast.recipe.fields import InputFile, PositiveTime, Section, Temperatures, Time, Voltage, Voltages
-from dielast.recipe.uncertainty import FilmUncertainty
 
 Value = TypeVar("Value")
 

@@ -10,7 +10,6 @@ from dielast.material.shift import SHIFTS
 from dielast.readings.recipe import MeasurementData
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import OneOf, Section, Temperature, ThermalExpansion
-from dielast.recipe.uncertainty import Draws
 
 
 class Shift(Section):
@@ -29,6 +28,13 @@ class Shift(Section):
         description="What frequency sweeps are shifted on: storage and loss modulus together, tan delta alone, the storage modulus "
         "alone, or what determines the shifts best.",
     )
+
+
+class Draws(Section):
+    """How often the noise is drawn anew."""
+
+    draws: int = Field(200, ge=2, le=100_000, description="How many.")
+    seed: int = Field(1, ge=0, description="Of the random numbers: the same seed, the same result.")
 
 
 class MasterCurveRecipe(RecipeBase):

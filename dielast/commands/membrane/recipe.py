@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
@@ -42,36 +43,26 @@ class StretchStep(HistoryStep):
         return None if self.stretch is None else Aim("stretch", self.stretch, self.rate)
 
 
-def _load_rate(value: Any) -> tuple[float, str]:
-    """A force or stress rate and its unit."""
-    for dimension in (FORCE_RATE, STRESS_RATE):
+def _in_one_of(dimensions: tuple[Dimension, ...], needed: str, value: Any) -> tuple[float, str]:
+    """The number in the unit of the dimension that it has, and this unit."""
+    for dimension in dimensions:
         try:
             return parse(value, dimension), dimension.unit
         except InputError:
             continue
-    if isinstance(value, str) and (comma := decimal_comma(value)):
-        raise InputError(f"{shown(value)}: a force or stress rate is needed; {comma}")
-    raise InputError(f'{shown(value)}: a force or stress rate is needed, such as "{FORCE_RATE.example}" or "{STRESS_RATE.example}"')
-
-
-def _load(value: Any) -> tuple[float, str]:
-    """A force or stress and its unit."""
-    for dimension in (FORCE, STRESS):
-        try:
-            return parse(value, dimension), dimension.unit
-        except InputError:
-            continue
-    raise InputError(f'{shown(value)}: a force or a stress is needed, such as "{FORCE.example}" or "{STRESS.example}"')
+    comma = decimal_comma(value) if isinstance(value, str) else ""
+    hint = f"; {comma}" if comma else f", such as {' or '.join(shown(dimension.example) for dimension in dimensions)}"
+    raise InputError(f"{shown(value)}: {needed} is needed{hint}")
 
 
 LoadValue = Annotated[
     tuple[float, str],
-    PlainValidator(_load),
+    PlainValidator(partial(_in_one_of, (FORCE, STRESS), "a force or a stress")),
     WithJsonSchema({"type": "string", "examples": [FORCE.example, STRESS.example]}),
 ]
 LoadRate = Annotated[
     tuple[float, str],
-    PlainValidator(_load_rate),
+    PlainValidator(partial(_in_one_of, (FORCE_RATE, STRESS_RATE), "a force or stress rate")),
     WithJsonSchema({"type": "string", "examples": [FORCE_RATE.example, STRESS_RATE.example]}),
 ]
 

@@ -8,11 +8,11 @@ from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
 from dielast.commands.simulation.comparison_recipe import Comparison
 from dielast.commands.simulation.result_columns import COLUMNS, Abscissa, ResultColumn
+from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, shown, shown_path
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import InputFile, Section, Temperature, Time, mistake_at
 from dielast.recipe.paths import read_path
-from dielast.recipe.uncertainty import Uncertainty
 
 
 def _kept_cycles(value: Any) -> str | tuple[int, ...]:
