@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
+from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.law import Constant
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor
 from dielast.material.springs import SPRINGS, Floats, SpringLaw
-from dielast.units import FIELD, Dimension
+from dielast.units import FIELD, PERMITTIVITY, Dimension
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,8 +93,27 @@ class Power(BreakdownLaw):
         return replace(self, field=factor * self.field)
 
 
+@dataclass(frozen=True, slots=True)
+class Cooling(DielectricLaw):
+    """eps = `permittivity` (1 - `loss` (T - 20 degC))."""
+
+    permittivity: float
+    loss: float
+
+    name: ClassVar = "cooling"
+    title: ClassVar = "cooling"
+    constants: ClassVar = (
+        Constant("permittivity", "At 20 degC.", PERMITTIVITY, above=0.0),
+        Constant("loss", "Of cooling, in 1/K."),
+    )
+
+    def at(self, temperature: ArrayLike) -> Floats:
+        return np.asarray(self.permittivity * (1 - self.loss * (np.asarray(temperature, dtype=float) - 20)))
+
+
 def register() -> None:
     """A line for each."""
+    DIELECTRICS.register(Cooling)
     SPRINGS.register(Varga)
     SHIFTS.register(Linear)
     BREAKDOWNS.register(Power)

@@ -58,6 +58,7 @@ class Points:
         width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
         branches = max(int(np.count_nonzero(some)) for some in carrying)
         modulus, rate = np.zeros((2, branches + 1, width))
+        permittivity = np.zeros(width)
         laws: list[tuple[SpringLaw, SpringLaw]] = []
         for index, (each, some) in enumerate(zip(materials, carrying, strict=True)):
             cases = slice(None) if len(materials) == 1 else slice(index, index + 1)
@@ -65,11 +66,12 @@ class Points:
             modulus[0, cases] = each.equilibrium_modulus
             modulus[own, cases] = each.spectrum.shear_modulus[some, None]
             rate[own, cases] = 1 / (3 * _relaxation_time(each, temperature, index, cases)[:, some].T)
+            if each.dielectric is not None:
+                permittivity[cases] = each.dielectric.at(temperature[cases])
             laws.append((each.equilibrium_law, each.nonequilibrium_law))
-        permittivity = np.array([each.permittivity or 0.0 for each in materials])
         # no stress is known better than the rounding of the stiffest spring's share
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
-        return cls(modulus, rate, gathered(laws, modulus > 0), np.broadcast_to(permittivity, (width,)), floor)
+        return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor)
 
     def take(self, cases: Cases) -> Points:
         """The points of some cases."""

@@ -10,15 +10,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from toys import Linear, Power, Varga, register
+from toys import Cooling, Linear, Power, Varga, register
 
 from dielast import CardOptions, InputError, Material, NoShift, Spectrum, creep, export_card, write_material
 from dielast.handover.material_file import material_file, parse_material
 from dielast.material.breakdown import BREAKDOWNS
+from dielast.material.dielectric import DIELECTRICS
 from dielast.material.law import Registry
 from dielast.material.shift import SHIFTS
 from dielast.material.springs import EQUIBIAXIAL, SPRINGS, UNIAXIAL, Gent
 from dielast.mechanics.load import Step
+from dielast.mechanics.point import Points
 from dielast.recipe.schema import keys
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -41,7 +43,9 @@ shear_modulus_Pa = [20000.0, 90000.0]
 law = "linear"
 slope = "0.05 /K"
 [dielectric]
+law = "cooling"
 permittivity = "4e-11 F/m"
+loss = 0.02
 [breakdown]
 law = "power-of-prestretch"
 field = "20 MV/m"
@@ -64,7 +68,7 @@ at = "breakdown"
 
 @pytest.fixture
 def registered() -> Iterator[None]:
-    families: tuple[Registry[object], ...] = (SPRINGS, SHIFTS, BREAKDOWNS)  # type: ignore[assignment]
+    families: tuple[Registry[object], ...] = (SPRINGS, SHIFTS, DIELECTRICS, BREAKDOWNS)  # type: ignore[assignment]
     before = [dict(family._entries) for family in families]
     register()
     yield
@@ -83,6 +87,8 @@ def test_a_material_file_takes_the_laws_and_is_written_with_them() -> None:
     material = parse_material(MATERIAL.encode(), "toy.toml")
     assert material.shift == Linear(20.0, 0.05)
     assert material.breakdown == Power(20e6, 1.0)
+    assert material.permittivity == Cooling(4e-11, 0.02)
+    assert Points.of(material, np.array([20.0, 30.0]), 1e-6).permittivity == pytest.approx([4e-11, 3.2e-11])
     assert isinstance(material.nonequilibrium_law, Varga)
     assert material.nonequilibrium_law.share == 0.7
     assert write_material(parse_material(write_material(material), "again.toml")) == write_material(material)
