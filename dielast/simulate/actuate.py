@@ -14,7 +14,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Frame, Table, case_table, to_frame
 from dielast.material.material import Breakdown, Material
 from dielast.mechanics.course import Piece
-from dielast.mechanics.criteria import CRITERIA, names
+from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.happening import Happening
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
@@ -29,8 +29,6 @@ from dielast.simulate.record import Recorder, ending
 from dielast.simulate.setup import FilmSetup, Setup, set_up
 from dielast.simulate.voltage import VoltageStep, voltage_pieces
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
-
-END = "end"  # where a run stops that stops at no event
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, fiel
 
 from dielast.commands.simulation.recipe import COLUMNS, Aim, HistoryStep, SimulationRecipe, Solver, starting
 from dielast.errors import InputError, shown
+from dielast.mechanics.criteria import END, names
 from dielast.recipe.base import BreakdownField, RecipeBase
 from dielast.recipe.fields import (
     InputFile,
@@ -122,6 +123,17 @@ TimeScale = Annotated[
 ]
 
 
+def _stop(value: Any) -> str:
+    """The name of an event, or of the end."""
+    known = (*names(), END)
+    if value not in known:
+        raise InputError(f"{shown(value)}: {', '.join(map(shown, known[:-1]))} or {shown(END)} is needed")
+    return str(value)
+
+
+StopAt = Annotated[str, PlainValidator(_stop), WithJsonSchema({"enum": [*names(), END], "type": "string"})]
+
+
 class PullIn(Section):
     """The pull-in criterion: det H = 0 with branches weighted by how much of them outlasts the time scale."""
 
@@ -136,9 +148,7 @@ class PullIn(Section):
 class Stop(Section):
     """Where a simulation ends."""
 
-    at: Literal["breakdown", "pull-in", "end"] = Field(
-        "breakdown", description="The event to stop at, or the end of the last step."
-    )
+    at: StopAt = Field("breakdown", description="The event to stop at, or the end of the last step.")
 
 
 class VoltageStep(HistoryStep):
