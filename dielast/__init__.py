@@ -1,148 +1,113 @@
 """dielast: dielectric elastomers from relaxation measurements to time to failure.
 
 Everything public is imported from here, `from dielast import build_master_curve`, and loaded when it is first used.
+
+The words of this package:
+
+- recipe: a TOML file that says what to run; its `kind` is the command that runs it.
+- case: a specimen or a film under a load history. Cases that a recipe sweeps are computed together, as one axis of arrays.
+- cell: a case of a failure map, at one voltage, prestretch and temperature.
+- curve: what was measured at one temperature, relaxation, creep or a frequency sweep. A test at several temperatures is several.
+- master curve: all curves, shifted along the time axis to the reference temperature.
+- shift factor: relaxation times at a temperature over those at the reference temperature, as log10.
+- spectrum: the relaxation times and shear moduli of all branches.
+- branch: a Maxwell element, a spring and a damper in series; all branches are parallel to the equilibrium spring.
+- material point: the state of a case, homogeneous and in plane stress: stretches, and a viscous stretch for each branch and axis.
+- stretch: length over undeformed length; relative stretch: over the length after the prestretch, when the voltage begins.
+- nominal: by the undeformed section or thickness, as in nominal stress and nominal field; true: by the present one.
+- step: what a recipe or a user states of a load history: a target with a rate or a duration, a hold, a waveform or a table.
+- piece: a step with all numbers known, from known values on, as the solver takes it.
+- course: a piece as a chain of spans.
+- span: a part of a course in which the load is smooth, with its value and its rate in closed form.
+- stride: one time step of the integrator, of all cases that advance together; every case has a step size of its own.
+- event: breakdown, pull-in or loss of tension, where its criterion is met; a predicted failure is a result, not an error.
+- draw: the material, or the film, made anew with random noise or scatter; intervals are quantiles of the draws' results.
+- batch: cases of equal histories that one process solves together; a chunk is the same of a failure map's cells.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from dielast._version import __version__
+from dielast._version import __version__ as __version__
 
-if TYPE_CHECKING:
-    from dielast.errors import DielastError, DielastWarning, InputError, NumericsError
-    from dielast.export.card import export_card
-    from dielast.export.conventions import CardOptions
-    from dielast.handover.material_draws import read_draws
-    from dielast.handover.material_file import read_material, write_material
-    from dielast.material.material import Breakdown, Material
-    from dielast.material.scatter import NormalScatter, Sample, WeibullScatter, draw_sample, interval
-    from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
-    from dielast.material.spectrum import Spectrum
-    from dielast.material.springs import Gent
-    from dielast.mechanics.load import Step, Track, Waveform
-    from dielast.mechanics.stability import TimeScale
-    from dielast.plots.mastercurve import plot_master_curve
-    from dielast.plots.spectrum import plot_spectrum
-    from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
-    from dielast.relaxation.creep import fit_creep
-    from dielast.relaxation.fit import SpectrumFit, fit_spectrum
-    from dielast.relaxation.interconversion import (
-        RetardationSpectrum,
-        relaxation_from_retardation,
-        retardation_from_relaxation,
+if TYPE_CHECKING:  # the public names, of which this is the only list: type checkers read it, and so does `_modules`
+    from dielast.errors import (
+        DielastError as DielastError,
+        DielastWarning as DielastWarning,
+        InputError as InputError,
+        NumericsError as NumericsError,
     )
-    from dielast.relaxation.oscillation import fit_oscillation
-    from dielast.relaxation.reduce import Reduction, reduce_spectrum
-    from dielast.simulate.actuate import ActuationHistory, actuate
-    from dielast.simulate.failure_map import FailureMap, failure_map, plan_failure_map, solve_map
-    from dielast.simulate.lifetime import fit_lifetime
-    from dielast.simulate.membrane import MembraneHistory, creep, relax
-    from dielast.simulate.voltage import VoltageStep
-    from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
-    from dielast.superposition.mastercurve import MasterCurve, build_master_curve
-    from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
+    from dielast.export.card import export_card as export_card
+    from dielast.export.options import CardOptions as CardOptions
+    from dielast.handover.material_draws import read_draws as read_draws
+    from dielast.handover.material_file import read_material as read_material, write_material as write_material
+    from dielast.material.material import Breakdown as Breakdown, Material as Material
+    from dielast.material.scatter import (
+        NormalScatter as NormalScatter,
+        Sample as Sample,
+        WeibullScatter as WeibullScatter,
+        draw_sample as draw_sample,
+        interval as interval,
+    )
+    from dielast.material.shift import WLF as WLF, Arrhenius as Arrhenius, NoShift as NoShift, ShiftTable as ShiftTable
+    from dielast.material.spectrum import Spectrum as Spectrum
+    from dielast.material.springs import Gent as Gent
+    from dielast.mechanics.load import Step as Step, Track as Track, Waveform as Waveform
+    from dielast.mechanics.stability import TimeScale as TimeScale
+    from dielast.plots.mastercurve import plot_master_curve as plot_master_curve
+    from dielast.plots.spectrum import plot_spectrum as plot_spectrum
+    from dielast.relaxation.continuous import ContinuousSpectrum as ContinuousSpectrum, continuous_spectrum as continuous_spectrum
+    from dielast.relaxation.creep import fit_creep as fit_creep
+    from dielast.relaxation.fit import SpectrumFit as SpectrumFit, fit_spectrum as fit_spectrum
+    from dielast.relaxation.interconversion import (
+        RetardationSpectrum as RetardationSpectrum,
+        relaxation_from_retardation as relaxation_from_retardation,
+        retardation_from_relaxation as retardation_from_relaxation,
+    )
+    from dielast.relaxation.oscillation import fit_oscillation as fit_oscillation
+    from dielast.relaxation.reduce import Reduction as Reduction, reduce_spectrum as reduce_spectrum
+    from dielast.simulate.actuate import ActuationHistory as ActuationHistory, actuate as actuate
+    from dielast.simulate.failure_map import (
+        FailureMap as FailureMap,
+        failure_map as failure_map,
+        plan_failure_map as plan_failure_map,
+        solve_map as solve_map,
+    )
+    from dielast.simulate.lifetime import fit_lifetime as fit_lifetime
+    from dielast.simulate.membrane import MembraneHistory as MembraneHistory, creep as creep, relax as relax
+    from dielast.simulate.voltage import VoltageStep as VoltageStep
+    from dielast.superposition.bootstrap import (
+        MasterCurveDraws as MasterCurveDraws,
+        bootstrap_master_curve as bootstrap_master_curve,
+    )
+    from dielast.superposition.mastercurve import MasterCurve as MasterCurve, build_master_curve as build_master_curve
+    from dielast.superposition.measurement import (
+        CreepCurve as CreepCurve,
+        FrequencySweep as FrequencySweep,
+        RelaxationCurve as RelaxationCurve,
+    )
 
-_HOME = {
-    "superposition.bootstrap": ("MasterCurveDraws", "bootstrap_master_curve"),
-    "relaxation.continuous": ("ContinuousSpectrum", "continuous_spectrum"),
-    "relaxation.creep": ("fit_creep",),
-    "relaxation.interconversion": ("RetardationSpectrum", "relaxation_from_retardation", "retardation_from_relaxation"),
-    "superposition.mastercurve": ("MasterCurve", "build_master_curve"),
-    "superposition.measurement": ("CreepCurve", "FrequencySweep", "RelaxationCurve"),
-    "relaxation.oscillation": ("fit_oscillation",),
-    "relaxation.reduce": ("Reduction", "reduce_spectrum"),
-    "relaxation.fit": ("SpectrumFit", "fit_spectrum"),
-    "material.scatter": ("NormalScatter", "Sample", "WeibullScatter", "draw_sample", "interval"),
-    "errors": ("DielastError", "DielastWarning", "InputError", "NumericsError"),
-    "export.card": ("export_card",),
-    "export.conventions": ("CardOptions",),
-    "material.springs": ("Gent",),
-    "mechanics.load": ("Step", "Track", "Waveform"),
-    "material.material": ("Breakdown", "Material"),
-    "plots.mastercurve": ("plot_master_curve",),
-    "plots.spectrum": ("plot_spectrum",),
-    "material.spectrum": ("Spectrum",),
-    "handover.material_draws": ("read_draws",),
-    "handover.material_file": ("read_material", "write_material"),
-    "material.shift": ("WLF", "Arrhenius", "NoShift", "ShiftTable"),
-    "simulate.actuate": ("ActuationHistory", "actuate"),
-    "simulate.failure_map": ("FailureMap", "failure_map", "plan_failure_map", "solve_map"),
-    "simulate.lifetime": ("fit_lifetime",),
-    "simulate.membrane": ("MembraneHistory", "creep", "relax"),
-    "simulate.voltage": ("VoltageStep",),
-    "mechanics.stability": ("TimeScale",),
-}
-_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
-__all__ = [
-    "WLF",
-    "ActuationHistory",
-    "Arrhenius",
-    "Breakdown",
-    "CardOptions",
-    "ContinuousSpectrum",
-    "CreepCurve",
-    "DielastError",
-    "DielastWarning",
-    "FailureMap",
-    "FrequencySweep",
-    "Gent",
-    "InputError",
-    "MasterCurve",
-    "MasterCurveDraws",
-    "Material",
-    "MembraneHistory",
-    "NoShift",
-    "NormalScatter",
-    "NumericsError",
-    "Reduction",
-    "RelaxationCurve",
-    "RetardationSpectrum",
-    "Sample",
-    "ShiftTable",
-    "Spectrum",
-    "SpectrumFit",
-    "Step",
-    "TimeScale",
-    "Track",
-    "VoltageStep",
-    "Waveform",
-    "WeibullScatter",
-    "__version__",
-    "actuate",
-    "bootstrap_master_curve",
-    "build_master_curve",
-    "continuous_spectrum",
-    "creep",
-    "draw_sample",
-    "export_card",
-    "failure_map",
-    "fit_creep",
-    "fit_lifetime",
-    "fit_oscillation",
-    "fit_spectrum",
-    "interval",
-    "plan_failure_map",
-    "plot_master_curve",
-    "plot_spectrum",
-    "read_draws",
-    "read_material",
-    "reduce_spectrum",
-    "relax",
-    "relaxation_from_retardation",
-    "retardation_from_relaxation",
-    "solve_map",
-    "write_material",
-]
+@cache
+def _modules() -> dict[str, str]:
+    """The module of each public name, read from the imports above."""
+    import ast
+
+    source = __spec__.loader.get_source(__name__)  # type: ignore[union-attr]
+    imports = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
+    return {alias.name: str(node.module) for node in imports for alias in node.names if alias.asname}
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
+    if name == "__all__":
+        return sorted(_modules())
+    if name.startswith("__") or name not in _modules():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    return getattr(import_module(_modules()[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(_modules())

@@ -1,7 +1,7 @@
-"""Quantities with units, read into SI (temperatures into degC) through a small pint registry.
+"""Quantities with units, read into SI (temperatures into degC).
 
-The registry is our own short list rather than pint's full one, which takes longer to load than a simulation takes to run.
-Nothing is guessed: a bare number where a dimension is needed is an error, and so is a unit of another dimension.
+The table below holds the units of measurements on elastomers. Nothing is guessed: a bare number where a dimension is needed is an
+error, and so is a unit of another dimension.
 """
 
 from __future__ import annotations
@@ -10,57 +10,79 @@ import math
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dielast.errors import InputError, shown
-
-if TYPE_CHECKING:
-    import pint
 
 ZERO_CELSIUS = 273.15  # K
 GRAVITY = 9.80665  # m/s^2, standard acceleration
 TIMES = (1e-15, 1e15)  # s: from less than a bond's vibration to 30 million years, where no test and no service begins or ends
 
-DEFINITIONS = """
-pico- = 1e-12 = p-
-nano- = 1e-9 = n-
-micro- = 1e-6 = µ- = μ- = u-
-milli- = 1e-3 = m-
-centi- = 1e-2 = c-
-kilo- = 1e3 = k-
-mega- = 1e6 = M-
-giga- = 1e9 = G-
-meter = [length] = m = metre
-second = [time] = s = sec
-kilogram = [mass] = kg
-ampere = [current] = A
-kelvin = [temperature]; offset: 0 = K
-mole = [substance] = mol
-gram = 1e-3 * kilogram = g
-degree_Celsius = kelvin; offset: 273.15 = degC = °C = degreeC = celsius
-degree_Fahrenheit = 5 / 9 * kelvin; offset: 255.3722222222222 = degF = °F = degreeF = fahrenheit
-minute = 60 * second = min
-hour = 60 * minute = h = hr
-day = 24 * hour = d
-week = 7 * day
-newton = kilogram * meter / second ** 2 = N
-gram_force = 9.80665e-3 * newton = gf
-kilogram_force = 9.80665 * newton = kgf
-pound_force = 4.4482216152605 * newton = lbf
-inch = 0.0254 * meter = in
-pascal = newton / meter ** 2 = Pa
-bar = 1e5 * pascal = bar
-psi = 6894.757293168361 * pascal = psi
-dyne = 1e-5 * newton = dyn
-joule = newton * meter = J
-watt = joule / second = W
-volt = watt / ampere = V
-coulomb = ampere * second = coul
-farad = ampere * second / volt = F
-hertz = 1 / second = Hz
-radian = [] = rad
-percent = 0.01 = %
-"""
+BASE = ("m", "s", "kg", "A", "K", "mol")
+# Names of units, their size and what they are made of. Sizes are exact by definition: SI Brochure, 9th edition; for inch and
+# pound-force NIST SP 811, appendix B.8.
+DEFINITIONS = (
+    ("meter metre m", 1.0, "m"),
+    ("second sec s", 1.0, "s"),
+    ("kilogram kg", 1.0, "kg"),
+    ("ampere A", 1.0, "A"),
+    ("kelvin K", 1.0, "K"),
+    ("mole mol", 1.0, "mol"),
+    ("gram g", 1e-3, "kg"),
+    ("degree_Celsius degreeC celsius degC °C", 1.0, "K"),
+    ("degree_Fahrenheit degreeF fahrenheit degF °F", 5 / 9, "K"),
+    ("minute min", 60.0, "s"),
+    ("hour hr h", 3600.0, "s"),
+    ("day d", 86400.0, "s"),
+    ("week", 604800.0, "s"),
+    ("newton N", 1.0, "kg*m/s^2"),
+    ("gram_force gf", GRAVITY * 1e-3, "N"),
+    ("kilogram_force kgf", GRAVITY, "N"),
+    ("pound_force lbf", 4.4482216152605, "N"),
+    ("dyne dyn", 1e-5, "N"),
+    ("inch in", 0.0254, "m"),
+    ("pascal Pa", 1.0, "N/m^2"),
+    ("bar", 1e5, "Pa"),
+    ("psi", 6894.757293168361, "Pa"),
+    ("joule J", 1.0, "N*m"),
+    ("watt W", 1.0, "J/s"),
+    ("volt V", 1.0, "W/A"),
+    ("coulomb coul", 1.0, "A*s"),
+    ("farad F", 1.0, "A*s/V"),
+    ("hertz Hz", 1.0, "1/s"),
+    ("radian rad", 1.0, "1"),
+    ("percent %", 0.01, "1"),
+)
+PREFIXES = (
+    *(
+        ("", 1.0),
+        ("pico", 1e-12),
+        ("p", 1e-12),
+        ("nano", 1e-9),
+        ("n", 1e-9),
+        ("micro", 1e-6),
+        ("µ", 1e-6),
+        ("μ", 1e-6),
+        ("u", 1e-6),
+    ),
+    *(("milli", 1e-3), ("m", 1e-3), ("centi", 1e-2), ("c", 1e-2), ("kilo", 1e3), ("k", 1e3), ("mega", 1e6), ("M", 1e6)),
+    *(("giga", 1e9), ("G", 1e9)),
+)
+ZERO_OF_SCALE = {"degree_Celsius": 0.0, "degree_Fahrenheit": -160 / 9}  # in degC, of scales that do not begin at absolute zero
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit by its `scale` in SI, the `powers` (m, s, kg, A, K, mol) of its dimension, and the reading in degC at the zero of its
+    scale, if it is one of temperature.
+    """
+
+    scale: float
+    powers: tuple[int, ...]
+    zero: float = -ZERO_CELSIUS
+
+
+BASE_UNITS = {name: Unit(1.0, tuple(int(name == other) for other in BASE)) for name in BASE}
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,44 +119,31 @@ FIELD = Dimension("an electric field", "V/m", "48 MV/m")
 PERMITTIVITY = Dimension("a permittivity", "F/m", "3.98e-11 F/m")
 MOLAR_ENERGY = Dimension("a molar energy", "J/mol", "120 kJ/mol")
 
-# The units that recipes use most, by the unit each is kept in: pint, which takes as long to load as a simulation takes to run, is
-# then not needed. A test holds every entry to pint's own answer.
-COMMON: dict[str, dict[str, float]] = {
-    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0},
-    "m": {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "um": 1e-6},
-    "K": {"K": 1.0},
-    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
-    "1/Pa": {"1/Pa": 1.0, "/Pa": 1.0, "1/kPa": 1e-3, "1/MPa": 1e-6, "1/GPa": 1e-9},
-    "Pa*s": {"Pa*s": 1.0, "Pa.s": 1.0, "mPa*s": 1e-3, "mPa.s": 1e-3, "kPa*s": 1e3},
-    "Hz": {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3},
-    "rad/s": {"rad/s": 1.0},
-    "Pa/s": {"Pa/s": 1.0, "kPa/s": 1e3, "MPa/s": 1e6},
-    "1": {"%": 0.01},
-    "1/s": {"1/s": 1.0, "/s": 1.0, "%/s": 0.01, "%/min": 0.01 / 60},
-    "N": {"N": 1.0, "mN": 1e-3},
-    "N/s": {"N/s": 1.0, "mN/s": 1e-3},
-    "V": {"V": 1.0, "kV": 1e3},
-    "V/s": {"V/s": 1.0, "kV/s": 1e3},
-    "V/m": {"V/m": 1.0, "MV/m": 1e6, "kV/mm": 1e6},
-    "F/m": {"F/m": 1.0},
-    "J/mol": {"J/mol": 1.0, "kJ/mol": 1e3},
-}
-# Scales with a zero of their own: (scale, offset) into degC by the registry's name, and the names of those that recipes use most.
-SCALES = {"degree_Celsius": (1.0, 0.0), "degree_Fahrenheit": (5 / 9, -160 / 9)}
-TEMPERATURES = dict.fromkeys(("degC", "°C", "℃"), "degree_Celsius") | dict.fromkeys(("degF", "°F", "℉"), "degree_Fahrenheit")
+# units that an unknown one may be a misspelling of
+_COMMON = (
+    *("s", "ms", "min", "h", "d", "m", "mm", "µm", "um", "K", "degC", "°C", "℃", "degF", "°F", "℉"),
+    *("Pa", "kPa", "MPa", "GPa", "1/Pa", "/Pa", "1/kPa", "1/MPa", "1/GPa", "Pa*s", "Pa.s", "mPa*s", "mPa.s", "kPa*s"),
+    *("Hz", "mHz", "kHz", "rad/s", "Pa/s", "kPa/s", "MPa/s", "%", "1/s", "/s", "%/s", "%/min", "N", "mN", "N/s", "mN/s"),
+    *("V", "kV", "V/s", "kV/s", "V/m", "MV/m", "kV/mm", "F/m", "J/mol", "kJ/mol"),
+)
 MISTAKEN = (FORCE, LENGTH, STRESS, STRAIN, TORQUE, STIFFNESS, MASS, TIME, TEMPERATURE, FREQUENCY, ANGULAR_FREQUENCY)
 RECOGNISED = (TIME, LENGTH, TEMPERATURE, STRESS, STRESS_RATE, STRAIN_RATE, FORCE, FORCE_RATE, VOLTAGE, VOLTAGE_RATE, FIELD, STRAIN)
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _COMMA = re.compile(r"(?<![\w.,])[+-]?\d++,(\d++)(?![\w.,]*,)")
-# what is no unit, and what it stands for in the languages of those who write it
+# words of other languages for units
 _ABROAD = {"sek": "s", "sekunden": "s", "minuten": "min", "std": "h", "stunden": "h", "tage": "d", "grad": "degC"}
 _QUANTITY = re.compile(rf"({_NUMBER})\s*+(.*+)", re.DOTALL)  # of text without blanks around it
-# names, small powers, products and quotients: all that units of measure need, and nothing that a parser could choke on
+# a name with a small power, and products and quotients of such: units of measurement need no more
 _NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
-_DASHED = re.compile(r"(?<=[A-Za-zµμ°%1-9])-(?=[A-Za-zµμ°])")  # N-m and Pa-s of instruments; s-1 is a power
-_TYPESET = str.maketrans({"º": "°", "℃": "°C", "℉": "°F", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"})
 _UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·.]\s*{_NAME}|\s+{_NAME})*")
+_FACTOR = re.compile(r"(?P<sign>[*/·.\s]*)(?P<name>%|[A-Za-zµμ°_]+)(?:(?:\^|\*\*)?(?P<power>-?[1-9]))?")
+_DASHED = re.compile(r"(?<=[A-Za-zµμ°%1-9])-(?=[A-Za-zµμ°])")  # N-m and Pa-s of instruments; s-1 is a power
+_SQUARED = re.compile(r"\b(?:square|sq) ([A-Za-zµμ]+)|([A-Za-zµμ]+) squared\b")
+_CUBED = re.compile(r"\bcubic ([A-Za-zµμ]+)|([A-Za-zµμ]+) cubed\b")
+_DEGREE = re.compile(r"(deg|°)\s+(?=[CF]\b)")
+_TYPESET = str.maketrans({"º": "°", "℃": "°C", "℉": "°F", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"})
+LONGEST_UNIT = 40  # characters
 
 
 def parse(text: Any, dimension: Dimension) -> float:
@@ -142,32 +151,33 @@ def parse(text: Any, dimension: Dimension) -> float:
 
     Raises `InputError` for a bare number, an unknown unit, a wrong dimension or a value that is not finite.
     """
+    needed, example = f"{shown(text)}: {dimension.name}", f"such as {shown(dimension.example)}"
     if not isinstance(text, str):
-        raise InputError(f"{shown(text)}: {dimension.name} is needed with its unit, such as {shown(dimension.example)}")
-    match = _QUANTITY.fullmatch(text.strip())
+        raise InputError(f"{needed} is needed with its unit, {example}")
     if comma := decimal_comma(text):
-        raise InputError(f"{shown(text)}: {dimension.name} is needed; {comma}")
+        raise InputError(f"{needed} is needed; {comma}")
+    match = _QUANTITY.fullmatch(text.strip())
     if match is None:
-        raise InputError(f"{shown(text)}: {dimension.name} is needed, such as {shown(dimension.example)}")
+        raise InputError(f"{needed} is needed, {example}")
     number, unit = match.groups()
     if not unit:
-        raise InputError(f"{shown(text)}: {dimension.name} is needed with its unit, such as {shown(dimension.example)}")
+        raise InputError(f"{needed} is needed with its unit, {example}")
     try:
         scale, offset = conversion(unit, dimension)
     except InputError as error:
         raise InputError(f"{shown(text)}: {error}{_weight(float(number), unit) if dimension is FORCE else ''}") from None
     value = float(number) * scale + offset
     if not math.isfinite(value):
-        raise InputError(f"{shown(text)}: {dimension.name} that is finite is needed, such as {shown(dimension.example)}")
+        raise InputError(f"{needed} that is finite is needed, {example}")
     return value
 
 
 def _weight(number: float, unit: str) -> str:
-    """What to write instead of a mass where a force is needed; empty if it is none."""
-    mass, kilogram = _parse_unit(unit.removesuffix("f")), _parse_unit("kg")
-    if mass is None or kilogram is None or mass.dimensionality != kilogram.dimensionality:
+    """What to write instead of a mass where a force is needed; empty if `unit` is not one of mass."""
+    mass = parse_unit(unit.removesuffix("f"))
+    if mass is None or mass.powers != BASE_UNITS["kg"].powers:
         return ""
-    newton = number * float(_registry().Quantity(1.0, mass).to(kilogram).magnitude) * GRAVITY
+    newton = number * mass.scale * GRAVITY
     return f'; is it the weight of {number:g} {unit.removesuffix("f")}? then write "{newton:.4g} N"'
 
 
@@ -182,53 +192,40 @@ def decimal_comma(text: str) -> str:
 
 @lru_cache(maxsize=256)
 def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
-    """(scale, offset) that take a number in `unit` into `dimension.unit`: converted = number * scale + offset."""
-    if dimension is TEMPERATURE:
-        if (scale := TEMPERATURES.get(unit.replace(" ", ""))) is not None:  # "deg C" and "° C" are one unit, no product
-            return SCALES[scale]
-    elif unit in COMMON.get(dimension.unit, ()):
-        return COMMON[dimension.unit][unit], 0.0
-    return convert_by_pint(unit, dimension)
+    """(scale, offset) that take a number in `unit` into `dimension.unit`: converted = number * scale + offset.
 
-
-def convert_by_pint(unit: str, dimension: Dimension) -> tuple[float, float]:
-    """The same for any unit that the registry knows."""
+    Raises `InputError` for an unknown unit and for one of another dimension.
+    """
     wanted = f"{dimension.name} is needed, such as {shown(dimension.example)}"
     if dimension in (STRAIN, NUMBER) and unit in ("", "-", "1"):
         return 1.0, 0.0
-    if dimension is TEMPERATURE and unit == "C":  # instruments' headers; no charge is ever meant where a temperature is wanted
+    if dimension is TEMPERATURE and unit == "C":  # in the headers of instruments
         unit = "degC"
-    parsed = _parse_unit(unit)
+    parsed, target = parse_unit(unit), parse_unit(dimension.unit)
     if parsed is None:
         near = _near_unit(unit, dimension)
         raise InputError(f'unknown unit "{unit}"; ' + (f'did you mean "{near}"?' if near else wanted))
     if dimension in (FREQUENCY, ANGULAR_FREQUENCY):
         _tell_frequencies_apart(unit, dimension)
-    target = _parse_unit(dimension.unit)
-    if target is None or parsed.dimensionality != target.dimensionality:
+    if target is None or parsed.powers != target.powers:
         raise InputError(wanted)
-    quantity = _registry().Quantity
-    if dimension is TEMPERATURE:
-        return SCALES.get(str(parsed)) or (float(quantity(1.0, parsed).to("kelvin").magnitude), -ZERO_CELSIUS)
-    if dimension is TEMPERATURE_DIFFERENCE and str(parsed) in SCALES:
-        return SCALES[str(parsed)][0], 0.0
-    return float(quantity(1.0, parsed).to(target).magnitude), 0.0
+    return parsed.scale / target.scale, parsed.zero if dimension is TEMPERATURE else 0.0
 
 
 def _near_unit(unit: str, dimension: Dimension) -> str | None:
     """The common unit of `dimension` that differs from `unit` in upper and lower case alone, if no other can be meant."""
-    known = TEMPERATURES if dimension is TEMPERATURE else COMMON.get(dimension.unit, {})
-    if (abroad := _ABROAD.get(unit.casefold())) in known:
-        return abroad
-    near = [own for own in known if own.casefold() == unit.casefold()]
+    word = _ABROAD.get(unit.casefold())
+    if word is not None and _converts(word, dimension):
+        return word
+    near = [known for known in _COMMON if known.casefold() == unit.casefold() and _converts(known, dimension)]
     # MPa and mPa, mm and Mm
-    doubtful = any(_parse_unit(own[0].swapcase() + own[1:]) is not None for own in near if own[0] != unit[0])
+    doubtful = any(parse_unit(known[0].swapcase() + known[1:]) is not None for known in near if known[0] != unit[0])
     return near[0] if len(near) == 1 and not doubtful else None
 
 
 def is_ambiguous(unit: str, dimension: Dimension) -> bool:
     """Whether a frequency or an angular frequency is wanted and `unit`, such as 1/s, does not say which of them it is."""
-    return dimension in (FREQUENCY, ANGULAR_FREQUENCY) and "Hz" not in unit and "rad" not in unit and _is_rate(unit)
+    return dimension in (FREQUENCY, ANGULAR_FREQUENCY) and "Hz" not in unit and "rad" not in unit and _converts(unit, STRAIN_RATE)
 
 
 def _tell_frequencies_apart(unit: str, dimension: Dimension) -> None:
@@ -240,11 +237,6 @@ def _tell_frequencies_apart(unit: str, dimension: Dimension) -> None:
         raise InputError(f"{unit} is the unit of an angular frequency, {needed}")
     if is_ambiguous(unit, dimension):
         raise InputError(f"{unit} may mean a frequency or an angular frequency: say Hz or rad/s")
-
-
-def _is_rate(unit: str) -> bool:
-    parsed, rate = _parse_unit(unit), _parse_unit("1/s")
-    return parsed is not None and rate is not None and parsed.dimensionality == rate.dimensionality
 
 
 def recognise(text: str) -> tuple[float, str]:
@@ -275,29 +267,53 @@ def _converts(unit: str, dimension: Dimension) -> bool:
 def is_unit(text: str) -> bool:
     """Whether `text` is a unit that dielast knows, or a sign for none (as in a CSV's row of units)."""
     sign = text.strip()
-    return sign in ("", "-", "1", "C", "°", "deg") or sign.replace(" ", "") in TEMPERATURES or _parse_unit(sign) is not None
+    return sign in ("", "-", "1", "C", "°", "deg") or parse_unit(sign) is not None
 
 
 @lru_cache(maxsize=256)
-def _parse_unit(unit: str) -> Any | None:
-    text = _DASHED.sub("*", unit.strip().translate(_TYPESET))
+def parse_unit(text: str) -> Unit | None:
+    """The unit written as `text`, such as "N/mm^2", "kg m/s²" or "1/degC"; None if it is unknown.
+
+    Factors are taken from left to right: N/m*s is (N/m)*s. In a product or a power, degC and degF are differences.
+    """
+    text = text.strip().translate(_TYPESET)
+    if len(text) > LONGEST_UNIT:
+        return None
+    text = _DEGREE.sub(r"\1", _DASHED.sub("*", text))
+    text = _CUBED.sub(r"\1\2^3", _SQUARED.sub(r"\1\2^2", text))
     if text == "1":
-        return _registry().Unit("")
-    if text.startswith("/"):
-        text = "1" + text
-    if len(text) > 40 or _UNIT.fullmatch(text) is None:
+        return Unit(1.0, (0,) * len(BASE))
+    text = f"1{text}" if text.startswith("/") else text
+    if _UNIT.fullmatch(text) is None:
         return None
-    text = re.sub(r"(?<=[A-Za-z])(?=-?[1-9])", "**", re.sub(r"[·.]", "*", text)).replace("****", "**")
-    import pint
+    factors = list(_FACTOR.finditer(text.removeprefix("1")))
+    scale, powers, zero, divided = 1.0, [0] * len(BASE), -ZERO_CELSIUS, False
+    for factor in factors:
+        if factor["name"] == "per":
+            divided = True
+            continue
+        unit = _named_unit(factor["name"])
+        if unit is None:
+            return None
+        power = int(factor["power"] or 1) * (-1 if divided or "/" in factor["sign"] else 1)
+        scale = scale * unit.scale**power if power > 0 else scale / unit.scale**-power
+        powers = [total + power * exponent for total, exponent in zip(powers, unit.powers, strict=True)]
+        zero, divided = (unit.zero if len(factors) == power == 1 else -ZERO_CELSIUS), False
+    return None if divided else Unit(scale, tuple(powers), zero)
 
-    try:
-        return _registry().parse_units(text)
-    except (pint.PintError, ValueError, TypeError, AttributeError, KeyError):
-        return None
 
-
-@lru_cache(maxsize=1)
-def _registry() -> pint.UnitRegistry[float]:
-    import pint
-
-    return pint.UnitRegistry(DEFINITIONS.strip().splitlines(), autoconvert_offset_to_baseunit=True)
+@lru_cache(maxsize=256)
+def _named_unit(text: str) -> Unit | None:
+    """The unit of one name, which may have a prefix and the s of a plural."""
+    stems = [(text[len(prefix) :], prefix_size) for prefix, prefix_size in PREFIXES if text.startswith(prefix)]
+    plurals = [(stem[:-1], prefix_size) for stem, prefix_size in stems if stem.endswith("s") and len(stem) > 2]
+    for stem, prefix_size in (*stems, *plurals):
+        for names, size, made_of in DEFINITIONS:
+            if stem not in names.split():
+                continue
+            base = BASE_UNITS.get(made_of) or parse_unit(made_of)
+            zero = ZERO_OF_SCALE.get(names.split()[0], -ZERO_CELSIUS)
+            has_prefix = prefix_size != 1.0
+            assert base is not None
+            return None if has_prefix and zero != -ZERO_CELSIUS else Unit(prefix_size * size * base.scale, base.powers, zero)
+    return None

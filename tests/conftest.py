@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,6 +19,9 @@ if os.environ.get("CI"):
 # what a script starts in the background ignores Ctrl-C, and so would every program that the tests start
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# one cache of fonts for all that is drawn, apart from the user's own
+os.environ.setdefault("MPLCONFIGDIR", str(Path(tempfile.gettempdir()) / f"dielast-tests-matplotlib-{os.getuid()}"))
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 

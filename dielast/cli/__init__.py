@@ -8,7 +8,7 @@ import signal
 import sys
 
 from dielast.cli.interrupt import leave
-from dielast.cli.streams import mend_streams, tell_refusal
+from dielast.cli.streams import mend_streams, report_refusal
 
 
 def main() -> None:
@@ -19,18 +19,13 @@ def main() -> None:
     gc.disable()  # until a run has its modules: what they are made of stays, so that there is nothing to collect
     os.environ["MPLBACKEND"] = "agg"  # files are all that is drawn, and a notebook's own would not load here
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # looking for them takes as long as loading half of pydantic
-    from dielast.cli.app import app
-    from dielast.cli.help import UsageError, tell_usage
+    from dielast.cli.app import application
+    from dielast.cli.help import UsageError, report_usage
 
-    # typer builds every command that is registered, which takes it longer than all else that it does: the one asked for will do
-    registered = app.registered_commands
-    app.registered_commands = [one for one in registered if one.name in sys.argv[1:2]] or registered
     try:
-        code = app(prog_name="dielast", standalone_mode=False)
+        code = application(sys.argv[1] if len(sys.argv) > 1 else None)(prog_name="dielast", standalone_mode=False)
     except UsageError as error:
-        code = tell_usage(error)
-    except OSError as error:  # of the help and the version, no command's
-        code = tell_refusal(error)
-    finally:
-        app.registered_commands = registered
+        code = report_usage(error)
+    except OSError as error:  # from printing the help or the version: commands report their own
+        code = report_refusal(error)
     sys.exit(code)

@@ -10,19 +10,10 @@ from typing import Annotated
 
 import typer
 
-from dielast.cli.help import EXIT_CODES, START, Command, RecipeCommand
-from dielast.cli.streams import give_up_output, tell_refusal
-
-app = typer.Typer(
-    name="dielast",
-    help="Dielectric elastomers: from relaxation measurements to a prediction of motion and failure.",
-    # the mark keeps lines as they are
-    epilog="\n\n".join(f"\b\n{text}" for text in (START, EXIT_CODES)),
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+from dielast.cli.help import EXIT_CODES, START, Command, RecipeCommand, listed
+from dielast.cli.interrupt import leave
+from dielast.cli.streams import give_up_output, report_refusal
+from dielast.commands.registry import COMMANDS
 
 
 class PlotFormat(StrEnum):
@@ -34,8 +25,8 @@ class PlotFormat(StrEnum):
     NONE = "none"
 
 
-def _named(text: str) -> Path:
-    """A path that is stated; an empty one, as of a shell's unset variable, would be the current folder."""
+def _path(text: str) -> Path:
+    """The path; an empty one, as of a shell's unset variable, would be the current folder."""
     if not text:
         raise typer.BadParameter("is empty, a name is needed")
     return Path(text)
@@ -44,7 +35,7 @@ def _named(text: str) -> Path:
 Recipe = Annotated[Path, typer.Argument(metavar="RECIPE.toml", help="The recipe to run.", hidden=True)]
 Out = Annotated[
     Path | None,
-    typer.Option("-o", "--out", metavar="DIR", parser=_named, help="Folder for the results; by default the recipe's name."),
+    typer.Option("-o", "--out", metavar="DIR", parser=_path, help="Folder for the results; by default the recipe's name."),
 ]
 Plot = Annotated[
     list[PlotFormat] | None, typer.Option("--plot", metavar="FORMAT", help="png (default), svg, pdf or none; repeatable.")
@@ -53,10 +44,10 @@ Set = Annotated[
     list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Override a recipe key, such as step.0.rate; repeatable.")
 ]
 Golden = Annotated[
-    Path | None, typer.Option("--golden", metavar="DIR", parser=_named, help="Compare every number with an earlier result.")
+    Path | None, typer.Option("--golden", metavar="DIR", parser=_path, help="Compare every number with an earlier result.")
 ]
 Rtol = Annotated[float, typer.Option("--rtol", metavar="NUMBER", help="Relative tolerance of --golden.", min=0.0)]
-Depfile = Annotated[Path | None, typer.Option("--depfile", metavar="FILE", parser=_named, help="Write a make dependency file.")]
+Depfile = Annotated[Path | None, typer.Option("--depfile", metavar="FILE", parser=_path, help="Write a make dependency file.")]
 Jobs = Annotated[
     int,
     typer.Option(
@@ -79,7 +70,7 @@ Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No summary, no progr
 
 
 def _exit_with(action: Callable[[], int]) -> None:
-    """Exit with the code of `action`, each error in a line on standard error."""
+    """Exit with the code of `action`; every error is a line on standard error."""
     from dielast.errors import InputError, NumericsError
 
     try:
@@ -89,10 +80,8 @@ def _exit_with(action: Callable[[], int]) -> None:
         for line in error.messages:
             print(line, file=sys.stderr)
         code = 3 if isinstance(error, NumericsError) else 2
-    except KeyboardInterrupt as interrupt:
-        from dielast.cli.progress import interrupted
-
-        print(interrupted(str(interrupt)), file=sys.stderr)
+    except KeyboardInterrupt:
+        print(leave.message(), file=sys.stderr)
         code = 130
     except MemoryError:
         from dielast.sharing.memory import OUT_OF_MEMORY
@@ -100,7 +89,7 @@ def _exit_with(action: Callable[[], int]) -> None:
         print(OUT_OF_MEMORY, file=sys.stderr)
         code = 3
     except BrokenPipeError:
-        # whoever read our output has gone, and there is nobody left to tell
+        # the reader of the output has gone: there is nobody left to print for
         give_up_output()
         code = 0
     except UnicodeEncodeError as error:
@@ -108,71 +97,40 @@ def _exit_with(action: Callable[[], int]) -> None:
         print(f"a path or a value has a character that this locale cannot write: {about!a}", file=sys.stderr)
         code = 2
     except OSError as error:
-        code = tell_refusal(error)
+        code = report_refusal(error)
     raise typer.Exit(code)
 
 
-def _command(kind: str, text: str, short: str) -> None:
-    """Register the subcommand that runs recipes of `kind`; `short` is its line in the list of commands."""
+def _run(
+    context: typer.Context,
+    recipe: Recipe,
+    out: Out = None,
+    plot: Plot = None,
+    set_: Set = None,
+    golden: Golden = None,
+    rtol: Rtol = 1e-6,
+    depfile: Depfile = None,
+    jobs: Jobs = 1,
+    scheduler: Scheduler = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    def action() -> int:
+        from dielast.cli.run import Options, run
 
-    @app.command(kind, help=text, short_help=short, cls=RecipeCommand)
-    def command(
-        recipe: Recipe,
-        out: Out = None,
-        plot: Plot = None,
-        set_: Set = None,
-        golden: Golden = None,
-        rtol: Rtol = 1e-6,
-        depfile: Depfile = None,
-        jobs: Jobs = 1,
-        scheduler: Scheduler = None,
-        json: Json = False,
-        quiet: Quiet = False,
-    ) -> None:
-        def action() -> int:
-            from dielast.cli.run import Options, run
+        formats = tuple(dict.fromkeys(form.value for form in plot or [PlotFormat.PNG] if form is not PlotFormat.NONE))
+        options = Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet, scheduler)
+        return run(str(context.info_name), recipe, options)
 
-            formats = tuple(dict.fromkeys(form.value for form in plot or [PlotFormat.PNG] if form is not PlotFormat.NONE))
-            options = Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet, scheduler)
-            return run(kind, recipe, options)
-
-        _exit_with(action)
-
-
-_command(
-    "mastercurve",
-    "Relaxation tests, creep tests or frequency sweeps at several temperatures -> shift factors, shift law, master curve.",
-    "Tests at several temperatures -> shift factors, master curve.",
-)
-_command("spectrum", "Master curve -> discrete relaxation spectrum and material file.", "Master curve -> spectrum, material file.")
-_command("relax", "Prescribed stretch -> stress.", "Prescribed stretch -> stress.")
-_command("creep", "Prescribed force or nominal stress -> stretch.", "Prescribed force or stress -> stretch.")
-_command(
-    "actuate",
-    "Voltage history -> stretch of a prestretched film; breakdown, pull-in, loss of tension.",
-    "Voltage history -> stretch of a film, and its failure.",
-)
-_command(
-    "failure-map",
-    "Time to breakdown and to pull-in over voltage, prestretch and temperature.",
-    "Voltages, prestretches -> time to failure.",
-)
+    _exit_with(action)
 
 
 def _kinds(incomplete: str) -> list[str]:
-    """What a shell offers for a kind that has been begun."""
-    from dielast.recipe.models import KINDS
-
-    return [kind for kind in KINDS if kind.startswith(incomplete)]
+    """The kinds that a shell offers to complete a word with."""
+    return [kind for kind in COMMANDS if kind.startswith(incomplete)]
 
 
-@app.command("new", cls=Command)
-def new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)]) -> None:
-    """Print a commented starter recipe that runs as it is.
-
-    KIND is mastercurve, spectrum, relax, creep, actuate or failure-map.
-    """
-
+def _new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)]) -> None:
     def action() -> int:
         from dielast.cli.helpers import print_starter
 
@@ -181,8 +139,7 @@ def new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kind
     _exit_with(action)
 
 
-@app.command("validate", cls=Command)
-def validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> None:
+def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> None:
     """Check recipes and the files they name.
 
     Nothing is simulated or written; what spectrum would refuse is found by
@@ -197,8 +154,7 @@ def validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidd
     _exit_with(action)
 
 
-@app.command("schema", cls=Command)
-def schema() -> None:
+def _schema() -> None:
     """Print the JSON Schema of recipes, for editors."""
 
     def action() -> int:
@@ -209,7 +165,7 @@ def schema() -> None:
     _exit_with(action)
 
 
-def _version(wanted: bool) -> None:
+def _print_version(wanted: bool) -> None:
     if wanted:
         from dielast._version import __version__
 
@@ -217,8 +173,37 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _main(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+    version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")] = False,
 ) -> None:
     pass
+
+
+def application(asked: str | None = None) -> typer.Typer:
+    """The command line; where the command `asked` for is known, with that one alone, as typer takes its time to build each."""
+    app = typer.Typer(
+        name="dielast",
+        help="Dielectric elastomers: from relaxation measurements to a prediction of motion and failure.",
+        # the mark keeps lines as they are
+        epilog="\n\n".join(f"\b\n{text}" for text in (START, EXIT_CODES)),
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        no_args_is_help=True,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_main)
+    starters = f"Print a commented starter recipe that runs as it is.\n\nKIND is {listed(COMMANDS, 'or')}."
+    helpers: dict[str, tuple[Callable[..., None], str | None]] = {
+        "new": (_new, starters),
+        "validate": (_validate, None),
+        "schema": (_schema, None),
+    }
+    names = [*COMMANDS, *helpers]
+    for name in [asked] if asked is not None and asked in names else names:
+        if name in helpers:
+            function, text = helpers[name]
+            app.command(name, help=text, cls=Command)(function)
+        else:
+            command = COMMANDS[name]
+            app.command(name, help=command.help, short_help=command.short_help, cls=RecipeCommand)(_run)
+    return app

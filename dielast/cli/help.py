@@ -1,22 +1,21 @@
-"""The help of the commands that run recipes: a recipe to start from, where to find the keys, what the exit codes mean; and what
-is said to whoever uses them wrongly.
-"""
+"""The help of the commands that run recipes: a short recipe, where to find the keys, exit codes; and messages about wrong usage."""
 
 from __future__ import annotations
 
 import re
 import sys
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 
 from typer import BadParameter
 from typer.core import TyperCommand
 
-from dielast.recipe.models import KINDS, or_kind
+from dielast.commands.registry import COMMANDS
+from dielast.recipe.kinds import or_kind
 
-UsageError: Any = BadParameter.__base__  # which typer has from click, or as its own
+UsageError: Any = BadParameter.__base__  # which typer imports from click, or has itself
 
-# how typer and click say it -> how recipes have it
+# wording of typer and click -> wording of recipes
 _PLAIN = {
     r"Input should be greater than or equal to (\S+)$|[^ ]+ is not in the range x>=(\S+)$": r"at least \1\2 is needed",
     r"Input should be a valid integer.*|\S+ is not a valid integer$": "a whole number is needed",
@@ -39,7 +38,7 @@ class Command(TyperCommand):
 
     def format_usage(self, ctx: Any, formatter: Any) -> None:
         """Write the usage: arguments by their names, then options."""
-        arguments = [str(each.metavar) for each in self.params if each.param_type_name == "argument"]
+        arguments = [str(parameter.metavar) for parameter in self.params if parameter.param_type_name == "argument"]
         formatter.write_usage(ctx.command_path, " ".join([*arguments, "[OPTIONS]"]))
 
 
@@ -47,39 +46,33 @@ class RecipeCommand(Command):
     """A command that runs recipes of the kind it is named after."""
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Write a short recipe of this kind, and what else there is to know."""
+        """Write a short recipe of this kind, and where to find more."""
         kind = str(self.name)
-        formatter.write(
-            f"\nA short recipe, which runs as it is:\n\n{indented(short_recipe(kind))}\n{_pointers(kind)}\n{EXIT_CODES}\n"
-        )
+        recipe = "".join(f"  {line}" if line.strip() else line for line in COMMANDS[kind].short_recipe().splitlines(keepends=True))
+        formatter.write(f"\nA short recipe, which runs as it is:\n\n{recipe}\n{_pointers(kind)}\n{EXIT_CODES}\n")
 
 
-def tell_usage(error: Any) -> int:
-    """Tell in one line what is wrong with a command, or all there is to know to whoever typed no more than its name."""
+def report_usage(error: Any) -> int:
+    """Print in one line what is wrong with a command, or all there is to know to a user who typed no more than its name."""
     command = error.ctx.command_path if error.ctx is not None else "dielast"
     if type(error).__name__ == "NoArgsIsHelpError":
         error.show()
     else:
-        found = " ".join(error.format_message().replace("Value error, ", "").split()).rstrip(".")
+        wrong = " ".join(error.format_message().replace("Value error, ", "").split()).rstrip(".")
         for pattern, words in _PLAIN.items():
-            found = re.sub(pattern, words, found)
-        if wrong := re.match(r"No such command '(.*?)'", found):
-            found = f'no command "{wrong[1]}": {or_kind(wrong[1], ("new", "validate", "schema"))}'
-        elif found == "Missing argument 'KIND'":
-            found = f"a kind is needed: {', '.join(KINDS)}"
-        print(f"{command}: {found[:1].lower()}{found[1:]} (see {command} --help)", file=sys.stderr)
+            wrong = re.sub(pattern, words, wrong)
+        if unknown := re.match(r"No such command '(.*?)'", wrong):
+            wrong = f'no command "{unknown[1]}": {or_kind(unknown[1], (*COMMANDS, "new", "validate", "schema"))}'
+        elif wrong == "Missing argument 'KIND'":
+            wrong = f"a kind is needed: {', '.join(COMMANDS)}"
+        print(f"{command}: {wrong[:1].lower()}{wrong[1:]} (see {command} --help)", file=sys.stderr)
     return int(error.exit_code)
 
 
-def short_recipe(kind: str) -> str:
-    """The shortest useful recipe of `kind`."""
-    # importlib.resources takes as long to load as all else that a help page needs
-    return (Path(__file__).parents[1] / "starters" / f"{kind}.short.toml").read_text(encoding="utf-8")
-
-
-def indented(text: str) -> str:
-    """The text, each line two blanks in."""
-    return "".join(f"  {line}" if line.strip() else line for line in text.splitlines(keepends=True))
+def listed(names: Iterable[str], word: str = "and") -> str:
+    """The names as a sentence lists them: a, b and c."""
+    *first, last = names
+    return f"{', '.join(first)} {word} {last}" if first else last
 
 
 def _pointers(kind: str) -> str:

@@ -9,22 +9,23 @@ import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import DielastWarning, InputError, shown
 from dielast.io.files import Inputs, read_file
-from dielast.recipe.models import KINDS, or_kind
+from dielast.recipe.kinds import or_kind
 from dielast.recipe.toml import parse_toml
 
 
 def print_starter(kind: str) -> int:
     """Print the starter recipe of `kind`."""
-    if kind not in KINDS:
-        raise InputError(f"{shown(kind)} is no kind of recipe: {or_kind(kind)}")
-    sys.stdout.write((Path(__file__).parents[1] / "starters" / f"{kind}.toml").read_text(encoding="utf-8"))
+    if kind not in COMMANDS:
+        raise InputError(f"{shown(kind)} is no kind of recipe: {or_kind(kind, COMMANDS)}")
+    sys.stdout.write(COMMANDS[kind].starter())
     return 0
 
 
 def validate_files(paths: Sequence[Path]) -> int:
-    """Check recipes, the files they name, load and material files; every mistake of every file is told before the error code."""
+    """Check recipes, the files they name, load and material files; raises `InputError` with every mistake of every file."""
     mistakes: list[str] = []
     for path in paths:
         try:
@@ -42,9 +43,6 @@ def validate_files(paths: Sequence[Path]) -> int:
 
 def _validate(path: Path) -> list[str]:
     """Warnings on the way; raises `InputError` with a line for every mistake."""
-    from dielast.commands.inspect import mistakes
-    from dielast.recipe.cases import read_cases, read_load
-
     keys = parse_toml(read_file(path, str(path)), str(path)).keys() if os.path.isfile(path) else set()
     if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
         from dielast.handover.material_file import read_material
@@ -52,14 +50,18 @@ def _validate(path: Path) -> list[str]:
         read_material(path)
         return []
     if keys == {"step"}:
-        read_load(path)
+        from dielast.recipe.cases import check_load
+
+        check_load(COMMANDS, path)
         return []
     cases = read_cases(path)
+    from dielast.commands.inspect import mistakes
+
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("always", DielastWarning)
-        found = mistakes(cases, Inputs(path.parent))
-    if found:
-        raise InputError(*(f"{path}: {line}" for line in found))
+        wrong = mistakes(COMMANDS[cases[0].recipe.kind].readings(cases, Inputs(path.parent)))
+    if wrong:
+        raise InputError(*(f"{path}: {line}" for line in wrong))
     return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
 
 
@@ -67,5 +69,5 @@ def print_schema() -> int:
     """Print the JSON Schema of recipes."""
     from dielast.recipe.schema import recipe_schema
 
-    print(json.dumps(recipe_schema(), indent=2))
+    print(json.dumps(recipe_schema(COMMANDS), indent=2))
     return 0

@@ -1,4 +1,4 @@
-"""How far a run is: a bar on standard error, on a terminal only, and what an interrupted run leaves."""
+"""How far a run is: a bar on standard error, on a terminal only."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.progress import Progress
-
-NOTHING_KEPT = "nothing is kept or written; the same command begins anew"
 
 
 class Bar:
@@ -20,15 +18,15 @@ class Bar:
         self._shared = f" in {jobs} processes" if jobs > 1 else ""
         self._bar: Progress | None = None
 
-    def __call__(self, done: int, of: int, what: str) -> None:
-        """So many are `done`, of how many, and of `what`, such as cells."""
+    def __call__(self, done: int, total: int, what: str) -> None:
+        """Show that of `total` things, `what` they are such as cells, so many are `done`."""
         if not self._seen:
             return
         if self._bar is None:
-            self._bar = _bar(what + self._shared, of)
+            self._bar = _bar(what + self._shared, total)
             self._bar.start()
         self._bar.update(self._bar.task_ids[0], completed=done)
-        if done == of:
+        if done == total:
             self.stop()
 
     def stop(self) -> None:
@@ -38,17 +36,11 @@ class Bar:
             self._bar = None
 
 
-def interrupted(kept: str = "") -> str:
-    """What is said of an interrupt, on a line of its own though the terminal shows ^C, and of what is `kept`."""
-    begun = sys.stderr is not None and sys.stderr.isatty()
-    return "\n" * begun + "interrupted" + (f": {kept}" if kept else "")
-
-
-def _bar(counted: str, of: int) -> Progress:
+def _bar(counted: str, total: int) -> Progress:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (MofNCompleteColumn(), TextColumn(counted), BarColumn(), TimeRemainingColumn(), TextColumn("left"))
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    bar.add_task("", total=of)
+    bar.add_task("", total=total)
     return bar

@@ -1,4 +1,4 @@
-"""Run one recipe: check, compute, write, compare, tell."""
+"""Run a recipe: check, compute, write, compare, report."""
 
 from __future__ import annotations
 
@@ -10,24 +10,23 @@ import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from dielast.cli.interrupt import working
-from dielast.cli.progress import NOTHING_KEPT, Bar
+from dielast.cli.help import listed
+from dielast.cli.interrupt import leave, working
+from dielast.cli.progress import Bar
+from dielast.commands.registry import COMMANDS, others_in, read_cases
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
-from dielast.recipe.cases import Case, read_cases
-from dielast.recipe.validate import settings
-from dielast.report.report import Source, contents, left_over, replaced, summarise
-from dielast.report.summary import tell
-from dielast.sharing.execution import Execution
+from dielast.recipe.cases import Case
+from dielast.recipe.overrides import settings
+from dielast.report.report import Source, contents, left_over, summarise
+from dielast.report.summary import print_summary
+from dielast.sharing.execution import NOTHING_KEPT, Execution
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
-FOLDERS = {"relax": "membrane", "creep": "membrane", "failure-map": "failure_map"}
-SHARED = ("relax", "creep", "actuate", "failure-map")  # kinds whose cases or cells processes and clusters can share
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,34 +59,25 @@ def run(kind: str, path: Path, options: Options) -> int:
     if options.golden is not None:
         _check_golden(options.golden, out)
     bar = Bar(options.quiet, options.jobs)
-    execution = Execution(options.jobs, out, bar, options.scheduler, None if options.quiet else _note)
-    source = Source(as_text(path.name), content, settings(options.overrides))
+    execution = Execution(options.jobs, out, bar, options.scheduler, None if options.quiet else _print_note, _keep)
+    source = Source(as_text(path.name), content, settings(options.overrides, type(cases[0].recipe)))
+    _keep(NOTHING_KEPT)
     try:
         files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution, source)
-    except KeyboardInterrupt as interrupt:
-        raise KeyboardInterrupt(str(interrupt) or NOTHING_KEPT) from None
     finally:
         bar.stop()
-    written = [out / name for name in files] + ([options.depfile] if options.depfile is not None else [])
-    check_targets(written, [path, *inputs.paths])
-    with working():
-        write_files(out, files)
-        (out / STORE).unlink(missing_ok=True)
-    if options.depfile is not None:
-        rule = depfile([out / name for name in files], [path, *inputs.paths])
-        with working():
-            write_files(options.depfile.parent, {options.depfile.name: rule.encode("utf-8", "surrogateescape")})
+    _write(out, files, path, inputs, options.depfile)
     if options.json:
-        print(json.dumps(_plain(summary), indent=2, allow_nan=False))
+        print(json.dumps(_finite(summary), indent=2, allow_nan=False))
     elif not options.quiet:
-        tell(summary, out)
+        print_summary(summary, out)
     sys.stdout.flush()
     for message in caught:
         print(f"warning: {message}", file=sys.stderr)
-    if old := left_over(kind, out, files):
+    if old := left_over(out, COMMANDS[kind].files, kind, files):
         verbs = "is from an earlier run and was" if len(old) == 1 else "are from an earlier run and were"
         print(f"warning: {out}: {', '.join(old)} {verbs} not renewed", file=sys.stderr)
-    if others := replaced(kind, out):
+    if others := others_in(out, kind):
         print(
             f"warning: {out}: holds results of {' and '.join(others)}, too: summary.toml is now that of this run", file=sys.stderr
         )
@@ -105,16 +95,16 @@ def compute(
     execution: Execution,
     source: Source | None = None,
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
-    """Every file of the result (name -> bytes), its summary with the `source`, what was read, and the warnings on the way."""
+    """Every file of the result (name -> bytes), its summary with the `source`, the inputs read, and the warnings on the way."""
     inputs = Inputs(path.parent)
-    workflow = import_module(f"dielast.commands.{FOLDERS.get(kind, kind)}.run")
+    run_cases = COMMANDS[kind].run
     gc.enable()
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", DielastWarning)
         try:
             with working():
-                report = workflow.run(cases, inputs, execution)
+                report = run_cases(cases, inputs, execution)
         except (InputError, NumericsError) as error:
             own = (path, *inputs.names, execution.scheduler)
             raise type(error)(*(_located(line, own) for line in error.messages)) from None
@@ -127,12 +117,29 @@ def compute(
     return contents(kind, report, summary, plots), summary, inputs, caught
 
 
-def _plain(value: Any) -> Any:
+def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, rule: Path | None) -> None:
+    """Write the result into the folder `out`, and the make `rule` if there is to be one; raises `InputError`."""
+    results, read = [out / name for name in files], [recipe, *inputs.paths]
+    check_targets(results + ([rule] if rule is not None else []), read)
+    with working():
+        write_files(out, files)
+        _keep("the results are written")
+        (out / STORE).unlink(missing_ok=True)
+        if rule is not None:
+            write_files(rule.parent, {rule.name: depfile(results, read).encode("utf-8", "surrogateescape")})
+
+
+def _keep(what: str) -> None:
+    """Remember what the run leaves if it is interrupted from now on."""
+    leave.kept = what
+
+
+def _finite(value: Any) -> Any:
     """The value as JSON can hold it: null for what is not a number."""
     if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
+        return {key: _finite(inner) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_plain(inner) for inner in value]
+        return [_finite(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -142,11 +149,11 @@ def _located(line: str, own: Sequence[Path | str | None]) -> str:
 
 
 def _check_scheduler(kind: str, options: Options) -> None:
-    """Raise `InputError` for a scheduler that the run would have no use for."""
+    """Raise `InputError` for a scheduler that the run has no use for."""
     if options.scheduler is None:
         return
-    if kind not in SHARED:
-        kinds = ", ".join(SHARED[:-1]) + f" and {SHARED[-1]}"
+    if not COMMANDS[kind].can_share:
+        kinds = listed(name for name, command in COMMANDS.items() if command.can_share)
         raise InputError(f"--scheduler: {kinds} can be shared out to a cluster, {kind} runs here: leave the option out")
     if options.jobs != 1:
         raise InputError("--jobs and --scheduler: one or the other; the number of processes is the cluster's own")
@@ -161,8 +168,8 @@ def _check_golden(golden: Path, out: Path) -> None:
         raise InputError(f"{golden}: the result would overwrite the golden files; write it to another folder (see --out)")
 
 
-def _note(line: str) -> None:
-    """Tell what a user should know of this run, but not of its result."""
+def _print_note(line: str) -> None:
+    """Print a line about the run, which is no part of its result."""
     print(f"note: {line}", file=sys.stderr)
 
 

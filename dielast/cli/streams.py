@@ -9,7 +9,7 @@ from typing import Any
 
 
 class _Unheard(io.FileIO):
-    """A stream on which what cannot be told is no reason to fail."""
+    """A stream that swallows what it cannot write: no reason to fail."""
 
     def write(self, data: Any) -> int:
         try:
@@ -34,12 +34,12 @@ def mend_streams() -> None:
 
 
 def give_up_output() -> None:
-    """Let nothing more come of standard output, which could not be written to: what is left would fail again at the end."""
+    """Send the rest of standard output nowhere: it could not be written to, and would fail again at the end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
-def tell_refusal(error: OSError) -> int:
-    """Tell in one line what the system refused, and return the exit code."""
+def report_refusal(error: OSError) -> int:
+    """Print in one line what the system refused, and return the exit code."""
     reason = error.strerror.lower() if error.strerror else str(error)
     if error.filename is not None:
         line = f"{error.filename}: {reason}"

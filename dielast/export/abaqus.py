@@ -8,19 +8,16 @@ D1 = 2/K, zero for incompressible.
 
 from __future__ import annotations
 
-from dielast.export.conventions import UNITS, Card, CardOptions, Code, number, prepare, ratios_below_one, temperature, yeoh_series
-from dielast.material.material import Material
+from dielast.export.code import Card, Code
+from dielast.export.text import number
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
+from dielast.material.springs import CardForm
 from dielast.units import ZERO_CELSIUS
 
-CODE = Code("abaqus", laws=("neo-hookean", "yeoh"), shifts=(WLF, Arrhenius))
 
-
-def write(material: Material, options: CardOptions) -> dict[str, str]:
-    """`material.inp`; raises `InputError` for what Abaqus cannot carry."""
-    card = prepare(material, CODE, options)
-    ratios = ratios_below_one(card, CODE)
-    long_term = options.moduli == "long-term"
+def _files(card: Card) -> dict[str, str]:
+    """`material.inp`."""
+    options, long_term = card.options, card.options.moduli == "long-term"
     comments = [
         "Material card for Abaqus/Standard, written by dielast; include it with *INCLUDE, INPUT=material.inp",
         *card.notes,
@@ -34,47 +31,56 @@ def write(material: Material, options: CardOptions) -> dict[str, str]:
     ]
     if card.bulk is None:
         comments.append("D1 = 0: incompressible; hybrid elements, or plane stress (Abaqus/Explicit then takes its own K).")
-    lines = [*(f"** {text}" for text in comments), *_constants(card, options), f"*MATERIAL, NAME={card.name}"]
+    lines = [*(f"** {text}" for text in comments), *_model_data(card), f"*MATERIAL, NAME={card.name}"]
     if card.density is not None:
         lines += ["*DENSITY", number(card.density) + ","]
-    modulus = card.equilibrium if long_term else card.instantaneous
-    compliance = number(card.compressibility)
-    moduli = "LONG TERM" if long_term else "INSTANTANEOUS"
-    if card.law == "yeoh":
-        series = map(number, yeoh_series(modulus, card.limits[0]))
-        lines += [f"*HYPERELASTIC, YEOH, MODULI={moduli}", ", ".join((*series, compliance, "0", "0"))]
-    else:
-        lines += [f"*HYPERELASTIC, NEO HOOKE, MODULI={moduli}", f"{number(modulus / 2)}, {compliance}"]
+    lines += card.spring_lines(card.equilibrium if long_term else card.instantaneous)
     lines.append("*VISCOELASTIC, TIME=PRONY")
-    lines += [f"{ratio}, 0, {number(time)}" for ratio, time in zip(ratios, card.time.tolist(), strict=True)]
-    return {"material.inp": "\n".join(lines + _trs(card, options)) + "\n"}
+    lines += [f"{ratio}, 0, {number(time)}" for ratio, (_, time) in zip(card.ratios_below_one(), card.branches, strict=True)]
+    return {"material.inp": "\n".join(lines + card.shift_lines()) + "\n"}
 
 
-def _constants(card: Card, options: CardOptions) -> list[str]:
+def _moduli(card: Card) -> str:
+    return "MODULI=LONG TERM" if card.options.moduli == "long-term" else "MODULI=INSTANTANEOUS"
+
+
+def _neo_hookean(spring: CardForm, card: Card) -> list[str]:
+    """C10 = mu/2, D1."""
+    return [f"*HYPERELASTIC, NEO HOOKE, {_moduli(card)}", f"{number(spring.modulus / 2)}, {number(card.compressibility)}"]
+
+
+def _yeoh(spring: CardForm, card: Card) -> list[str]:
+    """C10, C20, C30, D1, D2, D3."""
+    series = map(number, spring.constants.values())
+    return [f"*HYPERELASTIC, YEOH, {_moduli(card)}", ", ".join((*series, number(card.compressibility), "0", "0"))]
+
+
+def _model_data(card: Card) -> list[str]:
     """Model data that Arrhenius' law needs, which stands outside of a material."""
-    if not isinstance(card.shift, Arrhenius):
+    if card.shift.name != Arrhenius.name:
         return []
-    zero = 0.0 if options.temperature_scale == "K" else -ZERO_CELSIUS
-    gas = GAS_CONSTANT * UNITS[options.units].molar_energy
+    zero = 0.0 if card.options.temperature_scale == "K" else -ZERO_CELSIUS
+    gas = GAS_CONSTANT * card.units.molar_energy
     return [
         "** Model data for the Arrhenius law; merge with a *PHYSICAL CONSTANTS of your own:",
         f"*PHYSICAL CONSTANTS, ABSOLUTE ZERO={number(zero)}, UNIVERSAL GAS CONSTANT={number(gas)}",
     ]
 
 
-def _trs(card: Card, options: CardOptions) -> list[str]:
-    match card.shift:
-        case WLF(reference, C1, C2):
-            return [
-                "** log10 A = -C1 (T - T0)/(C2 + T - T0), relaxation times times A; data: T0, C1, C2",
-                "*TRS, DEFINITION=WLF",
-                f"{temperature(reference, options)}, {number(C1)}, {number(C2)}",
-            ]
-        case Arrhenius(reference, energy):
-            return [
-                "** ln A = E0/R (1/(T - TZ) - 1/(T0 - TZ)), relaxation times times A; data: T0, E0",
-                "*TRS, DEFINITION=ARRHENIUS",
-                f"{temperature(reference, options)}, {number(energy * UNITS[options.units].molar_energy)}",
-            ]
-        case _:
-            return []
+def _wlf(law: WLF, card: Card) -> list[str]:
+    return [
+        "** log10 A = -C1 (T - T0)/(C2 + T - T0), relaxation times times A; data: T0, C1, C2",
+        "*TRS, DEFINITION=WLF",
+        f"{card.temperature(law.reference_temperature)}, {number(law.C1)}, {number(law.C2)}",
+    ]
+
+
+def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
+    return [
+        "** ln A = E0/R (1/(T - TZ) - 1/(T0 - TZ)), relaxation times times A; data: T0, E0",
+        "*TRS, DEFINITION=ARRHENIUS",
+        f"{card.temperature(law.reference_temperature)}, {number(law.activation_energy * card.units.molar_energy)}",
+    ]
+
+
+CODE = Code("abaqus", {"neo-hookean": _neo_hookean, "yeoh": _yeoh}, {"wlf": _wlf, "arrhenius": _arrhenius}, _files)

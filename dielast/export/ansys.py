@@ -8,23 +8,21 @@ temperatures. d = 2/K, zero for incompressible.
 
 from __future__ import annotations
 
-from dielast.export.conventions import Card, CardOptions, Code, number, prepare, ratios_below_one, temperature, yeoh_series
-from dielast.material.material import Material
+from dielast.export.code import Card, Code
+from dielast.export.text import number
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
+from dielast.material.springs import CardForm
 
-CODE = Code("ansys", laws=("gent", "neo-hookean", "yeoh"), shifts=(WLF, Arrhenius), most_terms=100, arrhenius_in_kelvin=True)
 
-
-def write(material: Material, options: CardOptions) -> dict[str, str]:
-    """`material.mac`; raises `InputError` for what APDL cannot carry."""
-    card = prepare(material, CODE, options)
+def _files(card: Card) -> dict[str, str]:
+    """`material.mac`."""
     pairs = [
-        text for ratio, time in zip(ratios_below_one(card, CODE), card.time.tolist(), strict=True) for text in (ratio, number(time))
+        text for ratio, (_, time) in zip(card.ratios_below_one(), card.branches, strict=True) for text in (ratio, number(time))
     ]
     comments = [
         "Material card for ANSYS Mechanical APDL, written by dielast; read it in /PREP7 with /INPUT,material,mac",
         *card.notes,
-        f"Temperatures: {options.temperature_scale}.",
+        f"Temperatures: {card.options.temperature_scale}.",
         "Hyperelastic constants are instantaneous (time zero), as TB,PRONY takes them.",
         "TB,PRONY,SHEAR pairs: a_i (the branch's modulus over the instantaneous one), tau_i.",
         "G(t) = G_0 [1 - sum a_i + sum a_i exp(-t/tau_i)]; the equilibrium modulus is what the sum lacks of one: keep every digit.",
@@ -34,39 +32,57 @@ def write(material: Material, options: CardOptions) -> dict[str, str]:
     lines = [*(f"! {text}" for text in comments), "DIELAST_MAT = 1  ! material number"]
     if card.density is not None:
         lines.append(f"MP,DENS,DIELAST_MAT,{number(card.density)}")
-    lines += [*_hyper(card), f"TB,PRONY,DIELAST_MAT,1,{len(card.time)},SHEAR"]
+    lines += [*card.spring_lines(card.instantaneous), f"TB,PRONY,DIELAST_MAT,1,{len(card.time)},SHEAR"]
     lines += [f"TBDATA,{start + 1},{','.join(pairs[start : start + 6])}" for start in range(0, len(pairs), 6)]
-    return {"material.mac": "\n".join(lines + _shift(card, options)) + "\n"}
+    return {"material.mac": "\n".join(lines + card.shift_lines()) + "\n"}
 
 
-def _hyper(card: Card) -> list[str]:
-    modulus, limit = card.instantaneous, card.limits[0]
-    compliance = number(card.compressibility)
-    if card.law == "gent":
-        return [
-            "! Gent: mu, J_m, d",
-            "TB,HYPER,DIELAST_MAT,1,3,GENT",
-            f"TBDATA,1,{number(modulus)},{number(limit)},{compliance}",
-        ]
-    if card.law == "yeoh":
-        series = ",".join(map(number, yeoh_series(modulus, limit)))
-        return ["! Yeoh: C10, C20, C30, d1, d2, d3", "TB,HYPER,DIELAST_MAT,1,3,YEOH", f"TBDATA,1,{series},{compliance},0,0"]
-    return ["! neo-Hookean: mu, d", "TB,HYPER,DIELAST_MAT,1,2,NEO", f"TBDATA,1,{number(modulus)},{compliance}"]
+def _neo_hookean(spring: CardForm, card: Card) -> list[str]:
+    return [
+        "! neo-Hookean: mu, d",
+        "TB,HYPER,DIELAST_MAT,1,2,NEO",
+        f"TBDATA,1,{number(spring.modulus)},{number(card.compressibility)}",
+    ]
 
 
-def _shift(card: Card, options: CardOptions) -> list[str]:
-    match card.shift:
-        case WLF(reference, C1, C2):
-            return [
-                "! log10 A = C1 (T - Tr)/(C2 + T - Tr), reduced time is A t (A is one over dielast's a(T)); data: Tr, C1, C2",
-                "TB,SHIFT,DIELAST_MAT,1,3,WLF",
-                f"TBDATA,1,{temperature(reference, options)},{number(C1)},{number(C2)}",
-            ]
-        case Arrhenius(reference, energy):
-            return [
-                "! ln A = (H/R) (1/Tr - 1/T), reduced time is A t, T in K (TOFFST = 0); data: Tr, H/R",
-                "TB,SHIFT,DIELAST_MAT,1,2,TN",
-                f"TBDATA,1,{temperature(reference, options)},{number(energy / GAS_CONSTANT)}",
-            ]
-        case _:
-            return []
+def _gent(spring: CardForm, card: Card) -> list[str]:
+    return [
+        "! Gent: mu, J_m, d",
+        "TB,HYPER,DIELAST_MAT,1,3,GENT",
+        f"TBDATA,1,{number(spring.modulus)},{number(spring.constants['J_lim'])},{number(card.compressibility)}",
+    ]
+
+
+def _yeoh(spring: CardForm, card: Card) -> list[str]:
+    series = ",".join(map(number, spring.constants.values()))
+    return [
+        "! Yeoh: C10, C20, C30, d1, d2, d3",
+        "TB,HYPER,DIELAST_MAT,1,3,YEOH",
+        f"TBDATA,1,{series},{number(card.compressibility)},0,0",
+    ]
+
+
+def _wlf(law: WLF, card: Card) -> list[str]:
+    return [
+        "! log10 A = C1 (T - Tr)/(C2 + T - Tr), reduced time is A t (A is one over dielast's a(T)); data: Tr, C1, C2",
+        "TB,SHIFT,DIELAST_MAT,1,3,WLF",
+        f"TBDATA,1,{card.temperature(law.reference_temperature)},{number(law.C1)},{number(law.C2)}",
+    ]
+
+
+def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
+    return [
+        "! ln A = (H/R) (1/Tr - 1/T), reduced time is A t, T in K (TOFFST = 0); data: Tr, H/R",
+        "TB,SHIFT,DIELAST_MAT,1,2,TN",
+        f"TBDATA,1,{card.temperature(law.reference_temperature)},{number(law.activation_energy / GAS_CONSTANT)}",
+    ]
+
+
+CODE = Code(
+    "ansys",
+    {"gent": _gent, "neo-hookean": _neo_hookean, "yeoh": _yeoh},
+    {"wlf": _wlf, "arrhenius": _arrhenius},
+    _files,
+    most_terms=100,
+    absolute=("arrhenius",),
+)

@@ -2,29 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-
 from dielast.errors import InputError, shown
 from dielast.export import abaqus, ansys, comsol, febio, mfront
-from dielast.export.conventions import CardOptions
+from dielast.export.code import Code
+from dielast.export.options import CardOptions
+from dielast.export.prepare import prepare
+from dielast.material.law import Registry
 from dielast.material.material import Material
 
-WRITERS: Mapping[str, Callable[[Material, CardOptions], dict[str, str]]] = MappingProxyType(
-    {"abaqus": abaqus.write, "ansys": ansys.write, "febio": febio.write, "comsol": comsol.write, "mfront": mfront.write}
-)
-FORMATS = tuple(WRITERS)
+CODES: Registry[Code] = Registry("finite-element code")
+CODES.register(abaqus.CODE)
+CODES.register(ansys.CODE)
+CODES.register(febio.CODE)
+CODES.register(comsol.CODE)
+CODES.register(mfront.CODE)
+
+
+def spring_names() -> tuple[str, ...]:
+    """The springs that some code has."""
+    return tuple(sorted({name for code in CODES for name in code.springs}))
 
 
 def export_card(material: Material, form: str, options: CardOptions | None = None) -> dict[str, str]:
-    """The material as text files (name -> ASCII text) for the finite-element code `form`: one of `FORMATS`.
+    """The material as text files (name -> ASCII text) for the finite-element code `form`, one of `CODES`.
 
     Every card states its conventions and what it leaves out. Raises `InputError`, beginning with the key of a recipe's [export]
     section, for what the code cannot carry and the options do not allow to be replaced.
     """
-    if form not in WRITERS:
-        raise InputError(f"export.formats: {shown(form)}: one of {', '.join(FORMATS)} is needed")
-    return WRITERS[form](material, options or CardOptions())
+    if form not in CODES:
+        raise InputError(f"export.formats: {shown(form)}: one of {', '.join(CODES.names)} is needed")
+    options = options or CardOptions()
+    known = spring_names()
+    if options.hyperelastic is not None and options.hyperelastic not in known:
+        raise InputError(f'export.hyperelastic: "{options.hyperelastic}": one of {", ".join(known)} is needed')
+    code = CODES[form]
+    return code.write(prepare(material, code, options))
 
 
 def export_cards(material: Material, formats: tuple[str, ...], options: CardOptions | None = None) -> dict[str, str]:

@@ -8,23 +8,19 @@ log10 a_T = -C1 (T - Tref)/(C2 + T - Tref), or a_T = exp(Q/R (1/T - 1/Tref)); te
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
-
 import numpy as np
 
-from dielast.export.conventions import Card, CardOptions, Code, number, prepare, yeoh_series
-from dielast.material.material import Material
-from dielast.material.shift import WLF, Arrhenius, ShiftTable
+from dielast.export.code import Card, Code
+from dielast.export.text import number
+from dielast.material.shift import WLF, Arrhenius, ShiftLaw, ShiftTable
+from dielast.material.springs import CardForm
 from dielast.units import ZERO_CELSIUS
 
-CODE = Code("comsol", laws=("gent", "neo-hookean", "yeoh"), shifts=(WLF, Arrhenius, ShiftTable))
 NAME = "material-comsol"
 
 
-def write(material: Material, options: CardOptions) -> dict[str, str]:
-    """Text files, always in SI (COMSOL knows units); raises `InputError` for what COMSOL cannot carry."""
-    card = prepare(material, CODE, replace(options, units="SI"))
+def _files(card: Card) -> dict[str, str]:
+    """Text files, in SI: COMSOL knows units."""
     notes = [
         "Material for COMSOL Multiphysics, written by dielast.",
         *card.notes,
@@ -38,47 +34,74 @@ def write(material: Material, options: CardOptions) -> dict[str, str]:
     if card.bulk is None:
         notes.append("Incompressible: choose the compressibility Incompressible, or plane stress.")
     files = {
-        f"{NAME}-parameters.txt": _parameters(card, notes),
+        f"{NAME}-parameters.txt": _parameters(card),
         f"{NAME}-branches-energy-factor.txt": _branches(card, card.equilibrium),
         f"{NAME}-branches-shear-modulus.txt": _branches(card, 1.0),
     }
-    if isinstance(card.shift, ShiftTable):
-        notes.append(f"Shift function: User defined, 10^log10_aT(T), log10_aT an Interpolation of {NAME}-shift.txt (K, 1), linear.")
-        kelvin = [value + ZERO_CELSIUS for value in card.shift.temperature]
-        shift = card.shift.log10_shift_factor(np.array(card.shift.temperature)).tolist()
-        files[f"{NAME}-shift.txt"] = _rows([number(at), number(value)] for at, value in zip(kelvin, shift, strict=True))
+    if card.shift.name in SHIFT_NOTES:
+        notes.append(f"Shift function: {SHIFT_NOTES[card.shift.name]}")
+    if card.shift.name == ShiftTable.name:
+        files[f"{NAME}-shift.txt"] = _table(card.shift)
     files[f"{NAME}-notes.txt"] = "\n".join(notes) + "\n"
     return files
 
 
-def _parameters(card: Card, notes: list[str]) -> str:
-    """Lines of name, value with its unit, description; `notes` learns which shift function is meant."""
-    rows = [("mu_eq", f"{number(card.equilibrium)}[Pa]", "shear modulus at infinite time, of the parent material")]
-    if card.law == "gent":
-        rows.append(("J_m", number(card.limits[0]), "Gent: limit of I1 - 3"))
-    elif card.law == "yeoh":
-        series = yeoh_series(card.equilibrium, card.limits[0])
-        rows += [(f"c{power}", f"{number(value)}[Pa]", "Yeoh") for power, value in enumerate(series, 1)]
+def _parameters(card: Card) -> str:
+    """Lines of name, value with its unit, description."""
+    lines = [_row("mu_eq", f"{number(card.equilibrium)}[Pa]", "shear modulus at infinite time, of the parent material")]
+    lines += card.spring_lines(card.equilibrium)
     if card.bulk is not None:
-        rows.append(("kappa", f"{number(card.bulk)}[Pa]", "bulk modulus"))
+        lines.append(_row("kappa", f"{number(card.bulk)}[Pa]", "bulk modulus"))
     if card.density is not None:
-        rows.append(("rho", f"{number(card.density)}[kg/m^3]", "density"))
+        lines.append(_row("rho", f"{number(card.density)}[kg/m^3]", "density"))
     reference = f"{number(card.shift.reference_temperature + ZERO_CELSIUS)}[K]"
-    rows.append(("T_ref", reference, "temperature at which the relaxation times hold"))
-    match card.shift:
-        case WLF(_, C1, C2):
-            rows += [("C1_WLF", number(C1), "log10 a_T = -C1 (T-T_ref)/(C2+T-T_ref)"), ("C2_WLF", f"{number(C2)}[K]", "")]
-            notes.append("Shift function: Williams-Landel-Ferry with T_ref, C1_WLF, C2_WLF (decimal logarithm).")
-        case Arrhenius(_, energy):
-            rows.append(("Q_arrhenius", f"{number(energy)}[J/mol]", "a_T = exp(Q/R (1/T - 1/T_ref))"))
-            notes.append("Shift function: Arrhenius with T_ref and Q_arrhenius.")
-    return _rows([name, value, f'"{text}"'] for name, value, text in rows)
+    lines += [_row("T_ref", reference, "temperature at which the relaxation times hold"), *card.shift_lines()]
+    return "".join(line + "\n" for line in lines)
+
+
+def _row(name: str, value: str, description: str) -> str:
+    return f'{name} {value} "{description}"'
+
+
+def _gent(spring: CardForm, card: Card) -> list[str]:
+    return [_row("J_m", number(spring.constants["J_lim"]), "Gent: limit of I1 - 3")]
+
+
+def _yeoh(spring: CardForm, card: Card) -> list[str]:
+    return [_row(f"c{power}", f"{number(value)}[Pa]", "Yeoh") for power, value in enumerate(spring.constants.values(), 1)]
+
+
+def _wlf(law: WLF, card: Card) -> list[str]:
+    return [_row("C1_WLF", number(law.C1), "log10 a_T = -C1 (T-T_ref)/(C2+T-T_ref)"), _row("C2_WLF", f"{number(law.C2)}[K]", "")]
+
+
+def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
+    return [_row("Q_arrhenius", f"{number(law.activation_energy)}[J/mol]", "a_T = exp(Q/R (1/T - 1/T_ref))")]
+
+
+def _table(law: ShiftLaw) -> str:
+    """Lines of temperature in K and log10 a."""
+    assert isinstance(law, ShiftTable)
+    shift = law.log10_shift_factor(np.array(law.temperature)).tolist()
+    rows = zip(law.temperature, shift, strict=True)
+    return "".join(f"{number(at + ZERO_CELSIUS)} {number(value)}\n" for at, value in rows)
 
 
 def _branches(card: Card, unit: float) -> str:
-    pairs = zip(card.modulus.tolist(), card.time.tolist(), strict=True)
-    return _rows([str(index), number(own / unit), number(time)] for index, (own, time) in enumerate(pairs, 1))
+    """Lines of number, modulus over `unit`, relaxation time in s."""
+    rows = enumerate(card.branches, 1)
+    return "".join(f"{index} {number(modulus / unit)} {number(time)}\n" for index, (modulus, time) in rows)
 
 
-def _rows(rows: Iterable[list[str]]) -> str:
-    return "".join(" ".join(row) + "\n" for row in rows)
+SHIFT_NOTES = {
+    "wlf": "Williams-Landel-Ferry with T_ref, C1_WLF, C2_WLF (decimal logarithm).",
+    "arrhenius": "Arrhenius with T_ref and Q_arrhenius.",
+    "table": f"User defined, 10^log10_aT(T), log10_aT an Interpolation of {NAME}-shift.txt (K, 1), linear.",
+}
+CODE = Code(
+    "comsol",
+    {"gent": _gent, "neo-hookean": lambda spring, card: [], "yeoh": _yeoh},
+    {"wlf": _wlf, "arrhenius": _arrhenius, "table": lambda law, card: []},
+    _files,
+    units="SI",
+)

@@ -7,18 +7,15 @@ Mooney-Rivlin with c2 = 0, G = 2 c1.
 
 from __future__ import annotations
 
-from dielast.export.conventions import CardOptions, Code, number, prepare
-from dielast.material.material import Material
+from dielast.export.code import Card, Code
+from dielast.export.text import number
+from dielast.material.springs import CardForm
 
-CODE = Code("febio", laws=("gent", "neo-hookean"), shifts=(), most_terms=6, flows=True, poisson_ratio=0.495)
 
-
-def write(material: Material, options: CardOptions) -> dict[str, str]:
-    """`material.feb`; raises `InputError` for what FEBio cannot carry."""
-    card = prepare(material, CODE, options)
-    assert card.bulk is not None
+def _files(card: Card) -> dict[str, str]:
+    """`material.feb`."""
     # a material that flows has no long-term modulus to refer to
-    long_term = options.moduli == "long-term" and card.equilibrium > 0
+    long_term = card.options.moduli == "long-term" and card.equilibrium > 0
     modulus = card.equilibrium if long_term else card.instantaneous
     comments = [
         "Material card for FEBio 4, written by dielast; use it with Material from=material.feb in a model",
@@ -26,17 +23,12 @@ def write(material: Material, options: CardOptions) -> dict[str, str]:
         "G(t) = G [g0 + sum g_i exp(-t/t_i)], G the elastic material's shear modulus, here at "
         + ("infinite time (g0 = 1)." if long_term else "time zero (all g sum to one)."),
     ]
-    if options.bulk_modulus is None and options.poisson_ratio is None:
-        comments.append(f"k: by default from Poisson's ratio {CODE.poisson_ratio:g} at time zero.")
-    entries = {"k": card.bulk, "g0": card.equilibrium / modulus}
+    comments += [f"k: {text}" for text in card.default_bulk]
+    entries = {"k": card.bulk or 0.0, "g0": card.equilibrium / modulus}
     if card.density is not None:
         entries = {"density": card.density, **entries}
-    for index, (own, time) in enumerate(zip(card.modulus.tolist(), card.time.tolist(), strict=True), 1):
-        entries |= {f"g{index}": own / modulus, f"t{index}": time}
-    if card.law == "gent":
-        elastic, constants = "Gent", {"G": modulus, "Jm": card.limits[0]}
-    else:
-        elastic, constants = "Mooney-Rivlin", {"c1": modulus / 2, "c2": 0.0}
+    for index, (stiffness, time) in enumerate(card.branches, 1):
+        entries |= {f"g{index}": stiffness / modulus, f"t{index}": time}
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<febio_spec version="4.0">',
@@ -44,11 +36,25 @@ def write(material: Material, options: CardOptions) -> dict[str, str]:
         "  <Material>",
         f'    <material id="1" name="{card.name}" type="uncoupled viscoelastic">',
         *(f"      <{key}>{number(value)}</{key}>" for key, value in entries.items()),
-        f'      <elastic type="{elastic}">',
-        *(f"        <{key}>{number(value)}</{key}>" for key, value in constants.items()),
-        "      </elastic>",
+        *card.spring_lines(modulus),
         "    </material>",
         "  </Material>",
         "</febio_spec>",
     ]
     return {"material.feb": "\n".join(lines) + "\n"}
+
+
+def _elastic(kind: str, constants: dict[str, float]) -> list[str]:
+    values = (f"        <{key}>{number(value)}</{key}>" for key, value in constants.items())
+    return [f'      <elastic type="{kind}">', *values, "      </elastic>"]
+
+
+def _gent(spring: CardForm, card: Card) -> list[str]:
+    return _elastic("Gent", {"G": spring.modulus, "Jm": spring.constants["J_lim"]})
+
+
+def _neo_hookean(spring: CardForm, card: Card) -> list[str]:
+    return _elastic("Mooney-Rivlin", {"c1": spring.modulus / 2, "c2": 0.0})
+
+
+CODE = Code("febio", {"gent": _gent, "neo-hookean": _neo_hookean}, {}, _files, most_terms=6, flows=True, poisson_ratio=0.495)

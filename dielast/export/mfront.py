@@ -8,24 +8,17 @@ the one at the middle of the increment.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from string import Template
 
 import numpy as np
 
-from dielast.export.conventions import CardOptions, Code, number, prepare
-from dielast.material.material import Material
+from dielast.export.code import Card, Code
+from dielast.export.text import number
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable
+from dielast.material.springs import CardForm
 from dielast.units import ZERO_CELSIUS
-
-CODE = Code(
-    "mfront",
-    laws=("gent", "neo-hookean"),
-    shifts=(WLF, Arrhenius, ShiftTable),
-    flows=True,
-    separate_limits=True,
-    poisson_ratio=0.495,
-)
 
 _BEHAVIOUR = Template("""\
 @DSL DefaultFiniteStrain;
@@ -113,32 +106,34 @@ $shift
 """)
 
 
-def write(material: Material, options: CardOptions) -> dict[str, str]:
-    """`material.mfront`; raises `InputError` for what the behaviour cannot carry."""
-    card = prepare(material, CODE, options)
-    assert card.bulk is not None
+def _files(card: Card) -> dict[str, str]:
+    """`material.mfront`."""
     comments = [
         "Material behaviour for MFront (TFEL 3.4 or later), written by dielast.",
         *card.notes,
         "G(t) = mu_eq + sum mu_k exp(-t/(tau_k a(T))); external state variable: the temperature in K.",
+        *(f"bulk: {text}" for text in card.default_bulk),
     ]
-    if options.bulk_modulus is None and options.poisson_ratio is None:
-        comments.append(f"bulk: by default from Poisson's ratio {CODE.poisson_ratio:g} at time zero.")
     if card.density is not None:
         comments.append(f"Density {number(card.density)}, to be given to the solver.")
     text = _BEHAVIOUR.substitute(
         name=f"Dielast_{card.name}",
         comments="\n".join(f'  "{_unquoted(line)} "' for line in comments),
         terms=len(card.time),
-        bulk=number(card.bulk),
+        bulk=number(card.bulk or 0.0),
         equilibrium=number(card.equilibrium),
-        limit_eq=number(1 / card.limits[0]),
-        limit_b=number(1 / card.limits[1]),
+        limit_eq=_inverse_limit(card.equilibrium_law.form(card.law)),
+        limit_b=_inverse_limit(card.branch_law.form(card.law)),
         moduli=_listed(card.modulus.tolist()),
         times=_listed(card.time.tolist()),
-        shift=_shift(card.shift),
+        shift="\n".join(card.shift_lines()) or "  const real a = 1;",
     )
     return {"material.mfront": text}
+
+
+def _inverse_limit(spring: CardForm | None) -> str:
+    """1/J_lim; 0 for a neo-Hookean spring."""
+    return number(1 / (spring.constants if spring else {}).get("J_lim", math.inf))
 
 
 def _unquoted(text: str) -> str:
@@ -149,36 +144,57 @@ def _listed(values: Sequence[float]) -> str:
     return ",\n".join("      " + ", ".join(map(number, values[start : start + 4])) for start in range(0, len(values), 4))
 
 
-def _shift(law: ShiftLaw) -> str:
-    """C++ that sets `a`."""
-    at = f"  const real Tm = T + dT / 2;\n  const real Tr = {number(law.reference_temperature + ZERO_CELSIUS)};\n"
-    match law:
-        case WLF(_, C1, C2):
-            return (
-                f"{at}  const real above_pole = {number(C2)} + Tm - Tr;\n"
-                '  if (above_pole <= 0) {\n    throw std::runtime_error("colder than the pole of the WLF law");\n  }\n'
-                f"  const real a = std::pow(10., {number(-C1)} * (Tm - Tr) / above_pole);"
-            )
-        case Arrhenius(_, energy):
-            return f"{at}  const real a = std::exp({number(energy / GAS_CONSTANT)} * (1 / Tm - 1 / Tr));"
-        case ShiftTable():
-            kelvin = [value + ZERO_CELSIUS for value in law.temperature]
-            log10_a = law.log10_shift_factor(np.array(law.temperature)).tolist()
-            return _table(kelvin, log10_a)
-        case _:
-            return "  const real a = 1;"
+def _temperatures(law: ShiftLaw) -> list[str]:
+    """C++ of the temperatures Tm, in the middle of the increment, and Tr, the reference."""
+    return ["  const real Tm = T + dT / 2;", f"  const real Tr = {number(law.reference_temperature + ZERO_CELSIUS)};"]
 
 
-def _table(kelvin: Sequence[float], log10_a: Sequence[float]) -> str:
-    """The same by linear interpolation of log10 a over T."""
-    if len(kelvin) == 1:
-        return "  const real a = 1;"
+def _wlf(law: WLF, card: Card) -> list[str]:
+    return [
+        *_temperatures(law),
+        f"  const real above_pole = {number(law.C2)} + Tm - Tr;",
+        "  if (above_pole <= 0) {",
+        '    throw std::runtime_error("colder than the pole of the WLF law");',
+        "  }",
+        f"  const real a = std::pow(10., {number(-law.C1)} * (Tm - Tr) / above_pole);",
+    ]
+
+
+def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
+    barrier = number(law.activation_energy / GAS_CONSTANT)
+    return [*_temperatures(law), f"  const real a = std::exp({barrier} * (1 / Tm - 1 / Tr));"]
+
+
+def _table(law: ShiftTable, card: Card) -> list[str]:
+    """Linear interpolation of log10 a over T."""
+    kelvin = [value + ZERO_CELSIUS for value in law.temperature]
     count = len(kelvin)
-    return (
-        f"  const real Ts[{count}] = {{\n{_listed(kelvin)}}};\n  const real log10_a[{count}] = {{\n{_listed(log10_a)}}};\n"
-        "  const real Tm = T + dT / 2;\n"
-        f"  if ((Tm < Ts[0]) || (Tm > Ts[{count - 1}])) {{\n"
-        '    throw std::runtime_error("temperature outside of the shift table");\n  }\n'
-        f"  unsigned short i = 0;\n  while ((i < {count - 2}) && (Tm > Ts[i + 1])) {{\n    ++i;\n  }}\n"
-        "  const real a = std::pow(10., log10_a[i] + (log10_a[i + 1] - log10_a[i]) * (Tm - Ts[i]) / (Ts[i + 1] - Ts[i]));"
-    )
+    if count == 1:
+        return []
+    return [
+        f"  const real Ts[{count}] = {{",
+        f"{_listed(kelvin)}}};",
+        f"  const real log10_a[{count}] = {{",
+        f"{_listed(law.log10_shift_factor(np.array(law.temperature)).tolist())}}};",
+        "  const real Tm = T + dT / 2;",
+        f"  if ((Tm < Ts[0]) || (Tm > Ts[{count - 1}])) {{",
+        '    throw std::runtime_error("temperature outside of the shift table");',
+        "  }",
+        "  unsigned short i = 0;",
+        f"  while ((i < {count - 2}) && (Tm > Ts[i + 1])) {{",
+        "    ++i;",
+        "  }",
+        "  const real a = std::pow(10., log10_a[i] + (log10_a[i + 1] - log10_a[i]) * (Tm - Ts[i]) / (Ts[i + 1] - Ts[i]));",
+    ]
+
+
+CODE = Code(
+    "mfront",
+    # the behaviour holds Gent's springs; its limits are constants in the text
+    {"gent": lambda spring, card: [], "neo-hookean": lambda spring, card: []},
+    {"wlf": _wlf, "arrhenius": _arrhenius, "table": _table},
+    _files,
+    flows=True,
+    separate_limits=True,
+    poisson_ratio=0.495,
+)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.handover.mastercurve_folder import Curve
-from dielast.handover.material_draws import constant_headers, draw_columns, with_constants
+from dielast.handover.material_draws import draw_columns
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, number_columns
 from dielast.material.material import Material
@@ -30,7 +30,6 @@ ORDINATES = {
     "creep": (("reduced_time", "s"), (("creep_compliance", "1/Pa"),)),
     "oscillation": (("reduced_angular_frequency", "rad/s"), (("storage_modulus", "Pa"), ("loss_modulus", "Pa"))),
 }
-UNITS = {"C2": "K", "activation_energy": "J/mol"}
 
 
 def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, Table]:
@@ -40,9 +39,7 @@ def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, Table]:
     for channel, (name, own_unit) in enumerate(ordinates):
         pairs = zip(draws.number, draws.smooth_ordinates[:, channel], strict=True)
         curves += [Column(f"{name}_{number}", own_unit, values) for number, values in pairs]
-    laws = [
-        Column(name, UNITS.get(name, "1"), values) for name, values in zip(draws.law_names, draws.law_parameters.T, strict=True)
-    ]
+    laws = [Column(name, unit, values) for (name, unit), values in zip(draws.law.drawn(), draws.law_parameters.T, strict=True)]
     return {
         DRAWS: draws.columns(),
         LAWS: [Column("draw", None, draws.number), *laws],
@@ -52,13 +49,12 @@ def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, Table]:
 
 def draws_headline(draws: MasterCurveDraws, wanted: int, seed: int) -> dict[str, Any]:
     """The section of a summary that compares the scatter of the draws with the standard errors of the fit."""
-    names = {"C2": "C2_K", "activation_energy": "activation_energy_J_per_mol"}
-    law = {} if draws.law_temperature.size else draws.stderr()
+    stderr = draws.stderr()
     return {
         "draws": wanted,
         "seed": seed,
         "without_master_curve": wanted - len(draws.number),
-        **{f"{names.get(name, name)}_stderr": value for name, value in law.items()},
+        **{f"{name}_stderr": stderr[constant.name] for name, constant in draws.law.summary_names().items()},
         "log10_shift_factor_stderr": np.std(draws.log10_shift_factor, axis=0, ddof=1).tolist(),
     }
 
@@ -78,7 +74,7 @@ def read_curve_draws(folder: str, curve: Curve, inputs: Inputs) -> ReadDraws | N
     if "uncertainty" not in parse_toml(inputs.read(name), name):
         return None
     name = f"{folder}/{LAWS}"
-    headers = constant_headers(curve.shift)
+    headers = curve.shift.drawn_headers()
     number, *constants = number_columns(inputs.read(name), name, ["draw", *headers])
     for row in np.flatnonzero(~(np.isfinite(number) & (number == np.floor(number))))[:1]:
         raise InputError(f'{name}: row {row + 2}: column "draw": {number[row]:g} is not a whole number')
@@ -90,7 +86,7 @@ def read_curve_draws(folder: str, curve: Curve, inputs: Inputs) -> ReadDraws | N
     shifts = []
     for row, own in enumerate(rows.tolist()):
         try:
-            shifts.append(with_constants(curve.shift, own))
+            shifts.append(curve.shift.redrawn(own))
         except InputError as error:
             raise InputError(f"{name}: row {row + 2}: {error}") from None
     name = f"{folder}/{CURVES}"

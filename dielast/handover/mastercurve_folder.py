@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns
-from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
+from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.readings.curve_recipe import CurveData
 from dielast.recipe.toml import parse_toml
 from dielast.relaxation.fit import Test
@@ -76,17 +76,17 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
     if not all(map(math.isfinite, constants)):
         raise ValueError("[shift] has a constant that is not finite")
     reference = float(shift["reference_temperature_degC"])
-    if shift["law"] == "wlf":
-        return WLF(reference, float(shift["C1"]), float(shift["C2_K"]))
-    if shift["law"] == "arrhenius":
-        return Arrhenius(reference, float(shift["activation_energy_J_per_mol"]))
-    name = f"{folder}/shift-factors.csv"
-    temperature, factor = number_columns(inputs.read(name), name, ["temperature [degC]", "log10_shift_factor [1]"])
-    for row in np.flatnonzero(~np.isfinite(temperature))[:1]:
-        raise InputError(f'{name}: row {row + 2}: column "temperature [degC]": a number is needed')
-    known = dict(zip(temperature.tolist(), factor.tolist(), strict=True)) | {reference: 0.0}
-    rows = sorted((own, value) for own, value in known.items() if math.isfinite(value))
-    return ShiftTable(reference, *zip(*rows, strict=True))
+
+    def measured() -> tuple[Array, Array]:
+        name = f"{folder}/shift-factors.csv"
+        temperature, factor = number_columns(inputs.read(name), name, ["temperature [degC]", "log10_shift_factor [1]"])
+        for row in np.flatnonzero(~np.isfinite(temperature))[:1]:
+            raise InputError(f'{name}: row {row + 2}: column "temperature [degC]": a number is needed')
+        return temperature, factor
+
+    if shift["law"] not in SHIFTS:
+        raise ValueError(f'[shift] law is "{shift["law"]}"')
+    return SHIFTS[shift["law"]].from_summary(reference, shift, measured)
 
 
 def read_curve(data: CurveData | None, inputs: Inputs) -> Curve:

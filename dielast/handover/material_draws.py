@@ -14,7 +14,6 @@ from dielast.handover.material_file import draws_file, parse_material
 from dielast.io.files import EXAMPLE, read_file, resolve
 from dielast.io.table import Column, Table, number_columns
 from dielast.material.material import Material
-from dielast.material.shift import WLF, Arrhenius, ShiftLaw, ShiftTable
 from dielast.material.spectrum import Spectrum
 
 EQUILIBRIUM = "equilibrium_shear_modulus"
@@ -22,7 +21,7 @@ EQUILIBRIUM = "equilibrium_shear_modulus"
 
 def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Table:
     """The table of draws of one material, which share their number of branches; `number` (draws,) says which draw each is."""
-    laws = [_constants(each.shift) for each in materials]
+    laws = [each.shift.drawn() for each in materials]
     moduli = np.array([each.spectrum.shear_modulus for each in materials])
     times = np.array([each.spectrum.relaxation_time for each in materials])
     return [
@@ -39,7 +38,7 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
 
     A table without relaxation times takes those of the material.
     """
-    law = constant_headers(material.shift)
+    law = material.shift.drawn_headers()
     count = len(material.spectrum)
     first_line = content.split(b"\n", 1)[0].decode(errors="replace")
     if f",shear_modulus_{count + 1} [Pa]" in first_line:
@@ -60,7 +59,7 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
                 raise InputError(f"an equilibrium modulus of {values[0]:g} Pa: it must not be negative")
             if not (values[0] or np.any(moduli)):
                 raise InputError("every shear modulus is zero: the material carries no load")
-            shift = with_constants(material.shift, constants.tolist())
+            shift = material.shift.redrawn(constants.tolist())
             spectrum = Spectrum(times if times.size else material.spectrum.relaxation_time, moduli)
         except InputError as error:
             raise InputError(f"{source}: row {row + 2}: {error}") from None
@@ -86,35 +85,3 @@ def read_draws(path: str | Path) -> tuple[Material, ...]:
         raise InputError(f"{path}: a material without draws: mastercurve and spectrum with [uncertainty] make them")
     table = beside(str(path), name)
     return parse_draws(read_file(resolve(Path(), table), table), table, material)
-
-
-def _constants(law: ShiftLaw) -> dict[tuple[str, str], float]:
-    """What differs from draw to draw, by name and unit."""
-    match law:
-        case WLF():
-            return {("C1", "1"): law.C1, ("C2", "K"): law.C2}
-        case Arrhenius():
-            return {("activation_energy", "J/mol"): law.activation_energy}
-        case ShiftTable():
-            return {(f"log10_shift_factor_{t:g}", "1"): a for t, a in zip(law.temperature, law.log10_shift, strict=True)}
-    return {}
-
-
-def constant_headers(law: ShiftLaw) -> list[str]:
-    """The headers of what differs from draw to draw."""
-    return [f"{name} [{unit}]" for name, unit in _constants(law)]
-
-
-def with_constants(law: ShiftLaw, constants: list[float]) -> ShiftLaw:
-    """The same law with other constants; raises `InputError` naming the column of one that must be positive and is not."""
-    for header, value in zip(constant_headers(law), constants, strict=True):
-        if isinstance(law, WLF) and value <= 0:
-            raise InputError(f'column "{header}": {value:g}: a number above 0 is needed')
-    match law:
-        case WLF():
-            return WLF(law.reference_temperature, *constants)
-        case Arrhenius():
-            return Arrhenius(law.reference_temperature, *constants)
-        case ShiftTable():
-            return ShiftTable(law.reference_temperature, law.temperature, tuple(constants))
-    return law

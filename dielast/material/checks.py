@@ -12,23 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import warn
-from dielast.material.material import VACUUM_PERMITTIVITY, Breakdown, Material
-from dielast.material.shift import WLF, Arrhenius, ShiftLaw, ShiftTable
-from dielast.material.springs import Gent
+from dielast.material.breakdown import BreakdownLaw
+from dielast.material.material import VACUUM_PERMITTIVITY, Material
 from dielast.units import TIMES, ZERO_CELSIUS
 
 SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
 GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds
 RELAXING = 0.01  # of the equilibrium modulus: branches that add up to less cannot be seen beside it
-SHORTEST_CHAIN = 1.0  # J_lim: chains that are taut at a stretch of 1.7
-TAUT = 0.97  # of J_lim: chains that are stretched farther break
+TAUT = 0.03  # room to the limit of stretch, 1 at rest: chains that have less are taut and break
 COLDEST, HOTTEST = -150.0, 300.0  # degC, where polymers are measured
 KELVIN = 200.0  # degC, from which on readings look like kelvin
 MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
-# K, C1 C2 = 1 / (ln 10 alpha_f), whatever the reference temperature: the free volume's expansion alpha_f is 1e-4 to 4e-3 /K
-FREE_VOLUME = 100.0, 4000.0
-ROUNDING = 1e-6  # of log10 a, which dielast writes with 9 digits
-BARRIERS = 5e3, 2e6  # J/mol, activation energies: from the motion of a methyl group to a glass transition
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
 LARGEST_PERMITTIVITY = 1e3  # relative
 UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the stress goes with its square, 1e-5 of that at breakdown, and 1000 times
@@ -51,39 +45,17 @@ def doubt_material(material: Material) -> None:
         beside = f"beside an equilibrium modulus of {rest:g} Pa"
         warn(f"the branches add up to {branches:.3g} Pa {beside}, so that nothing relaxes: are they in another unit?")
     for law, whose in ((material.equilibrium_law, "equilibrium"), (material.nonequilibrium_law, "nonequilibrium")):
-        if isinstance(law, Gent) and np.any(np.asarray(law.J_lim) < SHORTEST_CHAIN):
-            limit = float(np.min(law.J_lim))
-            warn(
-                f"J_lim = {limit:g} ({whose}): chains so short make no rubber: is it I1 - 3 where they are taut, 10 to 200 by rule?"
-            )
+        if reason := law.doubt(whose):
+            warn(reason)
     doubt_temperature(material.reference_temperature, "the reference temperature is")
-    doubt_law(material.shift)
+    if reason := material.shift.doubt():
+        warn(reason)
     if material.permittivity is not None:
         relative = material.permittivity / VACUUM_PERMITTIVITY
         if not 1 <= relative <= LARGEST_PERMITTIVITY:
             warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
     if material.breakdown is not None:
-        doubt_breakdown(material.breakdown.field)
-
-
-def doubt_law(law: ShiftLaw) -> None:
-    """Warn of the constants of a shift law that no polymer has."""
-    if isinstance(law, WLF):
-        product, (low, high) = law.C1 * law.C2, FREE_VOLUME
-        if not low <= product <= high:
-            natural = high < product <= high * np.log(10)
-            guess = "is C1 for natural logarithms, 2.303 times too large?" if natural else "is one of them in another unit?"
-            known = f"polymers have {low:g} to {high:g} K at any reference temperature"
-            warn(f"WLF with C1 = {law.C1:g} and C2 = {law.C2:g} K: C1 C2 is {product:.3g} K, but {known}: {guess}")
-    elif isinstance(law, Arrhenius) and not BARRIERS[0] <= abs(law.activation_energy) <= BARRIERS[1]:
-        known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
-        warn(f"an activation energy of {law.activation_energy / 1e3:g} kJ/mol, but {known}: is it in another unit?")
-    elif isinstance(law, ShiftTable):
-        there, origin = law.reference_temperature, float(np.interp(law.reference_temperature, law.temperature, law.log10_shift))
-        if abs(origin) > ROUNDING:
-            found = f"the shift table gives log10 a = {origin:.3g} at the reference temperature {there:g} degC, where it must be 0"
-            mend = f"state the temperature that the table refers to, or an entry of 0 at {there:g} degC"
-            warn(f"{found}: {origin:.3g} is subtracted from every entry, so that it is; {mend}")
+        doubt_breakdown(material.breakdown.typical_fields())
 
 
 def doubt_breakdown(field: ArrayLike) -> None:
@@ -93,23 +65,16 @@ def doubt_breakdown(field: ArrayLike) -> None:
         warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
 
 
-def doubt_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[Breakdown | None]) -> None:
+def doubt_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[BreakdownLaw | None]) -> None:
     """Warn of prestretches, one pair a film, outside of those that breakdown fields are `known` for."""
-    films = [(pair, float(np.sqrt(pair[0] * pair[1])), own) for pair, own in zip(prestretch, known, strict=True)]
-    outside = [(pair, value, own) for pair, value, own in films if own is not None and not own.is_known_at(value)]
+    films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, known, strict=True)]
+    outside = [(pair, value, law) for pair, value, law in films if law is not None and not law.is_known_at(value)]
     if not outside:
         return
-    (first, second), value, own = outside[0]
+    (first, second), value, law = outside[0]
     what = f"prestretch {first:g}" if first == second else f"prestretch {first:g} x {second:g} (as {value:.4g} equibiaxial)"
     others = len({pair for pair, _, _ in outside}) - 1
-    stated = sorted(
-        [(value, '"..."'), *((at, f'"{field / 1e6:.4g} MV/m"') for at, field in zip(own.prestretch, own.field, strict=True))]
-    )
-    warn(
-        f"{what}{f' (and {others} more)' if others else ''}: breakdown fields are stated for {own.prestretch[0]:g} to "
-        f"{own.prestretch[-1]:g}: the nearest, {float(own.at(value)) / 1e6:.4g} MV/m, is taken; to state one, write [breakdown] "
-        f"prestretch = [{', '.join(f'{at:.4g}' for at, _ in stated)}], field = [{', '.join(field for _, field in stated)}]"
-    )
+    warn(f"{what}{f' (and {others} more)' if others else ''}: {law.outside(value)}")
 
 
 def doubt_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
@@ -202,14 +167,16 @@ def doubt_stretch(lowest: float, highest: float) -> None:
         warn("the stretch is 1 throughout, which is undeformed: is it a strain of 100 %, so that the stretch is 2?")
 
 
-def doubt_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, J_lim: ArrayLike) -> None:
-    """Warn of films whose stretches (points,) under load are those of taut chains, or not to be seen at all."""
-    first, second = np.asarray(stretch_1, dtype=float), np.asarray(stretch_2, dtype=float)
-    tautness = (first**2 + second**2 + 1 / (first * second) ** 2 - 3) / np.asarray(J_lim, dtype=float)
-    if not tautness.size:
+def doubt_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLike) -> None:
+    """Warn of films whose stretches (points,) under load are those of taut chains, or not to be seen at all.
+
+    `room` (points,) is that of the equilibrium spring's law: 1 at rest, 0 at its limit.
+    """
+    first, second, left = (np.asarray(values, dtype=float) for values in (stretch_1, stretch_2, room))
+    if not left.size:
         return
-    k = int(np.argmax(tautness))
-    if tautness[k] > TAUT:
+    k = int(np.argmin(left))
+    if left[k] < TAUT:
         warn(f"the load stretches the film to {first[k]:.3g}, where its chains are taut and break: is it in another unit?")
     elif max(float(np.max(np.abs(axis - 1))) for axis in (first, second)) < UNSEEN:
         warn(f"the load strains the film by less than {UNSEEN:g}: is it, or the section, in another unit?")

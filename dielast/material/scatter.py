@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.material import Breakdown, Material
+from dielast.material.material import Material
 from dielast.numerics.random_streams import stream
 
 Array = NDArray[np.float64]
@@ -107,11 +107,6 @@ def draw_sample(
         ones if breakdown_field is None else breakdown_field.factors(stream(seed, "breakdown field").random(draws)),
         ones if thickness is None else thickness.factors(stream(seed, "thickness").random(draws)),
     )
-
-
-def scaled(breakdown: Breakdown, factor: float) -> Breakdown:
-    """The breakdown field times a factor, at every prestretch."""
-    return Breakdown(breakdown.prestretch, tuple(factor * value for value in breakdown.field))
 
 
 def fewest_draws(level: float) -> int:

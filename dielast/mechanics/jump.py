@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.material.springs import Floats
-from dielast.mechanics import kinematics
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 
@@ -59,7 +58,7 @@ def _equations(
     points: Points, driven: NDArray[np.bool_], pull: Floats, field: Floats, internal: Floats, log_squared: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Mechanical true stress (2, cases), imbalance (2, cases), and the tangent (2, 2, cases) with driven axes taken out."""
-    stress, half = kinematics.tangent(points.law, points.springs(internal, log_squared))
+    stress, half = points.law.tangent(points.springs(internal, log_squared))
     maxwell = points.maxwell_stress(log_squared, field)
     carried = np.einsum("nm,cnm->cm", points.modulus, stress) - maxwell
     k11, k12, k22 = np.einsum("nm,cnm->cm", points.modulus, half) - maxwell

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.material.material import Material
-from dielast.material.springs import Floats, Gent, SpringLaw, join
-from dielast.mechanics import kinematics
+from dielast.material.springs import Floats, SpringLaw, gathered
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.span import Control, Load
 
@@ -57,18 +56,18 @@ class Points:
         width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
         branches = max(int(np.count_nonzero(some)) for some in carrying)
         modulus, rate = np.zeros((2, branches + 1, width))
-        limits: list[tuple[SpringLaw, SpringLaw]] = []
+        laws: list[tuple[SpringLaw, SpringLaw]] = []
         for index, (each, some) in enumerate(zip(materials, carrying, strict=True)):
             cases = slice(None) if len(materials) == 1 else slice(index, index + 1)
             own = slice(1, int(np.count_nonzero(some)) + 1)
             modulus[0, cases] = each.equilibrium_modulus
             modulus[own, cases] = each.spectrum.shear_modulus[some, None]
             rate[own, cases] = 1 / (3 * _relaxation_time(each, temperature, index, cases)[:, some].T)
-            limits.append((each.equilibrium_law, each.nonequilibrium_law))
+            laws.append((each.equilibrium_law, each.nonequilibrium_law))
         permittivity = np.array([each.permittivity or 0.0 for each in materials])
         # no stress is known better than the rounding of the stiffest spring's share
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
-        return cls(modulus, rate, _law(limits, modulus > 0), np.broadcast_to(permittivity, (width,)), floor)
+        return cls(modulus, rate, gathered(laws, modulus > 0), np.broadcast_to(permittivity, (width,)), floor)
 
     def take(self, cases: Cases) -> Points:
         """The points of some cases."""
@@ -97,19 +96,6 @@ def _relaxation_time(material: Material, temperature: Floats, first: int, cases:
             except InputError as error:
                 raise InputError(f"{of_case(case, temperature.size)}{error}") from None
         raise
-
-
-def _law(laws: list[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
-    """The law of all springs (n, cases); where materials differ in it or in their number of branches, they must all be Gent's."""
-    if all(law == laws[0] for law in laws) and np.all(carrying):
-        return join(*laws[0], carrying.shape[0] - 1)
-    limits = np.ones((carrying.shape[0], len(laws)))
-    for case, (first, rest) in enumerate(laws):
-        if not (isinstance(first, Gent) and isinstance(rest, Gent)):
-            raise InputError("materials of different laws or numbers of branches can share a run only if all springs are Gent's")
-        limits[:, case] = rest.J_lim
-        limits[0, case] = first.J_lim
-    return Gent(np.where(carrying, limits, np.inf))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,7 +169,7 @@ class Arrowhead:
         points, load = system.points, system.load
         driven = load.value(time)
         log_squared, nominal = system.membrane(state, driven)
-        self.stress, tangent = kinematics.tangent(points.law, points.springs(system.internal(state), log_squared))
+        self.stress, tangent = points.law.tangent(points.springs(system.internal(state), log_squared))
         self.flow = step * points.rate
         self._eliminate_springs(points, tangent)
         self._condense(load, step * load.slope(time), driven, log_squared, nominal)
@@ -256,9 +242,7 @@ class Arrowhead:
         points, load = system.points, system.load
         driven = load.value(time)
         log_squared, nominal = system.membrane(state, driven)
-        stress = (
-            self.stress if history is None else kinematics.stress(points.law, points.springs(system.internal(state), log_squared))
-        )
+        stress = self.stress if history is None else points.law.stress(points.springs(system.internal(state), log_squared))
         increment = np.empty_like(state)
         border = increment[-2:]
         residual = np.einsum("bcnm,cnm->bm", self.share, self._flow(stress, history))

@@ -17,8 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.errors import InputError
-from dielast.material.springs import Floats, Gent
-from dielast.mechanics import kinematics
+from dielast.material.springs import Floats
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 
@@ -116,22 +115,13 @@ def _spring_tangent(
 ) -> tuple[Floats, Floats, Floats]:
     """sum mu (K11, K12, K22), each (cases,)."""
     if len(internal) == 2:
-        half = kinematics.tangent(points.law, points.springs(internal, log_squared_stretch))[1]
+        half = points.law.tangent(points.springs(internal, log_squared_stretch))[1]
         k11, k12, k22 = 2 * np.einsum("nm,cnm->cm", modulus, half)
         return k11, k12, k22
-    front = np.exp(log_squared_stretch[0] - internal[0])
-    back = front * front
-    np.divide(1.0, back, out=back)
-    stiffness, slope = points.law.hardening(2 * front + back)
-    difference = front - back
-    slope *= difference
-    slope *= difference
-    back *= stiffness
-    back += slope
-    front *= stiffness
-    both = 2 * np.einsum("nm,nm->m", modulus, back)
-    own = both + 2 * np.einsum("nm,nm->m", modulus, front)
-    return own, both, own
+    own, both = points.law.equibiaxial_tangent(np.exp(log_squared_stretch[0] - internal[0]))
+    k12 = 2 * np.einsum("nm,nm->m", modulus, both)
+    k11 = k12 + 2 * np.einsum("nm,nm->m", modulus, own)
+    return k11, k12, k11
 
 
 def damped(points: Points) -> Points:
@@ -145,18 +135,10 @@ def damped(points: Points) -> Points:
     fastest = points.rate.max(axis=0)
     rate = np.maximum(fastest, SLOWEST_RATE) / HASTE
     modulus = np.maximum(HOLD * points.modulus[0], points.modulus.sum(axis=0))
-    law = points.law
-    if isinstance(law, Gent):
-        limits = np.asarray(law.J_lim)
-        law = (
-            Gent(np.concatenate((limits, np.full((1, *limits.shape[1:]), np.inf))))
-            if limits.ndim == 2 and limits.shape[0] > 1
-            else law
-        )
     return Points(
         np.concatenate((points.modulus, modulus[None])),
         np.concatenate((points.rate, rate[None])),
-        law,
+        points.law.with_idle_spring(),
         points.permittivity,
         points.stress_floor,
     )
@@ -185,7 +167,7 @@ class Fold:
         """
         start = np.concatenate((self.log_squared_stretch, self.time[None]))
         scale = np.stack((np.full_like(self.time, 1e-5), np.full_like(self.time, 1e-5), 1e-5 * self.time))
-        stress = kinematics.stress(self.points.law, self.points.springs(self.internal, self.log_squared_stretch))
+        stress = self.points.law.stress(self.points.springs(self.internal, self.log_squared_stretch))
         rate = self.points.rate * (3 * stress - stress.sum(axis=0))
         place = start.copy()
         with np.errstate(all="ignore"):
@@ -226,7 +208,7 @@ class Fold:
         """x (2, n, cases), the prescribed values (3, cases), nominal and true mechanical stress (2, cases)."""
         log_squared, time = place[:2], place[2]
         internal, driven = self.internal + rate * (time - self.time), self.driven(time)
-        stress = kinematics.stress(self.points.law, self.points.springs(internal, log_squared))
+        stress = self.points.law.stress(self.points.springs(internal, log_squared))
         carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[2])
         stretched = np.array([[control is Control.STRETCH] for control in self.controls])
         return internal, driven, np.where(stretched, carried * np.exp(-0.5 * log_squared), driven[:2]), carried

@@ -11,25 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.material.springs import Cases, Floats
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Cases, Floats, Symmetry
 from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
 
-
-@dataclass(frozen=True, slots=True)
-class Symmetry:
-    """With A = lambda_1^2 of a spring: axis 2 has A^`second`, C = A^-`thinning`, I1 = `fronts` A + (3 - `fronts`) C, and a spring
-    flows as dx_1/dt = `flow` p / (3 tau).
-    """
-
-    second: float
-    thinning: float
-    fronts: int
-    flow: int
-
-
-UNIAXIAL = Symmetry(second=-0.5, thinning=0.5, fronts=1, flow=2)
-EQUIBIAXIAL = Symmetry(second=1.0, thinning=2.0, fronts=2, flow=1)
+__all__ = ["EQUIBIAXIAL", "UNIAXIAL", "Films", "SymmetricPoints", "Symmetry"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,23 +73,19 @@ class SymmetricPoints:
             return state[-1], driven[0]
         return 2 * np.log(driven[0]), state[-1]
 
-    def strain(self, state: Floats, log_squared_stretch: Floats) -> tuple[Floats, Floats, Floats]:
-        """A, C and I1 of the springs, each (n, cases)."""
+    def strain(self, state: Floats, log_squared_stretch: Floats) -> tuple[Floats, Floats]:
+        """A and C of the springs, each (n, cases)."""
         elastic = log_squared_stretch - state[:-1]
         if self.symmetry is UNIAXIAL:
             elastic *= -0.5
             thickness = np.exp(elastic, out=elastic)
             front = thickness * thickness
             np.divide(1.0, front, out=front)
-            total = thickness * 2
-            total += front
         else:
             front = np.exp(elastic, out=elastic)
             thickness = front * front
             np.divide(1.0, thickness, out=thickness)
-            total = front * 2
-            total += thickness
-        return front, thickness, total
+        return front, thickness
 
 
 class SymmetricArrowhead:
@@ -114,24 +96,14 @@ class SymmetricArrowhead:
         points, load, symmetry = system.points, system.load, system.symmetry
         driven = load.value(time)
         log_squared, nominal = system._axis(state, driven)
-        front, thickness, total = system.strain(state, log_squared)
-        stiffness, slope = points.law.hardening(total)
-        slope *= symmetry.fronts
-        thickness_part = thickness * symmetry.thinning
-        thickness_part += front
-        thickness_part *= stiffness
-        front -= thickness
-        self.stress = front * stiffness
-        front *= front
-        front *= slope
-        front += thickness_part
+        self.stress, tangent = points.law.axial_tangent(symmetry, *system.strain(state, log_squared))
         self.flow = (symmetry.flow * step) * points.rate
-        inverse = self.flow * front
+        inverse = self.flow * tangent
         inverse += 1 / gamma
         self.inverse = np.divide(1.0, inverse, out=inverse)
-        front *= inverse
-        front *= points.modulus
-        self.share = front
+        tangent *= inverse
+        tangent *= points.modulus
+        self.share = tangent
         self._condense(load, step * load.slope(time), driven, log_squared, nominal)
 
     def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
@@ -167,9 +139,7 @@ class SymmetricArrowhead:
             stress = self.stress
             right = stress * self.flow
         else:
-            stress, thickness, total = system.strain(state, log_squared)
-            stress -= thickness
-            stress *= points.law.stiffness(total)
+            stress = points.law.axial_stress(system.symmetry, *system.strain(state, log_squared))
             right = stress * self.flow
             right += history[:-1]
         residual = np.einsum("nm,nm->m", self.share, right)

@@ -12,8 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from dielast.material.shift import WLF, Arrhenius, ShiftLaw
-from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, number, spread
+from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, spread, typeset
 from dielast.superposition.mastercurve import MasterCurve
 
 Array = NDArray[np.float64]
@@ -98,16 +97,6 @@ def shift_factors(axes: Axes, result: MasterCurve) -> None:
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes.set_xlabel("temperature [°C]")
     axes.set_ylabel("log$_{10}$ shift factor")
-    names = ["measured, with 95 % interval" if seen else "measured", _law(law)]
+    names = ["measured, with 95 % interval" if seen else "measured", typeset(law.label())]
     place: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
     axes.legend([measured, line], names, **place)
-
-
-def _law(law: ShiftLaw) -> str:
-    match law:
-        case WLF():
-            return f"WLF, $C_1$ = {number(law.C1)}, $C_2$ = {number(law.C2)} K"
-        case Arrhenius():
-            return f"Arrhenius, $E_a$ = {number(law.activation_energy / 1e3)} kJ/mol"
-        case _:
-            return "linear in between"

@@ -15,13 +15,13 @@ from dielast.recipe.fields import (
     InputFiles,
     PositiveTime,
     Section,
+    Share,
     Step,
     Temperature,
     TemperatureDifference,
     TemperatureError,
     Time,
 )
-from dielast.recipe.uncertainty import Share
 from dielast.units import (
     ANGULAR_FREQUENCY,
     COMPLIANCE,

@@ -17,111 +17,136 @@ from dielast.errors import InputError, quoted, shown, shown_path
 from dielast.io.files import read_file, resolve
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Section
-from dielast.recipe.models import recipe_model
+from dielast.recipe.kinds import Kinds, or_kind
+from dielast.recipe.overrides import read_override
 from dielast.recipe.paths import read_path, set_key
 from dielast.recipe.toml import parse_toml
-from dielast.recipe.validate import Mistake, Place, check, examine, in_order, read_values
+from dielast.recipe.validate import Mistake, Place, examine, in_order
 
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
 MOST_CASES = 100_000
-OF_ALL = ("kind", "title", "plot", "compare")  # keys that no case has for itself
-ENOUGH_WRONG = 100  # cases whose mistakes are told: those of all others are most likely the same
+NOT_SWEPT = ("kind", "title", "plot", "compare")
+"""Keys about all cases together."""
+MOST_WRONG_CASES = 100
+"""Cases whose mistakes are stated: those of further cases are most likely the same."""
 
 
 @dataclass(frozen=True, slots=True)
 class Case(Generic[Recipe]):
-    """One case: its `recipe`, and the swept `settings` by key path as the recipe spells them."""
+    """A case: its `recipe`, and the swept `settings` by key path as the recipe spells them."""
 
     recipe: Recipe
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 def read_cases(
-    path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None
+    kinds: Kinds, path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None
 ) -> tuple[Case[Any], ...]:
-    """The cases of the recipe in the file `path`, of the given `kind` if one is given, with `overrides` such as `fit.branches=20`.
+    """The cases of the recipe in the file `path`, with `overrides` such as `fit.branches=20`.
 
-    `content` is what the file holds, if it has been read.
-
-    Raises `InputError` with a line for every mistake, in the order of the recipe.
+    The recipe is of the given `kind`, or if that is None of any of the `kinds`. `content` is what the file holds, if it has been
+    read. Raises `InputError` with a line for every mistake, in the order of the recipe.
     """
-    values, wrongly_set = read_values(path, kind, overrides, content)
-    model = recipe_model(values["kind"])
+    values, wrongly_set = _read_values(kinds, path, kind, overrides, content)
+    model = kinds[values["kind"]].model
     source, folder = str(path), path.parent
     sweep = values.get("sweep") if "sweep" in model.model_fields else None
     settings, mistakes = _combinations(sweep, source) if isinstance(sweep, dict) else ([{}], [])
-    # what a wrong list would have set is not missed
+    # keys that a wrong list would have set are not missed
     unset = [keys for place, _ in mistakes if len(place) > 1 and (keys := read_path(str(place[1])))]
     cases, wrong = [], 0
     for setting in settings:
-        own = copy.deepcopy(values, {id(sweep): sweep})  # as long as there are cases, and the same in all
-        found, lost = _set(own, setting, model, source, folder)
-        recipe = examine(model, own, source, folder)
+        case_values = copy.deepcopy(values, {id(sweep): sweep})  # the sweep grows with the number of cases and is never changed
+        case_mistakes, empty = _set(kinds, case_values, setting, model, source, folder)
+        recipe = examine(model, case_values, source, folder, kinds)
         if isinstance(recipe, list):
-            told = [(place, line) for place, line in recipe if not any(_on_the_way(place, path) for path in (*lost, *unset))]
-            found += [(place, line + _from_sweep(place, setting, values)) for place, line in told]
-        elif not found:
+            stated = [(place, line) for place, line in recipe if not any(_on_the_way(place, keys) for keys in (*empty, *unset))]
+            case_mistakes += [(place, line + _from_sweep(place, setting, values)) for place, line in stated]
+        elif not case_mistakes:
             cases.append(Case(recipe, setting))
             continue
-        mistakes += found
+        mistakes += case_mistakes
         wrong += 1
-        if wrong == ENOUGH_WRONG:
+        if wrong == MOST_WRONG_CASES:
             break
     if mistakes or wrongly_set:
         raise InputError(*wrongly_set, *in_order(mistakes, values))
     return tuple(cases)
 
 
+def _read_values(
+    kinds: Kinds, path: Path, kind: str | None, overrides: Sequence[str], content: bytes | None
+) -> tuple[dict[str, Any], list[str]]:
+    """The unchecked values of a recipe, `overrides` applied, and the mistakes in the overrides.
+
+    Raises `InputError` if the file is no TOML, or its kind is unknown or not the `kind` asked for.
+    """
+    values = parse_toml(read_file(path, str(path)) if content is None else content, str(path))
+    wrong: list[str] = []
+    for override in overrides:
+        try:
+            set_key(values, *read_override(override), f"--set {override}")
+        except InputError as error:
+            wrong += error.messages
+    stated = values.get("kind")
+    if stated not in tuple(kinds):
+        needed = f"{shown(stated)}: {or_kind(str(stated), kinds)}" if "kind" in values else f"is needed: one of {', '.join(kinds)}"
+        raise InputError(*wrong, f"{path}: kind: {needed}")
+    if kind is not None and stated != kind:
+        raise InputError(*wrong, f'{path}: kind: the recipe is one of "{stated}": run it with "dielast {stated}"')
+    return values, wrong
+
+
 def _set(
-    values: dict[str, Any], setting: Mapping[str, Any], model: type[RecipeBase], source: str, folder: Path
+    kinds: Kinds, values: dict[str, Any], setting: Mapping[str, Any], model: type[RecipeBase], source: str, folder: Path
 ) -> tuple[list[Mistake], list[Place]]:
-    """Put the steps of a load file and a case's `setting` into the recipe; what went wrong, and the places left empty."""
+    """Put the steps of a load file and the `setting` of a case into the recipe; mistakes on the way, and places left empty."""
     mistakes: list[Mistake] = []
-    lost: list[Place] = []
-    # the steps that a load file brings are there for other keys to set
+    empty: list[Place] = []
+    # the steps of a load file come first: other keys may set keys within them
     if "load" in setting:
         values["load"] = setting["load"]
     try:
-        _take_load(values, model, source, folder)
+        _take_load(kinds, values, model, source, folder)
     except InputError as error:
         mistakes += [(("load",), line) for line in error.messages]
-        lost += [("load",)] if isinstance(values.get("step"), list) else [("load",), ("step",)]
+        empty += [("load",)] if isinstance(values.get("step"), list) else [("load",), ("step",)]
     for key, value in setting.items():
         path = read_path(key) or (key,)
         try:
             if path == ("step",) and "load" in values:
                 raise InputError(f'{source}: sweep.{quoted(key)}: the steps are in a load file: sweep load, or "step.0.rate"')
-            # what is set within it by another key is this case's alone
+            # a copy, as another key may set a key within the value for this case alone
             set_key(values, path, copy.deepcopy(value), f"{source}: sweep.{quoted(key)}")
         except InputError as error:
             mistakes.append((("sweep", key), str(error)))
-            lost.append(path)
-    return mistakes, lost
+            empty.append(path)
+    return mistakes, empty
 
 
 def _from_sweep(place: Place, setting: Mapping[str, Any], values: Mapping[str, Any]) -> str:
-    """Which key of a sweep brought what stands at `place`, if one did, to be said behind what is wrong with it."""
+    """The end of a message about the value at `place` that names the key of the sweep which set it, if a key did."""
     inner: Any = values
     for key in place:
         known = key in inner if isinstance(inner, dict) else isinstance(inner, list) and isinstance(key, int) and key < len(inner)
         inner = inner[key] if known else None
     for key in setting:
         path = read_path(key) or (key,)
-        # what is within a swept value comes with it, and so do the tables that lead to it, unless the recipe has them itself
+        # a swept value brings all within it, and the tables that lead to it unless the recipe has them itself
         if _on_the_way(place, path) and (len(place) >= len(path) or inner is None):
             return f" (from sweep.{quoted(key)})"
     return ""
 
 
 def _on_the_way(place: Place, path: Place) -> bool:
-    """Whether one of two places is within the other, or both are the same."""
-    return all(str(one) == str(other) for one, other in zip(place, path, strict=False))
+    """Whether two places are the same, or one is within the other."""
+    return all(str(key) == str(other) for key, other in zip(place, path, strict=False))
 
 
 def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, Any]], list[Mistake]]:
     """The settings of every case: each combination of the listed values, or with mode = "zip" the first of each, the second ...
 
-    With them, what is wrong with the sweep; the settings are then those of the rest of it.
+    With them the mistakes in the sweep, which the settings leave out.
     """
     mistakes: list[Mistake] = []
     stated = isinstance(sweep.get("mode"), str)
@@ -138,12 +163,11 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
         else:
             mistakes.append((("sweep", key), f"{source}: sweep.{quoted(key)}: {wrong}"))
     if not lists:
-        # a key that is wrong has been told
         return [{}], mistakes or [(("sweep",), f"{source}: sweep: lists of values by key path are needed")]
     lengths = [len(values) for values in lists.values()]
     if paired and len(set(lengths)) > 1:
-        found = ", ".join(map(str, lengths))
-        mistakes.append((("sweep",), f'{source}: sweep: mode = "zip" pairs lists of one length, these have {found} values'))
+        counts = ", ".join(map(str, lengths))
+        mistakes.append((("sweep",), f'{source}: sweep: mode = "zip" pairs lists of one length, these have {counts} values'))
     count = min(lengths) if paired else math.prod(lengths)
     if count > MOST_CASES:
         mistakes.append((("sweep",), f"{source}: sweep: {count} cases, at most {MOST_CASES} are allowed"))
@@ -153,13 +177,13 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
 
 
 def _not_swept(key: str, values: Any) -> str | None:
-    """What is wrong with a key of a sweep, if anything is."""
+    """The mistake in a key of a sweep, or None."""
     path = read_path(key)
     if path is None:
         return 'the path of a key is needed, such as "step.0.rate"'
     if path[0] == "sweep":
         return "a sweep cannot be swept"
-    if path[0] in OF_ALL:
+    if path[0] in NOT_SWEPT:
         return f"{path[0]} is about all cases together"
     if isinstance(values, dict) and values:
         while isinstance(values, dict) and values:
@@ -169,14 +193,14 @@ def _not_swept(key: str, values: Any) -> str | None:
     return None if isinstance(values, list) and values else "a list of values is needed"
 
 
-def _take_load(values: dict[str, Any], model: type[RecipeBase], source: str, folder: Path) -> None:
-    """Put the steps of the load file, if there is one, into the recipe's place for them."""
+def _take_load(kinds: Kinds, values: dict[str, Any], model: type[RecipeBase], source: str, folder: Path) -> None:
+    """Put the steps of the load file, if the recipe names one, into the recipe's place for them; raises `InputError`."""
     if "load" not in values or "load" not in model.model_fields:
         return
     name = values["load"]
     if not isinstance(name, str) or not name:
         raise InputError(f"{source}: load: the path of a file is needed")
-    if isinstance(values.get("step"), dict):  # a key that --set has set
+    if isinstance(values.get("step"), dict):  # made by --set step.0...
         raise InputError(f'{source}: step: the steps are in {shown(name)}: change them there, or sweep them: "step.0.rate" = [...]')
     if "step" in values:
         raise InputError(f"{source}: either [[step]] or load is needed, not both")
@@ -189,31 +213,27 @@ def _take_load(values: dict[str, Any], model: type[RecipeBase], source: str, fol
     steps = history.get("step")
     wrong = [] if set(history) == {"step"} and isinstance(steps, list) else [f"{name}: a load file holds [[step]] and nothing else"]
     if isinstance(steps, list):
-        # checked by itself first, so that a mistake is told of the file it is in
-        found = examine(load_file(model), {"step": steps}, name, path.parent)
-        wrong += in_order(found, history) if isinstance(found, list) else []
+        # checked alone first, so that a mistake is stated of the file it is in
+        wrong += _mistakes_in_load(kinds, model, {"step": steps}, name, path.parent)
     if wrong:
         raise InputError(*wrong)
     values["step"] = [_beside(step, path.parent, folder) for step in history["step"]]
 
 
-def load_file(model: type[RecipeBase]) -> type[Section]:
-    """The model of a load file for recipes of `model`: their steps alone."""
+def _mistakes_in_load(kinds: Kinds, model: type[RecipeBase], history: dict[str, Any], source: str, folder: Path) -> list[str]:
+    """The mistakes in the steps of a load file for recipes of `model`."""
     steps: Any = model.model_fields["step"].rebuild_annotation()
-    return create_model("LoadFile", __base__=Section, step=(steps, ...))
+    checked = examine(create_model("LoadFile", __base__=Section, step=(steps, ...)), history, source, folder, kinds)
+    return in_order(checked, history) if isinstance(checked, list) else []
 
 
-def read_load(path: Path) -> None:
-    """Check a load file by itself: whether it suits any kind of recipe. Raises `InputError` with the mistakes of the likeliest."""
-    history, found = parse_toml(read_file(path, str(path)), str(path)), []
-    for kind in ("relax", "creep", "actuate"):
-        try:
-            check(load_file(recipe_model(kind)), history, str(path), path.parent)
-        except InputError as error:
-            found.append(error)
-        else:
-            return
-    raise min(found, key=lambda error: len(error.messages))
+def check_load(kinds: Kinds, path: Path) -> None:
+    """Check a load file alone: whether it suits any kind of recipe. Raises `InputError` with the mistakes of the likeliest."""
+    history = parse_toml(read_file(path, str(path)), str(path))
+    models = [kind.model for kind in kinds.values()]
+    wrong = [_mistakes_in_load(kinds, model, history, str(path), path.parent) for model in models if "load" in model.model_fields]
+    if all(wrong):
+        raise InputError(*min(wrong, key=len))
 
 
 def _beside(step: dict[str, Any], home: Path, folder: Path) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -19,11 +19,12 @@ from pydantic import (
     ValidationInfo,
     WithJsonSchema,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from dielast import units
 from dielast.errors import InputError, shown
-from dielast.io.files import resolve
+from dielast.io.files import exists, resolve
 from dielast.units import Dimension
 
 
@@ -83,6 +84,26 @@ class Quantity:
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]} if self.many else one
 
 
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """Marks text that is one of `names()`, asked for as a recipe is read, so that laws can be added from outside."""
+
+    names: Callable[[], Sequence[str]]
+
+    def read(self, value: Any) -> str:
+        """The text; raises `InputError`."""
+        if value not in self.names():
+            *first, last = map(repr, self.names())
+            raise InputError(f"{shown(value)}: one of {' or '.join(filter(None, (', '.join(first), last)))} is needed")
+        return str(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"type": "string", "enum": list(self.names())}
+
+
 Time = Annotated[float, Quantity(units.TIME, at_least=0.0, within=units.TIMES)]
 PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0, within=units.TIMES)]
 RelaxationTime = Annotated[float, Quantity(units.TIME, above=0.0)]
@@ -105,17 +126,27 @@ MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
 BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 
-# files that one recipe makes for another, and the kind of recipe that makes them
-_MAKERS = {
-    "material.toml": "spectrum",
-    "spectrum.csv": "spectrum",
-    "mastercurve.csv": "mastercurve",
-    "shift-factors.csv": "mastercurve",
-    "relax.csv": "relax",
-    "creep.csv": "creep",
-    "actuate.csv": "actuate",
-    "failure-map.csv": "failure-map",
-}
+def _share(value: Any) -> float:
+    """A standard deviation over the mean."""
+    try:
+        number = units.parse(value, units.STRAIN)
+    except InputError:
+        number = -1.0
+    if not 0 < number < 1:
+        raise InputError(f'{shown(value)}: a relative standard deviation below 100 % is needed, such as "5 %"')
+    return number
+
+
+Share = Annotated[float, PlainValidator(_share), WithJsonSchema({"type": "string", "examples": ["5 %"]})]
+
+
+def is_path(field: FieldInfo) -> bool:
+    """Whether the values of a field name files or folders."""
+
+    def within(annotation: Any) -> bool:
+        return annotation == NAMES_FILES or any(map(within, get_args(annotation)))
+
+    return NAMES_FILES in field.metadata or within(field.annotation)
 
 
 def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
@@ -145,13 +176,9 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
     folder = (info.context or {}).get("folder")
     if folder is not None:
         path = resolve(folder, name)
-        try:
-            missing = not path.exists()
-        except (OSError, ValueError):  # too long, or not a path at all
-            missing = True
-        if missing:
-            maker = _MAKERS.get(path.name) if kind == "file" else "mastercurve"
-            if maker is not None:
+        if not exists(path):
+            maker_of = (info.context or {}).get("maker_of")
+            if maker_of is not None and (maker := maker_of(path.name, None if kind == "file" else info.field_name)):
                 raise InputError(f"{shown(name)} does not exist; run the recipe that makes it (dielast {maker})")
             raise InputError(f"{shown(name)}: no such {kind}")
         if not test(path):
@@ -197,17 +224,19 @@ def _name_or_number(what: str, name: Any) -> str | int:
     return name
 
 
+NAMES_FILES = "names files or folders"
 _PATH = {
     "type": "string",
     "format": "path",
     "description": "Path relative to the recipe, or example:NAME for a file that ships with dielast.",
 }
-InputFile = Annotated[str, PlainValidator(_file), WithJsonSchema(_PATH)]
-InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(_PATH)]
+InputFile = Annotated[str, PlainValidator(_file), WithJsonSchema(_PATH), NAMES_FILES]
+InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(_PATH), NAMES_FILES]
 InputFiles = Annotated[
     tuple[str, ...],
     PlainValidator(_files),
     WithJsonSchema({"anyOf": [{"type": "array", "items": _PATH}, {"type": "string", "format": "glob pattern"}]}),
+    NAMES_FILES,
 ]
 _NAME_OR_NUMBER: dict[str, Any] = {"anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}]}
 ColumnName = Annotated[

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from dielast.recipe.fields import QUANTITY, UNIT
-from dielast.recipe.models import KINDS, recipe_model
+from dielast.recipe.kinds import Kinds
 
 NAMES = {"string": "text", "number": "number", "integer": "whole number", "boolean": "true or false"}
 
@@ -25,9 +25,9 @@ class Key:
     meaning: str
 
 
-def recipe_schema() -> dict[str, Any]:
-    """One JSON Schema for recipes of every kind, told apart by `kind`."""
-    references, schema = models_json_schema([(recipe_model(kind), "validation") for kind in KINDS])
+def recipe_schema(kinds: Kinds) -> dict[str, Any]:
+    """One JSON Schema for recipes of all `kinds`, which the key `kind` tells apart."""
+    references, schema = models_json_schema([(kind.model, "validation") for kind in kinds.values()])
     _say_units(schema)
     definitions = schema["$defs"]
     recipes = [definitions[reference["$ref"].split("/")[-1]] for reference in references.values()]

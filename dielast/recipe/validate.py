@@ -1,32 +1,30 @@
-"""From TOML text to a checked model, with every mistake in one line: file, key, what is wrong, what is needed."""
+"""From the values of a TOML file to a checked model, with every mistake in one line: file, key, what is wrong, what is needed."""
 
 from __future__ import annotations
 
 import difflib
-import os
 import types
 import typing
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from dielast.errors import InputError, as_toml, shown, shown_path
-from dielast.io.files import read_file
+from dielast.errors import InputError, shown, shown_path
 from dielast.recipe.fields import Section
-from dielast.recipe.models import KINDS, or_kind, recipe_model
-from dielast.recipe.paths import read_path, read_setting, set_key
-from dielast.recipe.toml import load, parse_toml
+from dielast.recipe.kinds import Kinds, maker_of
+from dielast.recipe.paths import read_path
 from dielast.units import decimal_comma
 
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
 """The keys and indices that lead to a value."""
 Mistake = tuple[Place, str]
-"""Where in a recipe something is wrong, and the line that says so."""
-PATHS = ("material", "mastercurve", "file", "files", "load", "table")  # keys that name files or folders
+"""Where in a recipe a mistake is, and the line that describes it."""
 _PLAIN = {
     "missing": "is needed",
     "float_type": "a bare number is needed",
@@ -50,74 +48,69 @@ _PLAIN = {
 }
 
 
-def read_values(
-    path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None
-) -> tuple[dict[str, Any], list[str]]:
-    """The unchecked values of the recipe in the file `path`, whose `content` may have been read, `overrides` applied.
-
-    With them, what is wrong with the overrides. Raises `InputError` if it is no TOML, or its kind is unknown or not the `kind`
-    given.
-    """
-    values = parse_toml(read_file(path, str(path)) if content is None else content, str(path))
-    wrong: list[str] = []
-    for override in overrides:
-        try:
-            set_key(values, *read_override(override), f"--set {override}")
-        except InputError as error:
-            wrong += error.messages
-    stated = values.get("kind")
-    if stated not in KINDS:
-        needed = f"is needed: one of {', '.join(KINDS)}"
-        raise InputError(*wrong, f"{path}: kind: " + (f"{shown(stated)}: {or_kind(str(stated))}" if "kind" in values else needed))
-    if kind is not None and stated != kind:
-        raise InputError(*wrong, f'{path}: kind: the recipe is one of "{stated}": run it with "dielast {stated}"')
-    return values, wrong
-
-
 def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model:
     """`values` as a `model`; paths are relative to `folder`. Raises `InputError` with a line for every mistake."""
-    found = examine(model, values, source, folder)
-    if isinstance(found, list):
-        raise InputError(*in_order(found, values))
-    return found
+    checked = examine(model, values, source, folder)
+    if isinstance(checked, list):
+        raise InputError(*in_order(checked, values))
+    return checked
 
 
-def examine(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model | list[Mistake]:
-    """`values` as a `model`, as `check` has it, or every mistake in them."""
+def examine(
+    model: type[Model], values: Mapping[str, Any], source: str, folder: Path, kinds: Kinds | None = None
+) -> Model | list[Mistake]:
+    """`values` as a `model`, as `check` has it, or every mistake in them; `kinds` are those whose keys and files may be meant."""
+    sweep = values.get("sweep")
+    swept = {shown_path(read_path(key) or (key,)): listed for key, listed in sweep.items()} if isinstance(sweep, dict) else {}
+    context = {
+        "folder": folder,
+        "columns": getattr(model, "COLUMNS", ()),
+        "swept": swept,
+        "maker_of": partial(_maker_of, kinds or {}),
+    }
     try:
-        sweep = values.get("sweep")
-        swept = {shown_path(read_path(key) or (key,)): own for key, own in sweep.items()} if isinstance(sweep, dict) else {}
-        context = {"folder": folder, "columns": getattr(model, "COLUMNS", ()), "swept": swept}
         return model.model_validate(values, context=context)
     except ValidationError as error:
-        return [(problem["loc"], f"{source}: {_line(model, problem)}") for problem in error.errors(include_url=False)]
+        problems = error.errors(include_url=False)
+        return [(problem["loc"], f"{source}: {_line(model, problem, kinds or {})}") for problem in problems]
+
+
+def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:
+    """The kind of recipe that makes a file; or a folder, the `key` for which is named after the kind."""
+    return maker_of(kinds, file) if key is None else key if key in kinds else None
 
 
 def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str]:
-    """The lines of `mistakes`, each once, in the order of the recipe's `values`; what is wrong with a whole table is last in it."""
+    """The lines of `mistakes`, without repetition, in the order of the recipe's `values`; a mistake of a whole table comes last."""
 
     def position(mistake: Mistake) -> list[float]:
-        found: list[float] = []
+        positions: list[float] = []
         inner: Any = values
         for key in mistake[0]:
-            there: list[Any] = list(inner if isinstance(inner, dict) else range(len(inner)) if isinstance(inner, list) else ())
-            found.append(there.index(key) if key in there else len(there))
-            inner = inner[key] if key in there else None
-        return [*found, float("inf")]
+            keys: list[Any] = list(inner if isinstance(inner, dict) else range(len(inner)) if isinstance(inner, list) else ())
+            positions.append(keys.index(key) if key in keys else len(keys))
+            inner = inner[key] if key in keys else None
+        return [*positions, float("inf")]
 
     return list(dict.fromkeys(line for _, line in sorted(mistakes, key=position)))
 
 
-def _line(model: type[BaseModel], problem: ErrorDetails) -> str:
+def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:
+    """The field that `keys` lead to, whatever the indices of lists on the way; None if the model has no such key."""
+    table = _table_at(model, keys[:-1])
+    return None if table is None or not keys else _fields(table).get(str(keys[-1]))
+
+
+def _line(model: type[BaseModel], problem: ErrorDetails, kinds: Kinds) -> str:
     keys, kind, value = problem["loc"], problem["type"], problem["input"]
-    where = _path(keys)
+    where = "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in keys).lstrip(".")
     prefix = f"{where}: " if where else ""
     context = problem.get("ctx", {})
     if kind == "extra_forbidden":
-        return prefix + _unknown(model, keys)
+        return prefix + _unknown(model, keys, kinds)
     if kind == "value_error":
         return prefix + str(context["error"])
-    if kind == "list_type" and isinstance(value, dict) and _models(_annotation(model, keys)):
+    if kind == "list_type" and isinstance(value, dict) and (field := field_at(model, keys)) and _models(field.annotation):
         return prefix + _no_list(str(keys[-1]), value)
     needed = _PLAIN.get(kind, problem["msg"]).format(**context, **_counted(context))
     comma = decimal_comma(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
@@ -135,27 +128,25 @@ def _no_list(key: str, value: Mapping[str, Any]) -> str:
 
 
 def _counted(context: Mapping[str, Any]) -> dict[str, str]:
-    """How many characters or entries there may be, with the verb that belongs to it."""
+    """How many characters or entries are allowed, with the verb in the right number."""
     number = context.get("min_length", context.get("max_length"))
-    one = number == 1
-    return {
-        "characters": f"{number} character is" if one else f"{number} characters are",
-        "entries": f"{number} entry is" if one else f"{number} entries are",
-    }
+    characters, entries = ("character is", "entry is") if number == 1 else ("characters are", "entries are")
+    return {"characters": f"{number} {characters}", "entries": f"{number} {entries}"}
 
 
-def _annotation(model: type[BaseModel], keys: Place) -> Any:
-    """What the field that `keys` lead to may hold."""
-    field = _owner(model, keys).model_fields.get(str(keys[-1])) if keys else None
-    return None if field is None else field.annotation
+def _table_at(model: type[BaseModel], keys: Place) -> type[BaseModel] | None:
+    """The model of the table that `keys` lead to; None if they lead to no table."""
+    table: type[BaseModel] | None = model
+    for key in keys:
+        if table is not None and not str(key).isdecimal():
+            field = _fields(table).get(str(key))
+            table = next(iter(_models(field.annotation)), None) if field is not None else None
+    return table
 
 
-def _owner(model: type[BaseModel], keys: Place) -> type[BaseModel]:
-    for key in keys[:-1]:
-        if isinstance(key, str) and key in model.model_fields:
-            inner = _models(model.model_fields[key].annotation)
-            model = inner[0] if inner else model
-    return model
+def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """The fields of a model by the keys that a recipe has for them."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def _models(annotation: Any) -> list[type[BaseModel]]:
@@ -165,60 +156,13 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
     return [model for inner in typing.get_args(annotation) for model in _models(inner)]
 
 
-def _unknown(model: type[BaseModel], keys: Place) -> str:
-    """What is said of a key that the section of `model` at this place does not have."""
-    owner, key = _owner(model, keys), str(keys[-1])
-    if issubclass(owner, Section) and key in owner.ELSEWHERE:
-        return owner.ELSEWHERE[key]
-    of_recipes = not {"kind", "step"}.isdisjoint(model.model_fields)
-    if of_recipes and (others := [kind for kind in KINDS if _has(recipe_model(kind), keys)]):
+def _unknown(model: type[BaseModel], keys: Place, kinds: Kinds) -> str:
+    """What to say of a key that the table of `model` at this place does not have."""
+    table, key = _table_at(model, keys[:-1]) or model, str(keys[-1])
+    if issubclass(table, Section) and key in table.ELSEWHERE:
+        return table.ELSEWHERE[key]
+    if others := [name for name, kind in kinds.items() if field_at(kind.model, keys) is not None]:
         return f"unknown key; {key} belongs to {', '.join(others)}"
-    near = difflib.get_close_matches(key, owner.model_fields, n=1, cutoff=0.5)
-    return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(owner.model_fields))
-
-
-def _has(model: type[BaseModel], keys: Place) -> bool:
-    """Whether recipes of `model` have such a key."""
-    for key in keys[:-1]:
-        if isinstance(key, str):
-            inner = _models(model.model_fields[key].annotation) if key in model.model_fields else []
-            if not inner:
-                return False
-            model = inner[0]
-    return keys[-1] in model.model_fields
-
-
-def _path(keys: Place) -> str:
-    return "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in keys).lstrip(".")
-
-
-def read_override(override: str) -> tuple[tuple[str, ...], Any]:
-    """The path of keys and the value of `PATH=VALUE`; VALUE is TOML, or else text."""
-    try:
-        # bytes that the locale could not read are UTF-8 all the same
-        override = os.fsencode(override).decode()
-    except UnicodeDecodeError:
-        raise InputError(f"--set {override!a}: not UTF-8 text") from None
-    setting = read_setting(override)
-    if setting is None:
-        raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
-    keys, text = setting
-    try:
-        return keys, load(f"value = {text}")["value"]
-    except (ValueError, RecursionError):
-        return keys, text
-
-
-def settings(overrides: Sequence[str]) -> list[str]:
-    """The `overrides` in one spelling, without the folders of absolute paths, which are this machine's own."""
-    stated = [read_override(override) for override in overrides]
-    return [f"{shown_path(keys)} = {as_toml(_anywhere(keys[-1], value))}" for keys, value in stated]
-
-
-def _anywhere(key: str, value: Any) -> Any:
-    if isinstance(value, str):
-        is_file = key.split(".")[-1] in PATHS  # of a sweep's path of keys, the last
-        return Path(value).name if is_file and Path(value).is_absolute() else value
-    if isinstance(value, list):
-        return [_anywhere(key, entry) for entry in value]
-    return {inner: _anywhere(inner, entry) for inner, entry in value.items()} if isinstance(value, dict) else value
+    known = _fields(table)
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(known))

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.shift import NoShift, ShiftLaw
+from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 
 Array = NDArray[np.float64]
@@ -131,7 +131,7 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
     if not temperatures:
         raise InputError("at least one temperature is needed to reduce a spectrum for")
     elsewhere = [own for own in temperatures if own != shift.reference_temperature]
-    if isinstance(shift, NoShift) and elsewhere:
+    if elsewhere and not shift.depends_on_temperature:
         raise InputError(
             f"temperature {elsewhere[0]:g} degC: the curve comes without a shift law, so that a spectrum can be reduced for its "
             f"reference temperature, {shift.reference_temperature:g} degC, only"

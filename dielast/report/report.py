@@ -17,20 +17,6 @@ if TYPE_CHECKING:
 
 Summary = Mapping[str, Any]
 FIGURES = ("png", "svg", "pdf")
-FILES: Mapping[str, tuple[str, ...]] = {
-    "mastercurve": ("shift-factors.csv", "mastercurve.csv", "draws.csv", "draw-laws.csv", "draw-curves.csv"),
-    "spectrum": (
-        *("spectrum.csv", "fit.csv", "continuous-spectrum.csv", "reduction.csv", "material.toml", "draws.csv"),
-        *("material.inp", "material.mac", "material.feb", "material.mfront"),
-        *(f"material-comsol-{name}.txt" for name in ("parameters", "branches-energy-factor", "branches-shear-modulus")),
-        *("material-comsol-shift.txt", "material-comsol-notes.txt"),
-    ),
-    "relax": ("relax.csv", "cycles.csv", "cases.csv"),
-    "creep": ("creep.csv", "cycles.csv", "cases.csv"),
-    "actuate": ("actuate.csv", "events.csv", "cycles.csv", "cases.csv"),
-    "failure-map": ("failure-map.csv", "fit.csv"),
-}
-"""Every file that a kind may write, besides its figures and its summary."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,17 +74,13 @@ def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) 
     return files
 
 
-def left_over(kind: str, folder: Path, written: Collection[str]) -> list[str]:
-    """Names of files in the `folder` that an earlier run of the same kind wrote there and this one did not."""
-    known = (*FILES[kind], *(f"{kind}.{form}" for form in FIGURES))
+def left_over(folder: Path, names: Collection[str], kind: str, written: Collection[str]) -> list[str]:
+    """Files in the `folder` that an earlier run of the same `kind` wrote there and this run did not.
+
+    `names` are those of all files that the kind may write, besides its figures.
+    """
+    known = (*names, *(f"{kind}.{form}" for form in FIGURES))
     return [name for name in known if name not in written and (folder / name).is_file()]
-
-
-def replaced(kind: str, folder: Path) -> list[str]:
-    """Other kinds whose results lie in the `folder`, so that a run of this `kind` replaces their summary."""
-    others = {other: set(names) - set(FILES[kind]) for other, names in FILES.items() if other != kind}
-    shared = {name for names in others.values() for name in names if sum(name in own for own in others.values()) > 1}
-    return [other for other, names in others.items() if any((folder / name).is_file() for name in names - shared)]
 
 
 def _known(value: Any) -> bool:

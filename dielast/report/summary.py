@@ -16,7 +16,7 @@ SHOWN = 5  # values of a list
 PLAIN = str.maketrans({"°": "deg", "µ": "u", "±": "+-", "…": "..."})
 
 
-def tell(summary: Mapping[str, Any], out: Path) -> None:
+def print_summary(summary: Mapping[str, Any], out: Path) -> None:
     """Print the headline numbers: a table with units on a terminal, `section.key = value` in SI elsewhere."""
     if sys.stdout is not None and sys.stdout.isatty():
         _print_table(summary, out)

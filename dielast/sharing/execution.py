@@ -11,12 +11,14 @@ Plan = TypeVar("Plan")
 Solved = TypeVar("Solved")
 Progress = Callable[[int, int, str], None]
 """Hears how many are done, of how many, and of what: cells, cases or draws."""
+NOTHING_KEPT = "nothing is kept or written; the same command begins anew"
 
 
 @dataclass(frozen=True, slots=True)
 class Execution:
     """How a run is carried out, which no result depends on: processes, a folder for unfinished work, who hears of progress, the
-    Dask scheduler of the cluster to use instead of processes, and who hears what a user should know of the run.
+    Dask scheduler of the cluster to use instead of processes, who hears what a user should know of the run, and who hears what
+    the run leaves if it is interrupted from then on.
     """
 
     jobs: int = 1
@@ -24,6 +26,7 @@ class Execution:
     progress: Progress | None = None
     scheduler: str | None = None
     note: Callable[[str], None] | None = None
+    keep: Callable[[str], None] | None = None
 
 
 def share_out(

@@ -13,7 +13,6 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.springs import SpringLaw
-from dielast.mechanics import kinematics
 from dielast.mechanics.cases import numbers
 from dielast.mechanics.history import case_count, pieces
 from dielast.mechanics.load import Mode, Step
@@ -93,7 +92,7 @@ class MembraneHistory(TabularResult):
     def stored_energy(self) -> Floats:
         """Energy per undeformed volume in the springs, (cases, times) in J/m^3; needs the viscous stretches."""
         squared, law, modulus, _ = self._springs()
-        return np.asarray(np.sum(modulus * kinematics.energy(law, squared), axis=0)).reshape(self.time.shape)
+        return np.asarray(np.sum(modulus * law.energy(squared), axis=0)).reshape(self.time.shape)
 
     def dissipation(self) -> Floats:
         """Power per undeformed volume lost in the dashpots, (cases, times) in W/m^3, from Eqs. 7 and 8 of DOI 10.1115/1.4030850.
@@ -101,7 +100,7 @@ class MembraneHistory(TabularResult):
         Needs the viscous stretches.
         """
         squared, law, modulus, rate = self._springs()
-        p, q = kinematics.stress(law, squared)
+        p, q = law.stress(squared)
         return np.asarray(np.sum(modulus * rate * (p * p - p * q + q * q), axis=0)).reshape(self.time.shape)
 
     def _springs(self) -> tuple[Floats, SpringLaw, Floats, Floats]:

@@ -12,7 +12,7 @@ from dielast.mechanics.course import Piece
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.columns import Cases, Flags, Floats
 
 PER_CENT = 20  # stretches from here on may be per cent
 
@@ -55,11 +55,11 @@ def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
 
 def _check(points: Points, held: Sequence[Floats], at_once: Flags, origin: int) -> None:
     """`InputError` for stretches of the held axes, each (cases,), that are out of reach."""
-    beyond, limit = out_of_reach(points, held, at_once)
+    beyond, spring = out_of_reach(points, held, at_once)
     if beyond.any():
         case = int(np.argmax(beyond))
         stretch = max(float(value[case]) for value in held)
-        limited = f"is beyond the Gent limit, J_lim = {limit[case]:g}{or_per_cent(stretch)}"
+        limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(stretch)}"
         raise InputError(f"step {origin}: {of_case(case, beyond.size)}stretch {stretch:g} {limited}")
 
 
@@ -72,18 +72,18 @@ def or_per_cent(stretch: float) -> str:
     return f"; is it in per cent? a strain of {stretch:g} % is a stretch of {1 + share:g}{both}"
 
 
-def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tuple[Flags, Floats]:
-    """Which cases the stretches of the axes that are `held`, each (cases,), lead beyond a Gent limit, and that J_lim (cases,).
+def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tuple[Flags, Cases]:
+    """Which cases (cases,) the stretches of the axes that are `held`, each (cases,), lead beyond a spring's limit, and the spring
+    (cases,) that ends first.
 
-    It is the equilibrium spring's, or also the branches' where the stretches are reached `at_once` from rest.
+    It is the equilibrium spring, or also a branch where the stretches are reached `at_once` from rest.
     """
-    limit = points.law.largest_invariant()
-    limit = limit.reshape(limit.shape[0], -1)
-    equilibrium, branches = (np.broadcast_to(rows.min(axis=0, initial=np.inf), at_once.shape) for rows in (limit[:1], limit[1:]))
-    reach = np.where(at_once, np.minimum(equilibrium, branches), equilibrium)
     if not held:
-        return np.zeros(at_once.shape, dtype=bool), reach - 3
+        return np.zeros(at_once.shape, dtype=bool), np.zeros(at_once.shape, dtype=np.intp)
     squared = [np.square(stretch) for stretch in held]
-    # an axis left open settles where I1 is least
-    invariant = sum(squared) + (1 / (squared[0] * squared[1]) if len(squared) == 2 else 2 / np.sqrt(squared[0]))
-    return np.asarray(invariant >= reach), reach - 3
+    # an axis left open settles as under uniaxial stress
+    both = np.stack((squared[0], squared[1] if len(squared) == 2 else 1 / np.sqrt(squared[0])))
+    room = points.law.room(np.repeat(both[:, None], points.modulus.shape[0], axis=1))
+    room[1:, ~at_once] = np.inf
+    first = np.argmin(room, axis=0)
+    return np.asarray(np.min(room, axis=0) <= 0), first

@@ -194,11 +194,11 @@ def set_up(
     first, second = film.stretched(cases)
     temperatures = spread(temperature, "every temperature", cases)
     points, ramp = Points.of(materials, temperatures, rtol), film.ramp(cases)
-    beyond, limit = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
+    beyond, spring = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
     if beyond.any():
         case = int(np.argmax(beyond))
         largest = max(float(axis[case]) for axis in (first, second) if axis is not None)
-        limited = f"is beyond the Gent limit, J_lim = {limit[case]:g}{or_per_cent(largest)}"
+        limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(largest)}"
         raise InputError(f"{of_case(case, cases)}prestretch {_pair(first, second, case)} {limited}")
     thickness = spread(film.thickness, "every thickness", cases)
     field = limits.field((first, second), cases)

@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.shift import ShiftTable
+from dielast.material.shift import ShiftLaw
 from dielast.numerics.random_streams import stream
 from dielast.superposition.mastercurve import MasterCurve, Vertical, build_master_curve
 from dielast.superposition.measurement import Measurement
-from dielast.superposition.shiftfit import LawName
 from dielast.superposition.spline import gram, roughness, spline_basis
 
 Array = NDArray[np.float64]
@@ -46,8 +45,8 @@ class MasterCurveDraws(TabularResult):
     """Draws of a master curve of m temperatures: what resampled tests give, each row one draw.
 
     `log10_shift_factor` and `vertical_shift` (draws, m) at `temperature` (m,) in degC, NaN where a draw does not determine it;
-    `law_parameters` (draws, p) called `law_names`, SI units: those of the law, or, for a table, log10 a at its temperatures
-    `law_temperature`. `smooth_ordinates` (draws, c, k) are the smooth curves at `smooth_abscissa` (k,), both as in `MasterCurve`.
+    `law_parameters` (draws, p) are the numbers that the draws of the shift `law` differ in, in the units of `law.drawn`.
+    `smooth_ordinates` (draws, c, k) are the smooth curves at `smooth_abscissa` (k,), both as in `MasterCurve`.
     `number` (draws,) counts the draws from 0; those that gave no master curve are missing.
     """
 
@@ -55,8 +54,7 @@ class MasterCurveDraws(TabularResult):
     temperature: Array
     log10_shift_factor: Array
     vertical_shift: Array
-    law_names: tuple[str, ...]
-    law_temperature: Array
+    law: ShiftLaw
     law_parameters: Array
     smooth_abscissa: Array
     smooth_ordinates: Array
@@ -74,7 +72,7 @@ class MasterCurveDraws(TabularResult):
     def stderr(self) -> dict[str, float]:
         """Standard errors of the law's parameters by name, as the draws scatter."""
         spread = np.std(self.law_parameters, axis=0, ddof=1)
-        return dict(zip(self.law_names, spread.tolist(), strict=True))
+        return dict(zip((name for name, _ in self.law.drawn()), spread.tolist(), strict=True))
 
 
 def bootstrap_master_curve(
@@ -83,7 +81,7 @@ def bootstrap_master_curve(
     *,
     draws: int,
     seed: int = 1,
-    law: LawName = "wlf",
+    law: str = "wlf",
     vertical: Vertical = "none",
     thermal_expansion: float = 0.0,
     progress: Callable[[int, int], None] | None = None,
@@ -97,8 +95,6 @@ def bootstrap_master_curve(
         raise InputError(f"{draws} draws: at least 2 are needed")
     resampled = _Resampled.of(curves, master)
     grid = np.geomspace(master.smooth_abscissa[0], master.smooth_abscissa[-1], GRID)
-    table = master.law if isinstance(master.law, ShiftTable) else None
-    law_temperature = np.array(table.temperature) if table is not None else np.zeros(0)
     rows: list[tuple[int, Array, Array, Array, Array]] = []
     for draw in range(draws):
         with warnings.catch_warnings():
@@ -114,20 +110,19 @@ def bootstrap_master_curve(
                     temperature_stderr=master.stated.temperature_stderr,
                     drift=master.stated.drift,
                 )
-                values = drawn.shift_fit.values if table is None else drawn.law.log10_shift_factor(law_temperature)
+                values = master.law.numbers_of(drawn.law)
             except (InputError, NumericsError):
                 continue
             finally:
                 if progress is not None:
                     progress(draw + 1, draws)
-        if law == "wlf" and np.any(values <= 0):
+        if not master.law.allows(values):
             continue  # slower when warmer: no material's law
         rows.append((draw, drawn.log10_shift_factor, drawn.vertical_shift, values, _on_grid(drawn, grid)))
     if 2 * len(rows) < draws:
         raise NumericsError(f"only {len(rows)} of {draws} draws give a master curve: the data are too poor for an uncertainty")
     number, shift, raised, values, smooth = (np.array(column) for column in zip(*rows, strict=True))
-    names = tuple(master.shift_fit.names) if table is None else tuple(f"log10_shift_factor_{t:g}" for t in law_temperature)
-    return MasterCurveDraws(number, master.temperature, shift, raised, names, law_temperature, values, grid, smooth)
+    return MasterCurveDraws(number, master.temperature, shift, raised, master.law, values, grid, smooth)
 
 
 def _on_grid(master: MasterCurve, grid: Array) -> Array:

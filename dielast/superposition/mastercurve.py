@@ -28,7 +28,7 @@ from dielast.superposition.measurement import CreepCurve, FrequencySweep, Measur
 from dielast.superposition.misfit import warn_if_misfit
 from dielast.superposition.outliers import warn_of_outliers
 from dielast.superposition.overlap import find_isolated, starting_shifts
-from dielast.superposition.shiftfit import LawName, ShiftFit, fit_shift_law
+from dielast.superposition.shiftfit import ShiftFit, fit_shift_law
 from dielast.superposition.spline import Spline
 from dielast.superposition.superposed import MasterCurve, Stated
 from dielast.superposition.sweepfit import Basis, Superposition, fit_sweeps, points_of, warn_of_others
@@ -68,7 +68,7 @@ def build_master_curve(
     curves: Sequence[Measurement],
     *,
     reference_temperature: float,
-    law: LawName = "wlf",
+    law: str = "wlf",
     vertical: Vertical = "none",
     thermal_expansion: float = 0.0,
     on: ShiftOn = "auto",
@@ -202,7 +202,7 @@ def _finish(
     found: Superposition,
     undetermined: tuple[Undetermined, ...],
     anchor: int,
-    law: LawName,
+    law: str,
     reference: float,
     stated: Stated,
 ) -> MasterCurve:

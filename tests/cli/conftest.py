@@ -2,32 +2,54 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
+from processes import ENDS, Process, answer
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
+PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[Process]:
+    """The process of server.py."""
+    command = [*PYTHON, str(Path(__file__).with_name("server.py"))]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        yield process
+        assert process.stdin is not None
+        process.stdin.close()
+
+
+@pytest.fixture(scope="session")
+def command(tmp_path_factory: pytest.TempPathFactory, server: Process) -> Run:
+    """Run `dielast` in a folder with these arguments, after `prelude` (Python); in an interpreter of its own if `fresh`."""
+
+    def run(
+        folder: Path, *arguments: str | Path, prelude: str = "", fresh: bool = False, **variables: str
+    ) -> subprocess.CompletedProcess[str]:
+        words, environment = [str(argument) for argument in arguments], {**os.environ, "COLUMNS": "200", **variables}
+        if fresh:
+            program = [*PYTHON, "-c", f"{prelude}\nfrom dielast.cli import main; main()", *words]
+            return subprocess.run(program, cwd=folder, env=environment, capture_output=True, text=True, timeout=ENDS, check=False)
+        streams = [tmp_path_factory.mktemp("streams") / name for name in ("stdout", "stderr")]
+        request = {"arguments": words, "folder": str(folder), "environment": environment, "prelude": prelude}
+        code = answer(server, json.dumps({**request, "stdout": str(streams[0]), "stderr": str(streams[1])}))
+        return subprocess.CompletedProcess(words, int(code), *(stream.read_text("utf-8") for stream in streams))
+
+    return run
 
 
 @pytest.fixture
-def dielast(tmp_path: Path) -> Run:
-    def run(*arguments: str | Path, prelude: str = "") -> subprocess.CompletedProcess[str]:
-        program = f"{prelude}\nfrom dielast.cli import main; main()"
-        return subprocess.run(
-            [sys.executable, "-W", "error::SyntaxWarning", "-c", program, *map(str, arguments)],
-            cwd=tmp_path,
-            env=dict(os.environ, COLUMNS="200", MPLCONFIGDIR=str(tmp_path / ".matplotlib")),
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
-
-    return run
+def dielast(tmp_path: Path, command: Run) -> Run:
+    """Run `dielast` in the folder of the test."""
+    return partial(command, tmp_path)
 
 
 @pytest.fixture

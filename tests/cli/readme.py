@@ -20,16 +20,15 @@ from pathlib import Path
 
 from typer.main import get_command
 
-from dielast.cli.app import app
+from dielast.cli.app import application
+from dielast.commands.registry import COMMANDS
 from dielast.commands.simulation.recipe import SimulationRecipe
-from dielast.handover.material_file import MaterialFile
-from dielast.recipe.models import KINDS, recipe_model
+from dielast.handover.material_file import material_file
 from dielast.recipe.schema import Key, keys
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 KEYS = ROOT / "recipes/KEYS.md"
-SIMULATIONS = ("relax", "creep", "actuate")
 INTRODUCTION = """\
 # Keys
 
@@ -77,7 +76,7 @@ class Terminal:
         for name, text in _RECIPE.findall(README.read_text()):
             (folder / name).write_text(text)
         path = f"{launcher.parent}:{os.environ['PATH']}"
-        own = {"PATH": path, "MPLCONFIGDIR": str(folder / ".matplotlib"), "COLUMNS": "80", "TERM": "xterm", "LC_ALL": "C.UTF-8"}
+        own = {"PATH": path, "COLUMNS": "80", "TERM": "xterm", "LC_ALL": "C.UTF-8"}
         self.environment = {**os.environ, **own, "PYTHONPATH": str(ROOT)}
 
     def run(self, command: str) -> list[str]:
@@ -90,7 +89,7 @@ class Terminal:
             os.close(theirs)
             shown = b"".join(_received(ours))
             os.close(ours)
-            child.wait(timeout=120)
+            child.wait(timeout=600)
             errors.seek(0)
             shown += errors.read()
         if child.returncode not in (0, 2):
@@ -131,7 +130,7 @@ def printed(code: str) -> str:
 def command_table() -> str:
     """Every command and what it does."""
     rows = ["| command | what it does |", "|---|---|"]
-    for name, command in get_command(app).commands.items():
+    for name, command in get_command(application()).commands.items():
         arguments = "".join(f" {each.metavar}" for each in command.params if each.param_type_name == "argument")
         text = " ".join(inspect.cleandoc(command.help or "").split("\n\n")[0].split())
         rows.append(f"| `dielast {name}{arguments}` | {text.rstrip('.')} |")
@@ -141,7 +140,7 @@ def command_table() -> str:
 def option_table() -> str:
     """Every option of the commands that run recipes."""
     rows = ["| option | meaning |", "|---|---|"]
-    for option in get_command(app).commands["actuate"].params:
+    for option in get_command(application()).commands["actuate"].params:
         if option.param_type_name == "option" and not getattr(option, "hidden", False):
             value = f" {option.metavar}" if option.metavar else ""
             rows.append(f"| `{', '.join(option.opts)}{value}` | {option.help.rstrip('.')} |")
@@ -152,14 +151,14 @@ def keys_page() -> str:
     """Every key of every recipe and of material files."""
     common = keys(SimulationRecipe)
     sections = [INTRODUCTION]
-    for kind in KINDS:
-        model = recipe_model(kind)
-        shared = {key.path for key in common if key.path != "title"} if kind in SIMULATIONS else set()
+    for kind, command in COMMANDS.items():
+        model = command.model
+        shared = {key.path for key in common if key.path != "title"} if issubclass(model, SimulationRecipe) else set()
         own = [key for key in keys(model) if key.path not in shared]
         more = "\nAnd [the keys of every simulation](#relax-creep-and-actuate).\n" if shared else ""
         sections.append(f"## {kind}\n\n{inspect.getdoc(model)}\n\n{_rows(own)}{more}")
     sections.append("## relax, creep and actuate\n\n" + _rows([key for key in common if key.path not in ("title", "kind")]))
-    sections.append(f"## Material file\n\n{inspect.getdoc(MaterialFile)}\n\n{_rows(keys(MaterialFile))}")
+    sections.append(f"## Material file\n\n{inspect.getdoc(material_file())}\n\n{_rows(keys(material_file()))}")
     return "\n".join(sections)
 
 

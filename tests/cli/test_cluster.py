@@ -14,34 +14,20 @@ from pathlib import Path
 import dask.config
 import numpy as np
 import pytest
-from processes import until
+from maps import map_of
+from processes import ENDS, Process, half_done, until
 
 from dielast.commands.actuate import run as actuate
+from dielast.commands.registry import read_cases
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import to_csv
-from dielast.recipe.cases import read_cases
 from dielast.sharing import cluster
 from dielast.sharing.execution import Execution
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
-Process = subprocess.Popen[str]
-MAP = """
-kind = "failure-map"
-material = "example:vhb4905.toml"
-temperature = ["20 degC", "40 degC"]
-horizon = "10 s"
-[film]
-thickness = "0.5 mm"
-prestretch = [1.7, 1.8, 1.9]
-relax = "10 min"
-[voltage]
-from = "1 kV"
-to = "5 kV"
-points = 1300
-[breakdown]
-field = "45 MV/m"
-"""
+MAP = map_of(1300)
+PATIENCE = 3  # s, within which a busy machine can connect
 SWEEP = """
 kind = "actuate"
 material = "example:vhb4905.toml"
@@ -64,7 +50,7 @@ breakdown_field = { law = "weibull", shape = 20 }
 "film.prestretch" = [1.5, 1.9]
 """
 TABLES = ("failure-map.csv", "fit.csv", "summary.toml")
-LAUNCH = (sys.executable, "-c", "from dielast.cli import main; main()", "failure-map", "m.toml", "--plot", "none")
+MAPPING = ("failure-map", "m.toml", "--plot", "none")
 
 
 @contextmanager
@@ -91,25 +77,11 @@ def scheduler(folder: Path) -> Iterator[Path]:
         yield file
 
 
-@contextmanager
-def started(folder: Path, out: str, file: Path) -> Iterator[Process]:
-    """A run on the cluster that has solved some cells and not yet all."""
-    command = [*LAUNCH, "-o", out, "--scheduler", str(file)]
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        until(lambda: (folder / out / ".unfinished").exists() or process.poll() is not None)
-        assert process.poll() is None, process.communicate()[1]
-        yield process
-    finally:
-        process.kill()
-        process.communicate()
-
-
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Patience of 1 s, here and in what is started here."""
-    monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", "1s")
-    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
+    """Little patience, here and in what is started here."""
+    monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", f"{PATIENCE}s")
+    with dask.config.set({"distributed.comm.timeouts.connect": f"{PATIENCE}s"}):
         yield
 
 
@@ -118,30 +90,30 @@ def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path
     with ExitStack() as stack:
         file = stack.enter_context(scheduler(tmp_path))
         workers = [stack.enter_context(node("worker", file)) for _ in range(2)]
-        assert dielast(*LAUNCH[3:], "-o", "here").returncode == 0
-        with started(tmp_path, "killed", file) as run:
+        assert dielast(*MAPPING, "-o", "here").returncode == 0
+        with half_done(tmp_path, "killed", "--scheduler", str(file)) as run:
             workers[0].send_signal(signal.SIGKILL)
-            assert run.communicate(timeout=60)[1] == ""
+            assert run.communicate(timeout=ENDS)[1] == ""
             assert run.returncode == 0
-        with started(tmp_path, "interrupted", file) as run:
+        with half_done(tmp_path, "interrupted", "--scheduler", str(file)) as run:
             run.send_signal(signal.SIGINT)
-            assert run.communicate(timeout=30)[1].startswith("interrupted: ")
+            assert run.communicate(timeout=ENDS)[1].startswith("interrupted: ")
             assert run.returncode == 130
         # nothing of it is left on the cluster
         count = "import distributed, sys; print(len(distributed.Client(scheduler_file=sys.argv[1]).run_on_scheduler(tasks)))"
         count = f"def tasks(dask_scheduler): return list(dask_scheduler.tasks)\n{count}"
-        asked = subprocess.run([sys.executable, "-c", count, str(file)], capture_output=True, text=True, timeout=60, check=True)
+        asked = subprocess.run([sys.executable, "-c", count, str(file)], capture_output=True, text=True, timeout=ENDS, check=True)
         assert asked.stdout == "0\n"
-        with started(tmp_path, "left", file) as run:
+        with half_done(tmp_path, "left", "--scheduler", str(file)) as run:
             workers[1].send_signal(signal.SIGSTOP)
             stack.close()
-            said = run.communicate(timeout=60)[1]
+            said = run.communicate(timeout=ENDS)[1]
         assert said == f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
         assert run.returncode == 2
     # what a cluster has solved is of use without it
     assert (tmp_path / "interrupted/.unfinished").stat().st_size > 1000
     assert (tmp_path / "left/.unfinished").stat().st_size > 1000
-    assert dielast(*LAUNCH[3:], "-o", "left").returncode == 0
+    assert dielast(*MAPPING, "-o", "left").returncode == 0
     for name in TABLES:
         whole = (tmp_path / "here" / name).read_bytes()
         for out in ("killed", "left"):
@@ -162,7 +134,7 @@ def test_a_sweep_with_draws_outlives_a_worker(dielast: Run, tmp_path: Path) -> N
                 workers[0].send_signal(signal.SIGKILL)
 
         there = actuate.run(cases, Inputs(tmp_path), Execution(progress=kill, scheduler=str(file))).tables
-        assert workers[0].wait(timeout=60) == -signal.SIGKILL
+        assert workers[0].wait(timeout=ENDS) == -signal.SIGKILL
         assert {name: to_csv(table) for name, table in there.items()} == {name: to_csv(table) for name, table in here.items()}
         # and as a whole command
         done = dielast("actuate", "s.toml", "--scheduler", file, "--plot", "none", "-q")
@@ -178,13 +150,13 @@ def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) 
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: dielast\nVersion: 9.9\n")
 
     def refused() -> str:
-        done = dielast(*LAUNCH[3:], "--scheduler", file)
+        done = dielast(*MAPPING, "--scheduler", file)
         assert (done.returncode, done.stdout) == (2, "")
         assert not (tmp_path / "m").exists()
         return done.stderr
 
     with scheduler(tmp_path) as file:
-        assert refused() == f"{file}: the scheduler has no workers, after 1 s of waiting\n"
+        assert refused() == f"{file}: the scheduler has no workers, after {PATIENCE} s of waiting\n"
         with node("worker", file, PYTHONPATH=str(other.parent)) as worker:
             until(lambda: "Starting established connection" in (tmp_path / "worker.log").read_text())
             said = refused()
@@ -197,9 +169,9 @@ def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) 
 def test_a_scheduler_that_stands_still_is_given_up(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(MAP)
     file = tmp_path / "scheduler.json"
-    with node("scheduler", file) as frozen, node("worker", file), started(tmp_path, "left", file) as run:
+    with node("scheduler", file) as frozen, node("worker", file), half_done(tmp_path, "left", "--scheduler", str(file)) as run:
         frozen.send_signal(signal.SIGSTOP)
-        said = run.communicate(timeout=60)[1]
+        said = run.communicate(timeout=ENDS)[1]
     assert said == f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
     assert run.returncode == 2
 
@@ -216,9 +188,9 @@ def test_who_is_no_scheduler_is_named_in_one_line() -> None:
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
         nobody = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        assert refused(nobody) == "no Dask scheduler answers there within 1 s"
+        assert refused(nobody) == f"no Dask scheduler answers there within {PATIENCE} s"
         silent.listen()
-        assert refused(nobody) == "no Dask scheduler answers there within 1 s"
+        assert refused(nobody) == f"no Dask scheduler answers there within {PATIENCE} s"
     assert refused("localhost") == "no Dask scheduler can be reached there: missing port number in address 'localhost'"
     assert "unknown address scheme 'abc'" in refused("abc://localhost:1")
     assert refused("inproc://x").startswith("that is within another process")
@@ -232,30 +204,27 @@ def test_a_scheduler_file_is_checked(dielast: Run, tmp_path: Path) -> None:
         with pytest.raises(InputError, match="not the file that a Dask scheduler writes"):
             list(cluster.solve_on(str(file), pow, 2, [(3, 5)]))
     (tmp_path / "m.toml").write_text(MAP)
-    done = dielast(*LAUNCH[3:], "--scheduler", "none.json")
+    done = dielast(*MAPPING, "--scheduler", "none.json")
     assert (done.returncode, done.stderr) == (2, "none.json: no such file\n")
 
 
-def test_without_dask_it_is_said_how_to_install_it(tmp_path: Path) -> None:
+def test_without_dask_it_is_said_how_to_install_it(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(MAP)
-    without = f"import sys; sys.modules['distributed'] = None; {LAUNCH[2]}"
-    command = [LAUNCH[0], "-c", without, *LAUNCH[3:], "--scheduler", "tcp://127.0.0.1:8786"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    done = dielast(*MAPPING, "--scheduler", "tcp://127.0.0.1:8786", prelude="import sys; sys.modules['distributed'] = None")
     expected = "tcp://127.0.0.1:8786: a scheduler needs Dask, which is not installed: pip install 'dielast[cluster]'\n"
     assert (done.returncode, done.stderr) == (2, expected)
 
 
-def test_dask_is_loaded_for_a_scheduler_only(tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP.replace("points = 1300", "points = 2"))
-    loaded = "import atexit, sys; atexit.register(lambda: print({'dask', 'distributed'} & set(sys.modules)));"
-    command = [LAUNCH[0], "-c", f"{loaded} {LAUNCH[2]}", *LAUNCH[3:], "-q"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+def test_dask_is_loaded_for_a_scheduler_only(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(map_of(2))
+    loaded = "import atexit, sys; atexit.register(lambda: print({'dask', 'distributed'} & set(sys.modules)))"
+    done = dielast(*MAPPING, "-q", prelude=loaded, fresh=True)
     assert (done.returncode, done.stdout) == (0, "set()\n")
 
 
 def test_options_that_exclude_each_other(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(MAP)
-    done = dielast(*LAUNCH[3:], "--scheduler", "tcp://127.0.0.1:8786", "--jobs", "2")
+    done = dielast(*MAPPING, "--scheduler", "tcp://127.0.0.1:8786", "--jobs", "2")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("--jobs and --scheduler: one or the other")
     done = dielast("spectrum", "m.toml", "--scheduler", "tcp://127.0.0.1:8786")

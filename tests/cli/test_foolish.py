@@ -13,7 +13,7 @@ import pytest
 
 from dielast import Material, read_material, write_material
 from dielast.cli.run import compute
-from dielast.recipe.cases import read_cases
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.sharing.execution import Execution
 
 EXAMPLE = Path(str(files("dielast") / "examples/vhb4905.toml"))
@@ -26,7 +26,7 @@ def _run(tmp_path: Path) -> Run:
 
     def run(kind: str, *overrides: str, material: Material | None = None) -> tuple[list[str], Mapping[str, Any]]:
         path = tmp_path / f"{kind}.toml"
-        path.write_bytes((files("dielast") / f"starters/{kind}.toml").read_bytes())
+        path.write_bytes(COMMANDS[kind].starter().encode())
         if material is not None:
             (tmp_path / "m.toml").write_bytes(write_material(material))
             overrides = (*overrides, "material=m.toml")

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from dielast.cli.help import short_recipe
-from dielast.recipe.models import KINDS
+from dielast.commands.registry import COMMANDS
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
-def help_of(*arguments: str) -> str:
-    code = "from dielast.cli import main; main()"
-    command = [sys.executable, "-c", code, *arguments, "--help"]
-    return subprocess.run(command, env=dict(os.environ, COLUMNS="80"), capture_output=True, text=True, check=True).stdout
+@pytest.fixture
+def help_of(dielast: Run) -> Callable[..., str]:
+    """The help of a command on 80 columns."""
+    return lambda *arguments: dielast(*arguments, "--help", COLUMNS="80").stdout
 
 
 def recipe_in(text: str) -> str:
@@ -30,12 +27,12 @@ def recipe_in(text: str) -> str:
     return after.split("\n\n")[0]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_recipe_in_the_help_runs_as_it_is(kind: str, dielast: Run, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_the_recipe_in_the_help_runs_as_it_is(kind: str, dielast: Run, help_of: Callable[..., str], tmp_path: Path) -> None:
     text = help_of(kind)
     assert text.startswith(f"Usage: dielast {kind} RECIPE.toml [OPTIONS]\n")
     shown = recipe_in(text)
-    assert [line.strip() for line in shown.splitlines()] == short_recipe(kind).splitlines()
+    assert [line.strip() for line in shown.splitlines()] == COMMANDS[kind].short_recipe().splitlines()
     (tmp_path / "my.toml").write_text(shown)
     done = dielast("validate", "my.toml")
     assert (done.returncode, done.stdout, done.stderr) == (0, "my.toml: ok\n", "")
@@ -44,8 +41,8 @@ def test_the_recipe_in_the_help_runs_as_it_is(kind: str, dielast: Run, tmp_path:
     assert (tmp_path / "out/summary.toml").is_file()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_help_says_where_to_go_on(kind: str) -> None:
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_the_help_says_where_to_go_on(kind: str, help_of: Callable[..., str]) -> None:
     text = help_of(kind)
     pointers = (f"dielast new {kind} >", f"dielast {kind} my.toml -o out", "dielast validate my.toml", "dielast schema")
     assert all(pointer in text for pointer in pointers)
@@ -54,7 +51,7 @@ def test_the_help_says_where_to_go_on(kind: str) -> None:
 
 
 @pytest.mark.parametrize("arguments", [(), ("new",), ("validate",), ("schema",)])
-def test_every_page_fits_and_is_not_cut(arguments: tuple[str, ...]) -> None:
+def test_every_page_fits_and_is_not_cut(arguments: tuple[str, ...], help_of: Callable[..., str]) -> None:
     text = help_of(*arguments)
     assert max(map(len, text.splitlines())) <= 80
     assert "..." not in text.replace("FILE...", "").replace("[ARGS]...", "")

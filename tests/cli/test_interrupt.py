@@ -6,12 +6,15 @@ import io
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from dielast.cli.progress import Bar, interrupted
+from dielast.cli.interrupt import Leave
+from dielast.cli.progress import Bar
 
+Ran = subprocess.CompletedProcess[str]
 LOADING = """
 import os, signal, sys
 class Press:
@@ -24,7 +27,7 @@ LEAVING = "import atexit, os, signal; atexit.register(lambda: os.kill(os.getpid(
 IGNORED = "import os, signal; signal.signal(signal.SIGINT, signal.SIG_IGN);" + LOADING
 
 
-def run(prelude: str, folder: Path) -> subprocess.CompletedProcess[str]:
+def run(prelude: str, folder: Path) -> Ran:
     command = f"{prelude}\nfrom dielast.cli import main; main()"
     return subprocess.run([sys.executable, "-c", command, "schema"], cwd=folder, capture_output=True, text=True, check=False)
 
@@ -40,6 +43,42 @@ def test_an_ignored_interrupt_stays_ignored(tmp_path: Path) -> None:
     ran = run(IGNORED, tmp_path)
     assert (ran.returncode, ran.stderr) == (0, "")
     assert ran.stdout.startswith("{")
+
+
+MAP = """
+kind = "failure-map"
+material = "example:vhb4905.toml"
+horizon = "10 s"
+film = {{ thickness = "0.5 mm", prestretch = 1.9, relax = "10 min" }}
+voltage = {{ from = "1 kV", to = "5 kV", points = {points} }}
+breakdown = {{ field = "45 MV/m" }}
+"""
+PRESS = "import os, signal, dielast.{module} as module; module.{function} = lambda *_: os.kill(os.getpid(), signal.SIGINT)"
+KEPT = r"interrupted: 1024 of 1030 cells are kept: the same command goes on from there, .*\n"
+
+
+@pytest.mark.parametrize(
+    ("module", "function", "points", "message"),
+    [
+        ("plots.style", "render", 1030, KEPT),
+        ("cli.run", "write_files", 1030, KEPT),
+        ("plots.style", "render", 3, "interrupted: nothing is kept or written; the same command begins anew\n"),
+        ("cli.run", "print_summary", 3, "interrupted: the results are written\n"),
+    ],
+    ids=["drawing", "writing", "small", "written"],
+)
+def test_an_interrupt_after_the_last_cell_says_what_is_kept(
+    module: str, function: str, points: int, message: str, dielast: Callable[..., Ran], tmp_path: Path
+) -> None:
+    (tmp_path / "m.toml").write_text(MAP.format(points=points))
+    ran = dielast("failure-map", "m.toml", prelude=PRESS.format(module=module, function=function))
+    assert ran.returncode == 130
+    assert re.fullmatch(message, ran.stderr)
+    assert (tmp_path / "m/.unfinished").exists() == (message == KEPT)
+    assert (tmp_path / "m/summary.toml").exists() == (function == "print_summary")
+    if message == KEPT:
+        again = dielast("failure-map", "m.toml", "--plot", "none")
+        assert again.stderr == "note: goes on from an interrupted run, which solved 1024 of 1030 cells\n"
 
 
 class Terminal(io.StringIO):
@@ -61,7 +100,9 @@ def test_progress_says_what_is_counted_and_how_long_it_takes_yet(monkeypatch: py
     bar(1, 1, "draws")
     assert "1/1 draws in 4 processes" in re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
     # the terminal shows ^C where the cursor is
-    assert interrupted("3 of 9 cells are kept") == "\ninterrupted: 3 of 9 cells are kept"
+    handler = Leave()
+    handler.kept = "3 of 9 cells are kept"
+    assert handler.message() == "\ninterrupted: 3 of 9 cells are kept"
 
 
 def test_no_progress_where_nobody_would_see_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,4 +112,4 @@ def test_no_progress_where_nobody_would_see_it(monkeypatch: pytest.MonkeyPatch) 
         bar(1, 2, "cases")
         bar.stop()
         assert stream.getvalue() == ""
-    assert interrupted() == "interrupted"
+    assert Leave().message() == "interrupted"

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 import dielast as library
-from dielast.export.card import FORMATS, export_card
-from dielast.export.conventions import CardOptions
+from dielast.commands.registry import COMMANDS
+from dielast.export.card import CODES, export_card
+from dielast.export.options import CardOptions
 from dielast.io.files import resolve
 from dielast.material.spectrum import Spectrum
-from dielast.recipe.models import KINDS
-from dielast.report.report import FILES, left_over
+from dielast.report.report import left_over
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -47,19 +47,19 @@ def test_cards_that_are_not_renewed(dielast: Run, starter: Callable[[str], Path]
     assert "spectrum: material.inp is from an earlier run" in dielast("spectrum", path, "--plot", "none").stderr
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", CODES.names)
 def test_every_card_is_known(form: str) -> None:
     material = library.read_material(resolve(Path(), "example:vhb4905.toml"))
     few = replace(material, spectrum=Spectrum(material.spectrum.relaxation_time[:3], material.spectrum.shear_modulus[:3]))
     names = export_card(few, form, CardOptions(hyperelastic="neo-hookean", temperature=20.0)).keys()
-    assert names <= set(FILES["spectrum"])
+    assert names <= set(COMMANDS["spectrum"].files)
 
 
 def test_every_golden_file_is_known() -> None:
-    known = {kind: {*FILES[kind], "summary.toml", "tolerance.toml", "plot.png"} for kind in KINDS}
+    known = {kind: {*command.files, "summary.toml", "tolerance.toml", "plot.png"} for kind, command in COMMANDS.items()}
     for folder in GOLDEN.glob("*/expected"):
         recipe = (folder.parent / "recipe.toml").read_text()
-        (kind,) = [kind for kind in KINDS if f'kind = "{kind}"' in recipe]
+        (kind,) = [kind for kind in COMMANDS if f'kind = "{kind}"' in recipe]
         assert {path.name for path in folder.iterdir()} <= known[kind], folder
 
 
@@ -67,8 +67,8 @@ def test_only_the_kinds_own_files_count(tmp_path: Path) -> None:
     for name in ("draws.csv", "relax.png", "spectrum.pdf", "other.csv", "summary.toml"):
         (tmp_path / name).write_text("")
     (tmp_path / "reduction.csv").mkdir()
-    assert left_over("spectrum", tmp_path, ["summary.toml"]) == ["draws.csv", "spectrum.pdf"]
-    assert left_over("relax", tmp_path, ["relax.png"]) == []
+    assert left_over(tmp_path, COMMANDS["spectrum"].files, "spectrum", ["summary.toml"]) == ["draws.csv", "spectrum.pdf"]
+    assert left_over(tmp_path, COMMANDS["relax"].files, "relax", ["relax.png"]) == []
 
 
 def test_a_folder_of_another_kind(dielast: Run, starter: Callable[[str], Path], tmp_path: Path) -> None:

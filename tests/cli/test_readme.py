@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import readme
 
+from dielast.commands.registry import COMMANDS
 from dielast.readings.instruments import FORMATS
-from dielast.recipe.models import recipe_model
 
 TEXT = readme.README.read_text()
 NUMBER = re.compile(r"-?\d+(?:\.(\d+))?(?:e([+-]?\d+))?")
@@ -77,7 +77,7 @@ def test_the_recipes_are_recipes() -> None:
     for block in blocks:
         values = tomllib.loads(block)
         # without a folder, files need not be there
-        recipe_model(values["kind"]).model_validate(values)
+        COMMANDS[values["kind"]].model.model_validate(values)
 
 
 def test_every_instrument_is_named() -> None:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from dielast.cli.run import compute
+from dielast.commands.registry import read_cases
 from dielast.io.table import number_columns, parse_csv
-from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
 WITHIN = 2e-3  # of a column's range

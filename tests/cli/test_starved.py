@@ -11,11 +11,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import ENDS
 
+from dielast.commands.registry import read_cases
 from dielast.commands.simulation.memory import check_cells, check_series
 from dielast.errors import NumericsError
 from dielast.io.files import Inputs
-from dielast.recipe.cases import read_cases
 from dielast.sharing import memory
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -27,10 +28,10 @@ def limited(arguments: list[str], folder: Path, what: int, least: int) -> subpro
     return subprocess.run(
         [sys.executable, "-c", call, *arguments],
         cwd=folder,
-        env=dict(os.environ, MPLCONFIGDIR=str(folder / ".matplotlib"), PYTHONDONTWRITEBYTECODE="1"),
+        env=dict(os.environ, PYTHONDONTWRITEBYTECODE="1"),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=ENDS,
         check=False,
     )
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import ENDS
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 CODE = "from dielast.cli import main; main()"
@@ -30,8 +31,8 @@ needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no devic
 def shell(folder: Path, streams: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run the command line with its streams redirected as a shell does."""
     command = ["sh", "-c", f'"$@" {streams}', "sh", sys.executable, "-c", CODE, *arguments]
-    own = {**os.environ, "MPLCONFIGDIR": str(folder / ".matplotlib"), **environment}
-    return subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True, timeout=60, check=False)
+    own = {**os.environ, **environment}
+    return subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True, timeout=ENDS, check=False)
 
 
 @pytest.fixture
@@ -76,7 +77,7 @@ def test_errors_to_a_reader_that_has_gone_keep_their_exit_code(tmp_path: Path) -
     reader, writer = os.pipe()
     os.close(reader)
     command = [sys.executable, "-c", CODE, "relax", "nothere.toml"]
-    done = subprocess.run(command, cwd=tmp_path, stdout=writer, stderr=writer, timeout=60, check=False)
+    done = subprocess.run(command, cwd=tmp_path, stdout=writer, stderr=writer, timeout=ENDS, check=False)
     os.close(writer)
     assert done.returncode == 2
 
@@ -166,5 +167,5 @@ def test_a_folder_that_is_gone_is_said_to_be(recipe: Path, tmp_path: Path) -> No
     (tmp_path / "gone").mkdir()
     remove = "import os; os.rmdir(os.getcwd());"
     command = [sys.executable, "-c", remove + CODE, "relax", str(recipe), "-q", "--plot", "none"]
-    done = subprocess.run(command, cwd=tmp_path / "gone", capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, cwd=tmp_path / "gone", capture_output=True, text=True, timeout=ENDS, check=False)
     assert (done.returncode, done.stderr) == (2, "the current folder is no longer there\n")

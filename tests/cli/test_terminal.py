@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import ENDS
 
 from dielast.report.summary import rows
 
@@ -45,7 +46,7 @@ def on_a_terminal(folder: Path, *arguments: str, **environment: str) -> tuple[st
     assert child.stderr is not None
     errors = child.stderr.read().decode()
     child.stderr.close()
-    assert child.wait(timeout=60) == 0, errors
+    assert child.wait(timeout=ENDS) == 0, errors
     return shown.decode().replace("\r\n", "\n"), errors
 
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import signal
 import subprocess
-import sys
-import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import ENDS, half_done
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
@@ -33,13 +31,8 @@ field = ["40 MV/m", "48 MV/m"]
 """
 
 
-def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    program = [sys.executable, "-c", "from dielast.cli import main; main()", *arguments]
-    return subprocess.run(program, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
-
-
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(command: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a master curve, a spectrum and their draws."""
     folder = tmp_path_factory.mktemp("chain")
     (folder / "mc.toml").write_text(command(folder, "new", "mastercurve").stdout + UNCERTAIN)
@@ -65,7 +58,7 @@ def changed(table: str, header: str, value: str) -> str:
     return "\n".join(",".join(line) for line in lines) + "\n"
 
 
-def refused(folder: Path, *arguments: str) -> str:
+def refused(command: Run, folder: Path, *arguments: str) -> str:
     """The one line that the command line says of a mistake."""
     run = command(folder, *arguments)
     assert run.returncode == 2
@@ -95,7 +88,7 @@ def test_the_files_of_the_chain(made: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", list(KINDS))
-def test_intervals_stand_beside_unchanged_results(folder: Path, made: Path, kind: str) -> None:
+def test_intervals_stand_beside_unchanged_results(command: Run, folder: Path, made: Path, kind: str) -> None:
     recipe = command(folder, "new", kind).stdout.replace("example:vhb4905.toml", "material.toml")
     (folder / "plain.toml").write_text(recipe)
     (folder / "told.toml").write_text(recipe + UNCERTAIN)
@@ -116,7 +109,7 @@ def test_intervals_stand_beside_unchanged_results(folder: Path, made: Path, kind
     assert tomllib.loads((folder / "told/summary.toml").read_text())["uncertainty"]["draws"] == 24
 
 
-def test_scatter_from_film_to_film_needs_no_draws_and_widens_intervals(folder: Path) -> None:
+def test_scatter_from_film_to_film_needs_no_draws_and_widens_intervals(command: Run, folder: Path) -> None:
     (folder / "exact.toml").write_text((folder / "material.toml").read_text().replace('draws = "draws.csv"\n', ""))
     widths = []
     for name, material, extra in (("a", "material.toml", ""), ("b", "exact.toml", SCATTER), ("c", "material.toml", SCATTER)):
@@ -134,7 +127,7 @@ def test_scatter_from_film_to_film_needs_no_draws_and_widens_intervals(folder: P
     assert table["failure_probability [1]"][3] == 1
 
 
-def test_draws_tell_of_a_breakdown_that_may_happen(folder: Path) -> None:
+def test_draws_tell_of_a_breakdown_that_may_happen(command: Run, folder: Path) -> None:
     recipe = f"""
 kind = "actuate"
 {FILM}
@@ -157,7 +150,7 @@ field = "48 MV/m"
     assert np.all(np.diff(surviving) <= 0)
 
 
-def test_jobs_golden_and_repeats_give_the_same_bytes(folder: Path) -> None:
+def test_jobs_golden_and_repeats_give_the_same_bytes(command: Run, folder: Path) -> None:
     (folder / "m.toml").write_text(
         MAP.replace("values = [", "values = ['0.5 kV', ").replace('"6 kV"', '"5 kV", "6 kV"') + UNCERTAIN + SCATTER
     )
@@ -172,18 +165,14 @@ def test_jobs_golden_and_repeats_give_the_same_bytes(folder: Path) -> None:
     assert "time_to_failure_lower" in other.stderr
 
 
-def test_an_interrupted_map_goes_on_with_its_draws(folder: Path) -> None:
+def test_an_interrupted_map_goes_on_with_its_draws(command: Run, folder: Path) -> None:
     recipe = MAP.replace('values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]', 'from = "2 kV"\nto = "5 kV"\npoints = 120')
     (folder / "m.toml").write_text(recipe + UNCERTAIN)
     options = ["failure-map", "m.toml", "--plot", "none", "-o"]
     assert command(folder, *options, "whole").returncode == 0
-    program = [sys.executable, "-c", "from dielast.cli import main; main()", *options, "part"]
-    process = subprocess.Popen(program, cwd=folder, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
-    store, deadline = folder / "part/.unfinished", time.monotonic() + 60
-    while not store.exists() and process.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=30)
+    with half_done(folder, "part") as process:
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=ENDS)
     assert process.returncode == 130
     assert command(folder, *options, "part").returncode == 0
     for name in ("failure-map.csv", "fit.csv", "summary.toml"):
@@ -207,9 +196,9 @@ def test_an_interrupted_map_goes_on_with_its_draws(folder: Path) -> None:
         ("drawz = 20", 'uncertainty.drawz: unknown key; did you mean "draws"?'),
     ],
 )
-def test_bad_sections(folder: Path, recipe: str, message: str) -> None:
+def test_bad_sections(command: Run, folder: Path, recipe: str, message: str) -> None:
     (folder / "m.toml").write_text(MAP + "\n[uncertainty]\n" + recipe + "\n")
-    assert message in refused(folder, "failure-map", "m.toml")
+    assert message in refused(command, folder, "failure-map", "m.toml")
 
 
 @pytest.mark.parametrize(
@@ -227,15 +216,15 @@ def test_bad_sections(folder: Path, recipe: str, message: str) -> None:
         (lambda text: None, "draws.csv: no such file"),
     ],
 )
-def test_bad_draws(folder: Path, change: Callable[[str], str | None], message: str) -> None:
+def test_bad_draws(command: Run, folder: Path, change: Callable[[str], str | None], message: str) -> None:
     text = change((folder / "draws.csv").read_text())
     if text is None:
         (folder / "draws.csv").unlink()
     else:
         (folder / "draws.csv").write_text(text)
     (folder / "m.toml").write_text(MAP + UNCERTAIN)
-    assert message in refused(folder, "failure-map", "m.toml")
-    checked = refused(folder, "validate", "m.toml")
+    assert message in refused(command, folder, "failure-map", "m.toml")
+    checked = refused(command, folder, "validate", "m.toml")
     assert checked.startswith("m.toml: uncertainty: ")
     assert message in checked
     # without [uncertainty] nobody asks for draws
@@ -252,19 +241,19 @@ def test_bad_draws(folder: Path, change: Callable[[str], str | None], message: s
         ("C1 [1]", "-13.7", 'draw-laws.csv: row 3: column "C1 [1]": -13.7: a number above 0 is needed'),
     ],
 )
-def test_damaged_draws_of_a_master_curve(made: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_damaged_draws_of_a_master_curve(command: Run, made: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
     shutil.copytree(made / "mc", tmp_path / "mc")
     laws = (tmp_path / "mc/draw-laws.csv").read_text()
     assert old in laws
     (tmp_path / "mc/draw-laws.csv").write_text(laws.replace(old, new, 1) if old != "C1 [1]" else changed(laws, old, new))
     shutil.copy(made / "sp.toml", tmp_path / "sp.toml")
-    assert message in refused(tmp_path, "spectrum", "sp.toml", "--plot", "none")
-    checked = refused(tmp_path, "validate", "sp.toml")
+    assert message in refused(command, tmp_path, "spectrum", "sp.toml", "--plot", "none")
+    checked = refused(command, tmp_path, "validate", "sp.toml")
     assert checked.startswith("sp.toml: mastercurve: ")
     assert message in checked
 
 
-def test_draws_of_another_material_are_doubted(folder: Path) -> None:
+def test_draws_of_another_material_are_doubted(command: Run, folder: Path) -> None:
     (folder / "m.toml").write_text(MAP + UNCERTAIN)
     material = (folder / "material.toml").read_text()
     assert "make its draws anew" not in command(folder, "failure-map", "m.toml", "--plot", "none").stderr
@@ -278,7 +267,7 @@ def test_draws_of_another_material_are_doubted(folder: Path) -> None:
     assert "material.toml: a shear modulus of" in run.stderr
 
 
-def test_relaxation_times_of_another_material_are_doubted(folder: Path) -> None:
+def test_relaxation_times_of_another_material_are_doubted(command: Run, folder: Path) -> None:
     (folder / "m.toml").write_text(MAP + UNCERTAIN)
     material = (folder / "material.toml").read_text()
     times = tomllib.loads(material)["nonequilibrium"]["relaxation_time_s"]
@@ -303,7 +292,7 @@ def test_a_table_of_draws_may_leave_relaxation_times_to_the_material(folder: Pat
         np.testing.assert_array_equal(before.spectrum.shear_modulus, after.spectrum.shear_modulus)
 
 
-def test_a_material_without_draws_is_not_uncertain(folder: Path) -> None:
+def test_a_material_without_draws_is_not_uncertain(command: Run, folder: Path) -> None:
     (folder / "m.toml").write_text(MAP.replace("material.toml", "example:vhb4905.toml") + UNCERTAIN)
-    said = refused(folder, "failure-map", "m.toml")
+    said = refused(command, folder, "failure-map", "m.toml")
     assert "example:vhb4905.toml names no draws, and nothing is said to scatter" in said

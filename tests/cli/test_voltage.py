@@ -1,18 +1,17 @@
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import signal
 import subprocess
-import sys
-import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from maps import MAP, map_of
+from processes import ENDS, alive, half_done, until
 
 from dielast.io.table import number_columns, parse_csv
 
@@ -32,22 +31,6 @@ hold = "10 min"
 field = "48 MV/m"
 [stop]
 at = "end"
-"""
-MAP = """
-kind = "failure-map"
-material = "example:vhb4905.toml"
-temperature = ["20 degC", "40 degC"]
-horizon = "1 h"
-[film]
-thickness = "0.5 mm"
-prestretch = [1.7, 1.8, 1.9]
-relax = "10 min"
-[voltage]
-from = "1 kV"
-to = "5 kV"
-points = 9
-[breakdown]
-field = "45 MV/m"
 """
 
 
@@ -140,27 +123,12 @@ def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> No
 
 
 def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 1200"))
+    (tmp_path / "m.toml").write_text(map_of(1200, "1 h"))
     assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
-    command = [
-        sys.executable,
-        "-c",
-        "from dielast.cli import main; main()",
-        "failure-map",
-        "m.toml",
-        "--plot",
-        "none",
-        "-o",
-        "part",
-    ]
-    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, env=dict(os.environ))
     store = tmp_path / "part/.unfinished"
-    deadline = time.monotonic() + 60
-    while not store.exists() and process.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert store.exists()
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=30)
+    with half_done(tmp_path, "part") as process:
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=ENDS)
     assert process.returncode == 130
     assert re.fullmatch(r"interrupted: \d+ of 7200 cells are kept: the same command goes on from there, .*anew\n", said)
     kept = store.stat().st_size
@@ -182,23 +150,13 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
 
 
 def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 9000"))
-    command = [sys.executable, "-c", "from dielast.cli import main; main()", "failure-map", "m.toml", "--jobs", "2", "-o", "out"]
-    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    deadline = time.monotonic() + 60
-    while not (tmp_path / "out/.unfinished").exists() and process.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.01)
-    process.send_signal(signal.SIGTERM)
-    _, said = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert re.fullmatch(r"interrupted: \d+ of 54000 cells are kept: the same command .*\n", said)
-    while time.monotonic() < deadline + 60:
-        try:
-            os.killpg(process.pid, 0)  # is anybody of its session left?
-        except ProcessLookupError:
-            return
-        time.sleep(0.05)
-    pytest.fail("processes were left behind")
+    (tmp_path / "m.toml").write_text(map_of(9000, "1 h"))
+    with half_done(tmp_path, "out", "--jobs", "2") as process:
+        process.send_signal(signal.SIGTERM)
+        _, said = process.communicate(timeout=ENDS)
+        assert process.returncode == 130
+        assert re.fullmatch(r"interrupted: \d+ of 54000 cells are kept: the same command .*\n", said)
+        until(lambda: not alive(process.pid))
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,9 @@ import pytest
 from dielast.commands.actuate import run as actuate
 from dielast.commands.failure_map import run as failure_map
 from dielast.commands.membrane import run as relax
+from dielast.commands.registry import read_cases
 from dielast.errors import InputError
 from dielast.io.files import Inputs, read_file, resolve
-from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
 Run = Callable[..., subprocess.CompletedProcess[str]]

@@ -12,11 +12,22 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from processes import until
+from processes import ENDS, alive, until
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found in /proc")
 
-LAUNCH = (sys.executable, "-c", "from dielast.cli import main; main()", "failure-map", "m.toml", "-q", "--plot", "none")
+# a worker that begins anything but the first chunk waits for a file named go: no run ends before its test says so
+HELD = """
+import time
+from pathlib import Path
+from dielast.sharing import processes
+solve_now = processes._solve_given
+def solve_when_told(first, end):
+    while first > 0 and not Path("go").exists():
+        time.sleep(0.01)
+    return solve_now(first, end)
+"""
+CODE = "import held; held.processes._solve_given = held.solve_when_told; from dielast.cli import main; main()"
 MAP = """
 kind = "failure-map"
 material = "example:vhb4905.toml"
@@ -28,7 +39,7 @@ relax = "10 min"
 [voltage]
 from = "1 kV"
 to = "5 kV"
-points = 3000
+points = 1500
 [breakdown]
 field = "45 MV/m"
 """
@@ -53,25 +64,15 @@ thickness = "2 %"
 """
 
 
-def alive(session: int) -> list[int]:
-    """The processes of a session, but for those that are dead and not yet buried."""
-    found: list[int] = []
-    for entry in Path("/proc").iterdir():
-        with suppress(OSError):
-            if entry.name.isdigit():
-                state, _, _, own, *_ = (entry / "stat").read_text().rpartition(")")[2].split()
-                found += [int(entry.name)] if int(own) == session and state not in "ZX" else []
-    return found
-
-
 @contextmanager
-def half_done(folder: Path) -> Iterator[subprocess.Popen[str]]:
-    """A map that two workers have solved in part."""
-    (folder / "m.toml").write_text(MAP)
-    command = [*LAUNCH, "--jobs", "2"]
+def running(folder: Path, kind: str, recipe: str) -> Iterator[subprocess.Popen[str]]:
+    """A run whose two workers are at work."""
+    (folder / "held.py").write_text(HELD)
+    (folder / "r.toml").write_text(recipe)
+    command = [sys.executable, "-c", CODE, kind, "r.toml", "-q", "--plot", "none", "--jobs", "2"]
     with subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
         try:
-            until(lambda: (folder / "m/.unfinished").exists() or run.poll() is not None)
+            until(lambda: len(alive(run.pid)) == 3 or run.poll() is not None)
             assert run.poll() is None, run.communicate()[1]
             yield run
         finally:
@@ -79,9 +80,29 @@ def half_done(folder: Path) -> Iterator[subprocess.Popen[str]]:
                 os.killpg(run.pid, signal.SIGKILL)
 
 
+@contextmanager
+def half_done(folder: Path) -> Iterator[subprocess.Popen[str]]:
+    """A map that two workers have solved in part."""
+    with running(folder, "failure-map", MAP) as run:
+        until(lambda: (folder / "r/.unfinished").exists() or run.poll() is not None)
+        assert run.poll() is None, run.communicate()[1]
+        yield run
+
+
+def workers(run: subprocess.Popen[str]) -> list[int]:
+    return [process for process in alive(run.pid) if process != run.pid]
+
+
+def said_at_the_end(run: subprocess.Popen[str], folder: Path) -> str:
+    """All that a terminated run writes to standard error; it ends when its workers have solved what they have begun."""
+    assert run.stderr is not None
+    line = run.stderr.readline()
+    (folder / "go").touch()
+    return line + run.communicate(timeout=ENDS)[1]
+
+
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     with half_done(tmp_path) as run:
-        assert len(alive(run.pid)) == 3
         run.kill()
         until(lambda: not alive(run.pid))
         assert run.communicate()[1] == ""
@@ -89,38 +110,36 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
 
 def test_a_killed_worker_is_one_line(tmp_path: Path) -> None:
     with half_done(tmp_path) as run:
-        os.kill(next(process for process in alive(run.pid) if process != run.pid), signal.SIGKILL)
-        said = run.communicate(timeout=60)[1]
+        os.kill(workers(run)[0], signal.SIGKILL)
+        said = run.communicate(timeout=ENDS)[1]
         assert said == (
-            "m.toml: a worker process was killed, for want of memory perhaps; "
+            "r.toml: a worker process was killed, for want of memory perhaps; "
             "what is solved is kept, and the same command goes on from there\n"
         )
         assert run.returncode == 3
         assert not alive(run.pid)
-    assert (tmp_path / "m/.unfinished").exists()
+    assert (tmp_path / "r/.unfinished").exists()
 
 
 def test_a_group_that_is_terminated_is_one_line(tmp_path: Path) -> None:
     with half_done(tmp_path) as run:
         os.killpg(run.pid, signal.SIGTERM)
-        said = run.communicate(timeout=60)[1]
+        said = said_at_the_end(run, tmp_path)
         assert re.fullmatch(r"interrupted: \d+ of \d+ cells are kept: the same command goes on from there, .*\n", said)
         assert run.returncode == 130
         assert not alive(run.pid)
-    assert (tmp_path / "m/.unfinished").exists()
+    assert (tmp_path / "r/.unfinished").exists()
 
 
 def test_a_sweep_has_workers_too(tmp_path: Path) -> None:
-    (tmp_path / "s.toml").write_text(SWEEP)
-    command = [*LAUNCH[:3], "actuate", "s.toml", "-q", "--plot", "none", "--jobs", "2"]
-    for lost, said, code in (
-        (signal.SIGKILL, "s.toml: a worker process was killed, for want of memory perhaps\n", 3),
-        (signal.SIGTERM, "interrupted: nothing is kept or written; the same command begins anew\n", 130),
-    ):
-        with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
-            until(lambda run=run: len(alive(run.pid)) == 3 or run.poll() is not None)
-            workers = [process for process in alive(run.pid) if process != run.pid]
-            os.kill(workers[0] if lost is signal.SIGKILL else run.pid, lost)
-            assert (run.communicate(timeout=60)[1], run.returncode) == (said, code)
-            assert not alive(run.pid)
-    assert not (tmp_path / "s").exists()
+    with running(tmp_path, "actuate", SWEEP) as run:
+        os.kill(workers(run)[0], signal.SIGKILL)
+        assert run.communicate(timeout=ENDS)[1] == "r.toml: a worker process was killed, for want of memory perhaps\n"
+        assert run.returncode == 3
+        assert not alive(run.pid)
+    with running(tmp_path, "actuate", SWEEP) as run:
+        os.kill(run.pid, signal.SIGTERM)
+        assert said_at_the_end(run, tmp_path) == "interrupted: nothing is kept or written; the same command begins anew\n"
+        assert run.returncode == 130
+        assert not alive(run.pid)
+    assert not (tmp_path / "r").exists()

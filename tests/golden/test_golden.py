@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from dielast.cli.run import compute
+from dielast.commands.registry import read_cases
 from dielast.io.files import write_files
-from dielast.recipe.cases import read_cases
 from dielast.report.golden import differences
 from dielast.sharing.execution import Execution
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from dielast.cli.run import compute
+from dielast.commands.registry import read_cases
 from dielast.io.files import write_files
-from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
 HERE = Path(__file__).resolve().parent

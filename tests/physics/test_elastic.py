@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from dielast.cli.run import compute
+from dielast.commands.registry import read_cases
 from dielast.io.table import number_columns, parse_csv
-from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
 MODULUS, PERMITTIVITY, THICKNESS, LIMIT = 26e3, 4e-11, 5e-4, 30.0

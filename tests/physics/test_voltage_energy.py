@@ -10,7 +10,6 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics import kinematics
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
@@ -74,12 +73,12 @@ class Bookkeeper(Watch):
         log_squared, nominal = system.membrane(state, driven)
         internal, points = system.internal(state), system.points
         squared = points.springs(internal, log_squared)
-        stress = kinematics.stress(points.law, squared)
+        stress = points.law.stress(squared)
         flow = points.rate * (3 * stress - stress.sum(axis=0))
         power = 0.5 * np.sum(points.modulus * stress * flow, axis=(0, 1))
         area = np.exp(log_squared[0] + log_squared[1])
         charge = PERMITTIVITY * driven[2] * area
-        stored = np.sum(points.modulus * kinematics.energy(points.law, squared), axis=0) + 0.5 * charge * driven[2]
+        stored = np.sum(points.modulus * points.law.energy(squared), axis=0) + 0.5 * charge * driven[2]
         return (nominal[:, 0], np.exp(0.5 * log_squared[:, 0])), float(stored[0]), float(power[0]), float(charge[0])
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
-from hypothesis import strategies as st
+from hypothesis import Phase, given, settings, strategies as st
 
 from dielast import Gent, Material, NoShift, Spectrum, TimeScale, VoltageStep, Waveform, actuate, failure_map
 from dielast.simulate.actuate import ActuationHistory

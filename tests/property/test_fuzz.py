@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import InputError
-from dielast.recipe.cases import read_cases
 from dielast.report.golden import differences
 
 INPUTS = 150
@@ -25,7 +25,7 @@ sys.path.append(FOLDER)
 fuzz, fuzz_targets = importlib.import_module("fuzz"), importlib.import_module("fuzz_targets")
 sys.path.remove(FOLDER)
 NAMES = [
-    *(f"recipe-{kind}" for kind in fuzz_targets.KINDS),
+    *(f"recipe-{kind}" for kind in COMMANDS),
     *("set", "material", "csv", "measurement", "wide", "curve", "export", "load-table", "machine", "draws", "store"),
     *("folder-summary", "folder-mastercurve", "folder-shift-factors", "folder-draw-laws", "folder-draw-curves"),
     *("golden-failure-map", "golden-summary", "golden-tolerance"),
@@ -110,7 +110,7 @@ def test_what_once_took_forever(text: str, targets: dict[str, Any]) -> None:
 
 
 def test_the_time_to_read_a_sweep_is_proportional_to_its_cases() -> None:
-    starter = fuzz_targets.TOP / "dielast" / "starters" / "relax.toml"
+    starter = fuzz_targets.TOP / "dielast/commands/membrane/starters/relax.toml"
     first, *others = read_cases(starter, "relax", ["sweep={'step.0.stretch'=[1.5, 2.0, 2.5]}"])
     # copied into every case, the values would take the square
     assert len(others) == 2

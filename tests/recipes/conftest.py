@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import ENDS
 
 RECIPES = Path(__file__).parents[2] / "recipes"
 Make = Callable[..., subprocess.CompletedProcess[str]]
@@ -25,7 +26,7 @@ def environment(tmp_path: Path) -> Path:
     folder = tmp_path / "environment"
     (folder / "bin").mkdir(parents=True)
     python = shlex.quote(sys.executable)
-    before = 'case "$*" in *"build/$KILL "*) kill -9 $$;; *"build/$SLOW "*) touch asleep; sleep 60;; esac'
+    before = 'case "$*" in *"build/$KILL "*) kill -9 $$;; *"build/$SLOW "*) touch asleep; sleep 600;; esac'
     launchers = {"python": "", "dielast": f"{before}\nset -- -c 'from dielast.cli import main; main()' \"$@\"\n"}
     for name, lines in launchers.items():
         path = folder / "bin" / name
@@ -59,7 +60,6 @@ def variables(tmp_path: Path) -> dict[str, str]:
     own = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS", "VENV", "READY")}
     return {
         **own,
-        "MPLCONFIGDIR": str(tmp_path / ".matplotlib"),
         "KILL": "nothing",
         "SLOW": "nothing",
         "LC_ALL": "C",
@@ -78,7 +78,7 @@ def make(tmp_path: Path, environment: Path, variables: dict[str, str]) -> Make:
             env={**variables, "KILL": kill},
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=ENDS,
             check=False,
         )
 

@@ -7,12 +7,12 @@ import re
 import shutil
 import signal
 import subprocess
-import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import ENDS, until
 
 Make = Callable[..., subprocess.CompletedProcess[str]]
 Kitchen = Callable[..., Path]
@@ -122,11 +122,9 @@ def test_an_interrupted_make_or_a_killed_run_leaves_nothing_half_made(
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
-    deadline = time.monotonic() + 60
-    while not (chain / "asleep").exists() and time.monotonic() < deadline:
-        time.sleep(0.02)
+    until(lambda: (chain / "asleep").exists())
     os.killpg(process.pid, signal.SIGINT)
-    assert process.wait(30) != 0
+    assert process.wait(ENDS) != 0
     assert not (chain / "build/fig4-5").exists()
     whole(chain)
 

@@ -10,6 +10,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from processes import ENDS
 
 RECIPES = Path(__file__).parents[2] / "recipes"
 CLAIMS = RECIPES / "claims.toml"
@@ -82,7 +83,7 @@ def test_the_shell_example_runs_word_for_word(tmp_path: Path, environment: Path,
         env={**variables, "PATH": f"{environment / 'bin'}:{os.environ['PATH']}"},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=ENDS,
         check=False,
     )
     assert done.returncode == 0, done.stderr

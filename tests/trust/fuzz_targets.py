@@ -17,17 +17,16 @@ from typing import Any
 
 import numpy as np
 
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
-from dielast.recipe.cases import read_cases
 from dielast.units import STRESS, TEMPERATURE, TIME
 
 SECONDS = 10
 TOP = Path(__file__).resolve().parents[2]
 GOLDEN = TOP / "tests" / "golden"
-KINDS = ("mastercurve", "spectrum", "relax", "creep", "actuate", "failure-map")
 
 REPTATE = """T=-10;Mw=33.6;chem=PI;label=PI33K;\nw\tG'\tG"\tTemp\ttan(d)\tTorque
 rad/s\tPa\tPa\t°C\t \tN-m
@@ -110,10 +109,10 @@ def targets(scratch: Path) -> dict[str, Target]:
 
 def _recipes(scratch: Path) -> dict[str, Target]:
     """Recipes of every kind, and what `--set` changes in one."""
-    starters = {kind: (TOP / "dielast" / "starters" / f"{kind}.toml").read_bytes() for kind in KINDS}
+    starters = {kind: command.starter().encode() for kind, command in COMMANDS.items()}
     # sections that a starter only mentions, stated
     stated = {kind: re.sub(rb"(?m)^# \[(?!data|truncate)\w+\].*\n(# .*\n)*", _uncommented, text) for kind, text in starters.items()}
-    golden = {kind: [path.read_bytes() for path in sorted(GOLDEN.glob(f"{kind}-*/recipe.toml"))] for kind in KINDS}
+    golden = {kind: [path.read_bytes() for path in sorted(GOLDEN.glob(f"{kind}-*/recipe.toml"))] for kind in COMMANDS}
     for folder in (GOLDEN / "data", *GOLDEN.glob("mastercurve-*")):
         if not (scratch / folder.name).exists():
             (scratch / folder.name).symlink_to(folder)
@@ -128,7 +127,7 @@ def _recipes(scratch: Path) -> dict[str, Target]:
 
         return read
 
-    for kind in KINDS:
+    for kind in COMMANDS:
         result[f"recipe-{kind}"] = Target(
             f"recipe-{kind}", [starters[kind], stated[kind], *golden[kind]], reads(kind), [str(recipe), "example:", "../", "/"]
         )
@@ -162,8 +161,8 @@ def _uncommented(block: re.Match[bytes]) -> bytes:
 def _runs(scratch: Path) -> dict[str, Target]:
     """Targets that read damaged data through a sound recipe, as far as the numbers that are computed with."""
     from dielast.commands.mastercurve.recipe import MasterCurveRecipe
+    from dielast.commands.membrane.recipe import RelaxRecipe
     from dielast.commands.simulation.history import solver_steps
-    from dielast.commands.simulation.recipe import RelaxRecipe
     from dielast.readings.read import read_curves, read_measurements
 
     folder = scratch / "inputs"
@@ -315,10 +314,10 @@ def _folders(scratch: Path) -> dict[str, Target]:
 def _draws(scratch: Path) -> dict[str, Target]:
     """The table of draws beside a material."""
     from dielast.commands.simulation.uncertainty import sample_of
+    from dielast.commands.simulation.uncertainty_recipe import Uncertainty
     from dielast.handover.material_draws import draw_columns
     from dielast.handover.material_file import write_material
     from dielast.io.table import to_csv
-    from dielast.recipe.uncertainty import Uncertainty
 
     seeds, materials = [], {}
     laws = {"wlf": b"C1 [1]", "arrhenius": b"activation_energy [J/mol]", "table": b"log10_shift_factor"}

@@ -22,6 +22,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from dielast.commands.registry import COMMANDS
+
 TOP = Path(__file__).resolve().parents[2]
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 OURS = re.compile(r'dielast.cli.__init__.py", line \d+, in main')  # in a traceback
@@ -96,7 +98,7 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
     """Kill `runs` runs of a command; returns what went wrong."""
     name = kind.split()[0]
     recipe = scratch / f"{name}.toml"
-    shutil.copy(TOP / "dielast" / "starters" / f"{name}.toml", recipe)
+    recipe.write_text(COMMANDS[name].starter())
     old, new, out = (scratch / f"{kind}-{state}".replace(" ", "") for state in ("old", "new", "out"))
     subprocess.run(command(kind, recipe, old), check=True)
     begin = time.perf_counter()

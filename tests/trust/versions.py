@@ -50,8 +50,8 @@ def environment(folder: Path, python: str, pins: list[str]) -> Path:
 def write_results(out: Path) -> None:
     """Run every golden recipe with this interpreter's dielast into `out`."""
     from dielast.cli.run import compute
+    from dielast.commands.registry import read_cases
     from dielast.io.files import write_files
-    from dielast.recipe.cases import read_cases
     from dielast.sharing.execution import Execution
 
     for recipe in sorted(GOLDEN.glob("*/recipe.toml")):

@@ -9,12 +9,12 @@ import pytest
 from films import SOFT
 
 from dielast.cli.run import compute
+from dielast.commands.registry import read_cases
 from dielast.commands.simulation.bounds import bounded
 from dielast.commands.simulation.cases import CaseResult
 from dielast.errors import InputError
 from dielast.handover.material_file import write_material
 from dielast.io.table import number_columns
-from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
 RELAX = 'kind = "relax"\nmaterial = "m.toml"\n[[step]]\nstretch = 1.5\nrate = "5 %/s"\n[output]\npoints_per_decade = 2\n'

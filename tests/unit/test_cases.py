@@ -6,17 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.cases import case_columns
 from dielast.commands.simulation.naming import labels, swept
 from dielast.errors import InputError, as_toml
 from dielast.handover.material_file import parse_material
 from dielast.io.files import read_file, resolve
 from dielast.io.table import to_csv
-from dielast.recipe.cases import read_cases
-from dielast.recipe.validate import settings
+from dielast.recipe.overrides import settings
 
 RELAX = """
 kind = "relax"
@@ -205,7 +204,7 @@ def test_values_are_spelled_so_that_toml_reads_them(value: Any) -> None:
 
 def test_only_files_lose_their_folders() -> None:
     stated = ["title=/tmp/a/b c", "material=/tmp/m.toml", 'sweep."material"=["/x/a.toml", "b.toml"]', "step=[{table='/t/h.csv'}]"]
-    assert settings(stated) == [
+    assert settings(stated, COMMANDS["relax"].model) == [
         'title = "/tmp/a/b c"',
         'material = "m.toml"',
         'sweep.material = ["a.toml", "b.toml"]',

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.material.springs import Gent
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Gent, Symmetry
 from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
-from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, SymmetricPoints, Symmetry
+from dielast.mechanics.symmetric import SymmetricPoints
 
 FREE, HELD = Control.STRESS, Control.STRETCH
 SPRINGS, CASES, GAMMA = 4, 3, 0.21

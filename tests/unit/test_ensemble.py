@@ -6,12 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dielast.errors import InputError
 from dielast.material.material import Breakdown, Material
-from dielast.material.scatter import NormalScatter, WeibullScatter, draw_sample, fewest_draws, interval, scaled
+from dielast.material.scatter import NormalScatter, WeibullScatter, draw_sample, fewest_draws, interval
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 
@@ -62,7 +61,7 @@ def test_nothing_to_draw_is_refused() -> None:
 
 
 def test_a_scaled_breakdown_field_keeps_its_prestretches() -> None:
-    assert scaled(Breakdown((1.7, 1.9), (40e6, 48e6)), 0.5) == Breakdown((1.7, 1.9), (20e6, 24e6))
+    assert Breakdown((1.7, 1.9), (40e6, 48e6)).scaled(0.5) == Breakdown((1.7, 1.9), (20e6, 24e6))
 
 
 @pytest.mark.parametrize(("level", "fewest"), [(0.9, 19), (0.95, 39), (0.5, 3), (0.99, 199)])

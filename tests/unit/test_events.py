@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from films import SOFT
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria.criterion import Signal, WatchedFilms

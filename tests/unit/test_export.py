@@ -10,13 +10,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dielast import CardOptions, Gent, InputError, Material, Spectrum, export_card
 from dielast.errors import DielastWarning
-from dielast.export.card import FORMATS, export_cards
-from dielast.export.conventions import identifier, number, plain
+from dielast.export.card import CODES, export_cards
+from dielast.export.text import identifier, number, plain
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
 
 WLF_LAW = WLF(20.0, 13.7, 187.1)
@@ -32,7 +31,7 @@ def only(files: dict[str, str]) -> str:
 
 
 def test_every_code_carries_a_neo_hookean_material_at_one_temperature() -> None:
-    files = export_cards(NEO, FORMATS, AT_20)
+    files = export_cards(NEO, CODES.names, AT_20)
     assert set(files) == {
         "material.inp",
         "material.mac",
@@ -43,14 +42,14 @@ def test_every_code_carries_a_neo_hookean_material_at_one_temperature() -> None:
         "material-comsol-notes.txt",
         "material.mfront",
     }
-    assert files == export_cards(NEO, FORMATS, AT_20)
+    assert files == export_cards(NEO, CODES.names, AT_20)
     for name, text in files.items():
         assert text.isascii(), name
         assert text.endswith("\n"), name
         assert "APPROXIMATION" not in text, name
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", CODES.names)
 def test_every_card_names_its_limits(form: str) -> None:
     text = "".join(export_card(NEO, form, AT_20).values())
     for said in (
@@ -77,7 +76,7 @@ def test_an_unknown_code_and_wrong_options_are_refused() -> None:
     )
     for options, line in wrong:
         with pytest.raises(InputError, match=re.escape(line)):
-            CardOptions(**options)
+            export_card(NEO, "ansys", CardOptions(**options))
 
 
 def test_springs_that_a_code_has_not_are_named_not_replaced() -> None:
@@ -96,7 +95,7 @@ def test_springs_that_a_code_has_not_are_named_not_replaced() -> None:
 
 def test_all_codes_that_fail_say_so_at_once() -> None:
     with pytest.raises(InputError) as caught:
-        export_cards(GENT, FORMATS)
+        export_cards(GENT, CODES.names)
     assert [line.split(":")[0] for line in caught.value.messages] == [
         "export.hyperelastic",
         "export.J_lim",
@@ -196,7 +195,7 @@ def test_branches_without_a_modulus_are_left_out_and_named() -> None:
 def test_names_of_any_characters(name: str, expected: str) -> None:
     assert identifier(name) == expected
     odd = replace(NEO, name=name)
-    for form in FORMATS:
+    for form in CODES.names:
         for text in export_card(odd, form, AT_20).values():
             assert text.isascii()
             assert "\\" not in text.replace("\\n", "")
@@ -234,8 +233,8 @@ def test_lines_are_short_enough_for_every_reader() -> None:
 def test_no_name_breaks_a_card(name: str) -> None:
     odd = replace(NEO, name=name)
     assert re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", identifier(name))
-    plain_cards = export_cards(NEO, FORMATS, AT_20)
-    for file, text in export_cards(odd, FORMATS, AT_20).items():
+    plain_cards = export_cards(NEO, CODES.names, AT_20)
+    for file, text in export_cards(odd, CODES.names, AT_20).items():
         assert text.isascii(), file
         assert text.count("\n") == plain_cards[file].count("\n"), file
     ElementTree.fromstring(only(export_card(odd, "febio", AT_20)))
@@ -255,7 +254,7 @@ def test_one_code_says_all_that_it_cannot_carry_at_once() -> None:
     assert keys == ["export.formats", "export.formats", "export.J_lim", "export.temperature_scale"]
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", CODES.names)
 def test_a_bulk_modulus_that_makes_poissons_ratio_negative_is_refused(form: str) -> None:
     least = 2 / 3 * (26e3 + 74e4)
     for bulk in (1.0, 0.999999 * least):
@@ -266,5 +265,5 @@ def test_a_bulk_modulus_that_makes_poissons_ratio_negative_is_refused(form: str)
 
 def test_the_same_mistake_is_said_once_for_all_codes() -> None:
     with pytest.raises(InputError) as caught:
-        export_cards(NEO, FORMATS, replace(AT_20, bulk_modulus=1.0))
+        export_cards(NEO, CODES.names, replace(AT_20, bulk_modulus=1.0))
     assert len(caught.value.messages) == 1

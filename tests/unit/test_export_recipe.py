@@ -13,7 +13,7 @@ from dielast.commands.spectrum.export import Export
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.commands.spectrum.run import run
 from dielast.errors import InputError
-from dielast.export.card import FORMATS
+from dielast.export.card import CODES
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
@@ -39,7 +39,7 @@ def test_without_the_section_no_card_is_written() -> None:
 
 
 def test_the_codes_and_the_recipe_list_the_same_formats() -> None:
-    assert check(Export, {"formats": list(FORMATS)}, "r.toml", Path()).formats == list(FORMATS)
+    assert check(Export, {"formats": list(CODES.names)}, "r.toml", Path()).formats == list(CODES.names)
 
 
 def test_cards_stand_beside_the_material_file_and_agree_with_it() -> None:

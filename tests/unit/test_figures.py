@@ -20,10 +20,9 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from dielast.cli.run import FOLDERS
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
-from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
 RELAX = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstretch = 2.0\n[[step]]\nhold = "1 h"\n'
@@ -117,10 +116,9 @@ def figure_of(folder: Path, recipe: str) -> Figure:
     path = folder / "r.toml"
     path.write_text(recipe)
     cases = read_cases(path)
-    workflow = import_module(f"dielast.commands.{FOLDERS.get(cases[0].recipe.kind, cases[0].recipe.kind)}.run")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)
-        figure = workflow.run(cases, Inputs(folder), Execution()).figure()
+        figure = COMMANDS[cases[0].recipe.kind].run(cases, Inputs(folder), Execution()).figure()
     assert isinstance(figure, Figure)
     FigureCanvasAgg(figure)
     figure.draw_without_rendering()

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from processes import ENDS
 
 from dielast.errors import InputError
 from dielast.io import files
@@ -97,7 +98,7 @@ def test_of_two_runs_into_one_folder_all_files_are_the_later_ones(tmp_path: Path
         "for _ in range(30): write_files(Path(sys.argv[1]), {name: sys.argv[2].encode() * 999 for name in sys.argv[3:]})"
     )
     runs = [subprocess.Popen([sys.executable, "-c", write, str(tmp_path / "out"), mark, *names]) for mark in "ab"]
-    assert [run.wait(60) for run in runs] == [0, 0]
+    assert [run.wait(ENDS) for run in runs] == [0, 0]
     assert len({(tmp_path / "out" / name).read_bytes() for name in names}) == 1
     assert len(list((tmp_path / "out").iterdir())) == len(names)
 

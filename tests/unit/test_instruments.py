@@ -9,8 +9,7 @@ import exports
 import numpy as np
 import pytest
 from exports import LAYOUTS, Step
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from dielast.errors import InputError
 from dielast.io.text_table import decode

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from dielast.errors import DielastWarning, InputError
 from dielast.superposition.kramers_kronig import frequency_factor, viscosity_factor, warn_if_inconsistent

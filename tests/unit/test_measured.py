@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dielast.errors import InputError
 from dielast.io.text_table import MeasuredTable, TextFormat, decode, is_number, read_measured

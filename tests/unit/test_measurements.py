@@ -9,8 +9,7 @@ from typing import Any
 import exports
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydantic import BaseModel
 from readings import expect_sweeps, read, sweep_file, sweep_rows, table
 

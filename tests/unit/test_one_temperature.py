@@ -12,13 +12,14 @@ from readings import table
 
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.mastercurve.run import run as run_mastercurve
+from dielast.commands.registry import read_cases
 from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
 from dielast.commands.spectrum.run import run as run_spectrum
 from dielast.errors import DielastWarning, InputError
 from dielast.handover.mastercurve_folder import Curve, read_curve
 from dielast.io.files import Inputs
 from dielast.material.shift import NoShift
-from dielast.recipe.cases import Case, read_cases
+from dielast.recipe.cases import Case
 from dielast.recipe.validate import check
 from dielast.sharing.execution import Execution
 

@@ -8,12 +8,11 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, Field, ValidationError
 
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import InputError
-from dielast.recipe.cases import read_cases
 from dielast.recipe.fields import Section
-from dielast.recipe.models import KINDS, recipe_model
 from dielast.recipe.validate import _PLAIN, _models, check
-from dielast.report.summary import tell
+from dielast.report.summary import print_summary
 
 HEAD = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstretch = 2.0\n'
 ODD: list[Any] = [
@@ -31,9 +30,9 @@ def models_within(model: type[BaseModel], found: set[type[BaseModel]]) -> set[ty
     return found
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", COMMANDS)
 def test_every_kind_of_mistake_has_words_of_its_own(kind: str, tmp_path: Path) -> None:
-    for model in models_within(recipe_model(kind), set()):
+    for model in models_within(COMMANDS[kind].model, set()):
         for name, field in model.model_fields.items():
             for value in ODD:
                 try:
@@ -77,5 +76,6 @@ def test_characters_are_counted_too(tmp_path: Path) -> None:
 
 
 def test_a_list_of_one_is_a_list(capsys: pytest.CaptureFixture[str]) -> None:
-    tell({"kind": "actuate", "breakdown": {"cases": [0], "time_s": [646.522147], "nothing": []}, "actuate": {"cases": 1}}, Path())
+    breakdown = {"cases": [0], "time_s": [646.522147], "nothing": []}
+    print_summary({"kind": "actuate", "breakdown": breakdown, "actuate": {"cases": 1}}, Path())
     assert capsys.readouterr().out == "breakdown.cases = [0]\nbreakdown.time_s = [646.52]\nactuate.cases = 1\n"

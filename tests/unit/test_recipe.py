@@ -4,15 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.errors import InputError
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.cases import read_cases
-from dielast.recipe.models import KINDS, recipe_model
 from dielast.recipe.toml import parse_toml
 
 MASTERCURVE = """
@@ -187,8 +185,8 @@ def test_any_value_anywhere_is_read_or_told(value: object) -> None:
 
 
 def test_every_kind_has_a_schema_and_a_description_for_each_section() -> None:
-    for kind in KINDS:
-        schema = recipe_model(kind).model_json_schema()
+    for kind in COMMANDS:
+        schema = COMMANDS[kind].model.model_json_schema()
         assert schema["properties"]["kind"]["const"] == kind
         assert all(definition.get("description") for definition in schema["$defs"].values())
         json.dumps(schema)

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import InputError, quoted, shown, shown_path
 from dielast.handover.material_file import read_material
-from dielast.recipe.cases import read_cases, read_load
+from dielast.recipe.cases import check_load
 from dielast.recipe.paths import read_path, read_setting
 
 HEAD = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n'
@@ -218,7 +218,7 @@ def test_rates_of_loads_and_voltages(tmp_path: Path) -> None:
     (tmp_path / "h.toml").write_text(rising)
     assert mistakes(tmp_path, film + 'load = "h.toml"\n') == [f"h.toml: {away}"]
     with pytest.raises(InputError, match="leads away"):
-        read_load(tmp_path / "h.toml")
+        check_load(COMMANDS, tmp_path / "h.toml")
 
 
 @pytest.mark.parametrize("kind", ["relax", "creep", "actuate"])

@@ -9,15 +9,14 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import InputError
-from dielast.recipe.cases import read_cases
-from dielast.recipe.models import recipe_model
 from dielast.recipe.schema import keys, recipe_schema
 
 TOP = Path(__file__).parents[2]
 RECIPES = [
     path
-    for pattern in ("recipes/*.toml", "dielast/starters/*.toml", "tests/golden/*/*.toml")
+    for pattern in ("recipes/*.toml", "dielast/commands/*/starters/*.toml", "tests/golden/*/*.toml")
     for path in sorted(TOP.glob(pattern))
     if "kind" in tomllib.loads(path.read_text())
 ]
@@ -29,7 +28,7 @@ MAP = RELAX.replace("relax", "failure-map") + 'horizon = "1 h"\n[voltage]\nvalue
 
 @cache
 def validator() -> jsonschema.Draft202012Validator:
-    schema = recipe_schema()
+    schema = recipe_schema(COMMANDS)
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 
@@ -93,7 +92,7 @@ def test_what_does_not_run_does_not_fit_either(tmp_path: Path, text: str) -> Non
 
 
 def test_how_a_sweep_pairs_its_lists_is_among_the_keys() -> None:
-    own = {key.path: key for key in keys(recipe_model("relax"))}
+    own = {key.path: key for key in keys(COMMANDS["relax"].model)}
     assert own["sweep.mode"].takes == '"zip" or list'
     assert "pairs the lists" in own["sweep.mode"].meaning
     recipe = tomllib.loads(RELAX + STEP + '[sweep]\nmode = "zip"\ntemperature = ["0 degC", "20 degC"]\n')

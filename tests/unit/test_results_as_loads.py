@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from dielast.cli.run import compute
+from dielast.commands.registry import read_cases
 from dielast.commands.simulation.history import solver_steps
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns
 from dielast.mechanics.load import Track
-from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
 MATERIAL = """

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dielast.relaxation.ends import least_modulus, long_time_end, short_time_end, votes
 from dielast.relaxation.fit import fit_spectrum

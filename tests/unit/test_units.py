@@ -4,8 +4,7 @@ import contextlib
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from dielast import units
 from dielast.errors import InputError
@@ -102,28 +101,55 @@ def test_units_scale_linearly(number: float, unit: str) -> None:
     assert units.parse(f"{number!r} {unit}", units.TIME) == pytest.approx(number * scale)
 
 
-def test_common_units_convert_as_pint_does() -> None:
-    dimensions = {dimension.unit: dimension for dimension in vars(units).values() if isinstance(dimension, units.Dimension)}
-    for kept, scales in units.COMMON.items():
-        for unit, scale in scales.items():
-            found, offset = units.convert_by_pint(unit, dimensions[kept])
-            assert (found, offset) == (pytest.approx(scale, rel=1e-15), 0.0), unit
-            assert units.conversion(unit, dimensions[kept]) == (scale, 0.0)
-    for unit in units.TEMPERATURES:
-        assert units.convert_by_pint(unit, units.TEMPERATURE) == units.conversion(unit, units.TEMPERATURE)
-    # a quantity of one kind is no quantity of another
-    with pytest.raises(InputError):
+def test_every_name_has_its_size_in_si() -> None:
+    sizes = {  # of 1 of each, as the SI Brochure and NIST SP 811 state them
+        units.LENGTH: "m metre meter 1, in inch 0.0254, cm 0.01, µm μm um micrometer 1e-6, nm 1e-9, km kilometres 1e3",
+        units.TIME: "s sec second 1, min minute 60, h hr hour 3600, d day 86400, week 604800, ns 1e-9, ps 1e-12, 1/Hz 1, coul/A 1",
+        units.MASS: "kg kilogram 1, g gram 1e-3, mg 1e-6",
+        units.FORCE: "N newton 1, dyn dyne 1e-5, gf gram_force 9.80665e-3, kgf kilogram_force 9.80665, lbf 4.4482216152605",
+        units.STRESS: "Pa pascal 1, bar 1e5, psi lbf/in^2 6894.757293168361, mbar 100, GPa gigapascals 1e9, J/m^3 1",
+        units.STIFFNESS: "N/m N.m^-1 1, N/mm 1e3, J/m² 1",
+        units.TORQUE: "N*m N-m J joule W*s 1, µN·m 1e-6",
+        units.VOLTAGE: "V volt W/A J/coul coulomb/F 1, kV kilovolt 1e3",
+        units.PERMITTIVITY: "F/m farad/meter coul/V/m 1, pF/m 1e-12",
+        units.COMPLIANCE: "1/Pa /Pa Pa^-1 Pa⁻¹ 1, 1/MPa MPa-1 1e-6, 1/GPa 1e-9",
+        units.VISCOSITY: "Pa*s Pa.s Pa-s 1, mPa.s 1e-3, kPa*s 1e3",
+        units.STRAIN_RATE: "1/s /s s-1 Hz 1, %/s percent/s 0.01, %/min 1.6666666666666667e-4, m/s/m 1",
+        units.STRAIN: "rad radian m/m 1, % percent 0.01, mm/m 1e-3",
+        units.FREQUENCY: "Hz 1, mHz 1e-3",
+        units.ANGULAR_FREQUENCY: "rad/s radian/second 1, rad/min 0.016666666666666666",
+        units.MOLAR_ENERGY: "J/mol joule/mole 1, kJ/mol 1e3",
+        units.THERMAL_EXPANSION: "1/K 1/kelvin 1/degC 1/°C /celsius 1, 1/degF 1/fahrenheit 1.8",
+    }
+    for dimension, listed in sizes.items():
+        for *names, size in map(str.split, listed.split(", ")):
+            for name in names:
+                assert units.conversion(name, dimension) == (pytest.approx(float(size), rel=1e-15), 0.0), name
+            assert units.conversion(names[-1], dimension) == units.conversion(f" {names[-1]} ", dimension)
+    # names parted by blanks
+    assert units.parse("1 kg m/s^2", units.FORCE) == units.parse("1 J per m", units.FORCE) == 1.0
+    assert units.parse("1 N per square mm", units.STRESS) == units.parse("1 N/sq mm", units.STRESS) == pytest.approx(1e6)
+    assert units.parse("1 N mm/cubic mm", units.STRESS) == units.parse("1 N/mm squared", units.STRESS) == pytest.approx(1e6)
+    assert units.parse("5 kilograms", units.MASS) == 5.0
+
+
+@pytest.mark.parametrize(
+    "unit", ["square", "per", "m per", "p°C", "kdegF", "m//s", "*m", "m^", "m^10", "m^0", "2m", "é", "_", "as", "deg"]
+)
+def test_no_unit_is_made_up(unit: str) -> None:
+    assert units.parse_unit(unit) is None
+    assert units.kind_of(unit) is None
+
+
+def test_a_quantity_of_one_kind_is_none_of_another() -> None:
+    with pytest.raises(InputError, match=r"^a time is needed"):
         units.conversion("kPa", units.TIME)
 
 
-def test_temperature_scales_are_those_of_pint() -> None:
-    import pint
-
-    full = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    for name, (scale, offset) in units.SCALES.items():
-        for reading in (-459.67, 0.0, 32.0, 212.0):
-            expected = full.Quantity(reading, name).to("kelvin").magnitude - units.ZERO_CELSIUS
-            assert reading * scale + offset == pytest.approx(expected, abs=1e-9)
+@pytest.mark.parametrize(("reading", "celsius"), [(-459.67, -273.15), (-40.0, -40.0), (0.0, -160 / 9), (32.0, 0.0), (212.0, 100.0)])
+def test_fahrenheit_at_its_fixed_points(reading: float, celsius: float) -> None:
+    for unit in ("degF", "°F", "℉", "deg F", "fahrenheit", "degree_Fahrenheit"):
+        assert units.parse(f"{reading} {unit}", units.TEMPERATURE) == pytest.approx(celsius, abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,7 @@ from typing import Any
 import exports
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from readings import expect_sweeps, read
 
 from dielast.errors import InputError

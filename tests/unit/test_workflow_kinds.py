@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from dielast.cli.run import compute
+from dielast.commands.registry import read_cases
 from dielast.errors import DielastWarning, InputError
 from dielast.io.table import parse_csv
-from dielast.recipe.cases import read_cases
 from dielast.sharing.execution import Execution
 
 ABSCISSA = np.logspace(-1, 2, 16)

@@ -1,1 +1,13 @@
 """`dielast failure-map`."""
+
+from dielast.commands.command import Command
+
+FAILURE_MAP = Command(
+    name="failure-map",
+    package=__name__,
+    recipe="FailureMapRecipe",
+    help="Time to breakdown and to pull-in over voltage, prestretch and temperature.",
+    short_help="Voltages, prestretches -> time to failure.",
+    files=("failure-map.csv", "fit.csv"),
+    can_share=True,
+)

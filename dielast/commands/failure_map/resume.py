@@ -19,7 +19,7 @@ from dielast.io.files import KEPT, STORE, Inputs, write_files
 from dielast.mechanics.criteria import names
 from dielast.numerics.integrate import Status
 from dielast.recipe.base import RecipeBase
-from dielast.sharing.execution import Execution, share_out
+from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
@@ -37,37 +37,45 @@ def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
 
 
 def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
-    """All cells of the plan. What is solved is kept in the execution's folder until all is done.
-
-    A `KeyboardInterrupt` says what is kept.
-    """
+    """All cells of the plan, which the execution's folder keeps until all are solved; the execution hears how many are kept."""
     store = None if execution.folder is None else execution.folder / STORE
+    note, keep = execution.note or _unheard, execution.keep or _unheard
     known, changed = _load(store, key, plan)
-    if known and execution.note is not None:
-        solved_before = sum(cells.status.size for cells in known.values())
-        execution.note(f"goes on from an interrupted run, which solved {solved_before} of {plan.cells} cells")
-    elif changed and execution.note is not None:
-        execution.note(f"the {changed} cells of an interrupted run are discarded: {OTHERS} since")
-    waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
     done = sum(cells.status.size for cells in known.values())
+    if known:
+        note(f"goes on from an interrupted run, which solved {done} of {plan.cells} cells")
+    elif changed:
+        note(f"the {changed} cells of an interrupted run are discarded: {OTHERS} since")
+    waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
     saved, due = len(known), 0.0
+
+    def save() -> None:
+        nonlocal saved
+        if store is not None and len(known) > saved and done < plan.cells:
+            _save(store, key, list(known.values()))
+            saved = len(known)
+            keep(f"{done} of {plan.cells} cells are kept: {GOES_ON}")
+
+    keep(f"{done} of {plan.cells} cells are kept: {GOES_ON}" if known else NONE_SOLVED)
     try:
         with closing(_solved(plan, waiting, execution)) as solved:
             for cells in solved:
                 known[cells.first] = cells
                 done += cells.status.size
-                if store is not None and done < plan.cells and time.monotonic() >= due:
-                    _save(store, key, list(known.values()))
-                    saved, due = len(known), time.monotonic() + PAUSE
+                if time.monotonic() >= due:
+                    save()
+                    due = time.monotonic() + PAUSE
                 if execution.progress is not None:
                     execution.progress(done, plan.cells, "cells")
-    except KeyboardInterrupt:
-        none = store is None or not done
-        raise KeyboardInterrupt(NONE_SOLVED if none else f"{done} of {plan.cells} cells are kept: {GOES_ON}") from None
     finally:
-        if store is not None and len(known) > saved and done < plan.cells:
-            _save(store, key, list(known.values()))
+        save()
+    if not saved:  # too small a map to be saved on the way
+        keep(NOTHING_KEPT)
     return list(known.values())
+
+
+def _unheard(line: str) -> None:
+    """What nobody needs to hear."""
 
 
 def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.actuate.recipe import FailureMapRecipe, VoltageAxis
+from dielast.commands.failure_map.recipe import FailureMapRecipe, VoltageAxis
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each
 from dielast.commands.simulation.history import in_keys

@@ -13,7 +13,6 @@ from dielast.handover.mastercurve_draws import curve_tables, draws_headline
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import doubt_curve, doubt_temperature
-from dielast.material.shift import WLF, Arrhenius
 from dielast.readings.read import ONE_TEMPERATURE, Reading, read_all, read_curves
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -107,29 +106,13 @@ def tables(result: MasterCurve) -> dict[str, Table]:
 def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -> Mapping[str, Mapping[str, Any]]:
     """The headline numbers of a master curve by section of the summary."""
     fit = result.shift_fit
-    constants: dict[str, Any] = {}
-    stderr = np.sqrt(np.diag(fit.covariance)) if fit.covariance.size else np.zeros(0)
-    match fit.law:
-        case WLF():
-            constants = {
-                "C1": fit.law.C1,
-                "C1_stderr": float(stderr[0]),
-                "C2_K": fit.law.C2,
-                "C2_K_stderr": float(stderr[1]),
-                "C1_C2_covariance_K": float(fit.covariance[0, 1]),
-            }
-        case Arrhenius():
-            constants = {
-                "activation_energy_J_per_mol": fit.law.activation_energy,
-                "activation_energy_J_per_mol_stderr": float(stderr[0]),
-            }
     return {
         "shift": {
             "reference_temperature_degC": result.reference_temperature,
             "law": recipe.shift.law,
             "vertical": recipe.shift.vertical,
             **({"on": result.shifted_on} if result.measurement == "oscillation" else {}),
-            **constants,
+            **fit.law.summary(fit.covariance),
             "law_misfit": fit.misfit,
             "rms_residual_decades": result.rms_residual_decades,
             "offset_spread_decades": result.offset_spread,

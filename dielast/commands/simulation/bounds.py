@@ -17,7 +17,7 @@ from dielast.errors import InputError, NumericsError
 from dielast.handover.material_file import breakdown
 from dielast.io.table import Column
 from dielast.material.material import Material
-from dielast.material.scatter import Sample, interval, scaled
+from dielast.material.scatter import Sample, interval
 from dielast.mechanics.criteria import named
 from dielast.recipe.cases import Case
 from dielast.sharing.batches import Batch, solve_batches
@@ -111,7 +111,7 @@ def bounded_films(
         materials = []
         for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
             field = known or member.breakdown
-            materials.append(replace(member, breakdown=None if field is None else scaled(field, factor)))
+            materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
         name = _name(number, cases)
         with _said_of_a_draw(name):
             # each has its breakdown field with its material, and is asked for the rows of the result, its end among them

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.commands.simulation.recipe import Comparison, HistoryStep, SimulationRecipe
+from dielast.commands.simulation.comparison_recipe import Comparison
+from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, NumericsError, as_toml
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.commands.simulation.recipe import Comparison, roles_of
+from dielast.commands.simulation.comparison_recipe import Comparison
+from dielast.commands.simulation.result_columns import roles_of
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header

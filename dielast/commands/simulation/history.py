@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.commands.simulation.recipe import CreepRecipe, HistoryStep, LoadStep, RelaxRecipe, StretchStep
+from dielast.commands.membrane.recipe import CreepRecipe, LoadStep, RelaxRecipe, StretchStep
+from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Path, Step, Track, Waveform

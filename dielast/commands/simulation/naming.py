@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from dielast.commands.actuate.recipe import ActuateRecipe, FailureMapRecipe, FilmBase
-from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.commands.simulation.film_recipe import FilmBase
 from dielast.material.material import Material
 from dielast.plots.looks import Swept
 from dielast.plots.quantities import UNITS, unit_for
@@ -104,14 +103,15 @@ def titled(title: str | None, cases: Sequence[Case[Any]], materials: Sequence[Ma
     """The title of a figure with a line below it for material, temperature and film, and `more`."""
     parts = [_range(_temperatures(cases, materials), degrees)]
     recipes = [case.recipe for case in cases]
-    if isinstance(recipes[0], SimulationRecipe) and not isinstance(recipes[0], ActuateRecipe):
+    films: list[FilmBase] = [recipe.film for recipe in recipes if hasattr(recipe, "film")]
+    if not films:
         parts.append(_shared([recipe.mode for recipe in recipes]))
         specimens = [getattr(recipe, "specimen", None) for recipe in recipes]
         if None not in specimens:
             sides = [(1e3 * one.width, 1e3 * one.thickness) for one in specimens if one is not None]
             parts.append(_shared([f"section {number(width)}{TIMES}{number(thick)} mm" for width, thick in sides]))
     else:
-        parts += _films([recipe.film for recipe in recipes], _prestretches(recipes))
+        parts += _films(films)
     return headed(title, [material.name for material in materials], *parts, more)
 
 
@@ -135,17 +135,10 @@ def _temperatures(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> 
     return temperatures
 
 
-def _prestretches(recipes: Sequence[ActuateRecipe | FailureMapRecipe]) -> list[tuple[float, float]]:
-    pairs: list[tuple[float, float]] = []
-    for recipe in recipes:
-        pairs += [recipe.film.prestretch] if isinstance(recipe, ActuateRecipe) else recipe.film.prestretch
-    return pairs
-
-
-def _films(films: Sequence[FilmBase], prestretches: Sequence[tuple[float, float]]) -> list[str]:
+def _films(films: Sequence[FilmBase]) -> list[str]:
     """Thickness and prestretch of films, how long that was held, and their boundary."""
     thickness = _range([1e3 * film.thickness for film in films], number)
-    parts = [f"film {thickness} mm", _prestretched(prestretches)]
+    parts = [f"film {thickness} mm", _prestretched([pair for film in films for pair in film.prestretches])]
     held = [lasting(film.relax) for film in films if film.relax > 0]
     parts += [f"relaxed {_shared(held)}"] if len(held) == len(films) and _shared(held) else []
     if all(film.boundary[0] == film.boundary[1] for film in films):

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
 from dielast.commands.simulation.cases import CaseResult, last
 from dielast.commands.simulation.history import Entry, Recipe, aims, corners, lasting, reached
-from dielast.commands.simulation.recipe import CreepRecipe, RelaxRecipe
 from dielast.errors import warn
 from dielast.handover.material_file import breakdown
+from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (
     FAINTEST,
     STRONGEST,
@@ -29,12 +31,12 @@ from dielast.material.checks import (
     doubt_use,
     fastest_branch,
 )
-from dielast.material.material import Breakdown, Material
-from dielast.material.springs import Gent
+from dielast.material.material import Material
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
-    from dielast.commands.actuate.recipe import ActuateRecipe, FailureMapRecipe
+    from dielast.commands.actuate.recipe import ActuateRecipe
+    from dielast.commands.failure_map.recipe import FailureMapRecipe
     from dielast.simulate.events import Event
     from dielast.simulate.failure_map import FailureMap
     from dielast.simulate.map_plan import MapPlan
@@ -68,8 +70,7 @@ def doubt_membranes(
     loaded = [(material, result.columns) for material, result, own in zip(materials, results, targets, strict=True) if any(own)]
     if loaded:
         first, second = (np.concatenate([columns[f"stretch_{axis} [1]"] for _, columns in loaded]) for axis in (1, 2))
-        limits = [np.full(columns["time [s]"].size, _taut_at(material)) for material, columns in loaded]
-        doubt_elongation(first, second, np.concatenate(limits))
+        doubt_elongation(first, second, np.concatenate([_room(material, columns) for material, columns in loaded]))
 
 
 def doubt_films(
@@ -162,13 +163,13 @@ def _doubt_slack(results: Sequence[CaseResult]) -> None:
         warn(f"{f'case {slack[0]}{_and_more(slack)}: ' if len(results) > 1 else ''}{found}: a thin one goes slack instead")
 
 
-def _taut_at(material: Material) -> float:
-    """J_lim of the spring that never relaxes; infinite if there is none."""
-    law = material.equilibrium_law
-    return float(np.min(law.J_lim)) if isinstance(law, Gent) and material.equilibrium_modulus > 0 else np.inf
+def _room(material: Material, columns: Mapping[str, Any]) -> NDArray[np.float64]:
+    """How far (points,) the stretches of a case are from the limit of the equilibrium spring: 1 at rest, 0 at the limit."""
+    squared = np.square([columns[f"stretch_{axis} [1]"] for axis in (1, 2)])
+    return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
 
 
-def _limit(known: Breakdown | None, area: float, field: float) -> float:
+def _limit(known: BreakdownLaw | None, area: float, field: float) -> float:
     """The breakdown field in V/m of a film of this prestretched area; where none is known, that of films next to `field`."""
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))

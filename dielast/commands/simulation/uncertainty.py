@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.simulation.cases import each
+from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.errors import InputError, warn
 from dielast.handover.material_draws import beside, parse_draws
 from dielast.handover.material_file import draws_file, parse_material
@@ -15,7 +16,6 @@ from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, draw_sample, fewest_draws
 from dielast.recipe.cases import Case
-from dielast.recipe.uncertainty import FilmUncertainty, Uncertainty
 
 BESIDE = 1.1  # factor by which a material may miss the range of its draws: more is not noise
 

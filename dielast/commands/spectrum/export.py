@@ -7,12 +7,13 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from dielast.errors import InputError
-from dielast.export.conventions import CardOptions
-from dielast.recipe.fields import PositiveModulus, Quantity, Section, Temperature
+from dielast.export.card import CODES, spring_names
+from dielast.export.options import CardOptions
+from dielast.recipe.fields import OneOf, PositiveModulus, Quantity, Section, Temperature
 from dielast.units import Dimension
 
 DENSITY = Dimension("a density", "kg/m^3", "960 kg/m^3")
-Format = Literal["abaqus", "ansys", "febio", "comsol", "mfront"]
+Format = Annotated[str, OneOf(lambda: CODES.names)]
 
 
 class Export(Section):
@@ -21,7 +22,7 @@ class Export(Section):
     formats: list[Format] = Field(min_length=1, description="The codes to write cards for.")
     units: Literal["SI", "mm-t-s", "mm-N-MPa"] = Field("SI", description="Consistent units of the cards; COMSOL's is always SI.")
     temperature_scale: Literal["degC", "K"] = Field("degC", description="Of the model's temperatures (Abaqus, ANSYS).")
-    hyperelastic: Literal["gent", "neo-hookean", "yeoh"] | None = Field(
+    hyperelastic: Annotated[str, OneOf(spring_names)] | None = Field(
         None, description="Springs of the cards; default: the material's own, or an error."
     )
     J_lim: float | None = Field(None, gt=0, description="One limit for all springs, for codes that know only one.")

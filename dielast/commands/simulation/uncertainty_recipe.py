@@ -1,60 +1,39 @@
-"""The section `[uncertainty]` of recipes: how many draws, and what scatters from film to film."""
+"""`[uncertainty]` of simulations: how many draws, and what scatters from film to film."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError
 from dielast.material.scatter import NormalScatter, Scatter, WeibullScatter, fewest_draws
-from dielast.recipe.fields import Section, mistake_at
-from dielast.units import STRAIN, parse
+from dielast.recipe.fields import Section, Share, mistake_at
+
+DrawCount = Annotated[int, Field(ge=2, le=100_000)]
+Level = Annotated[float, Field(gt=0, lt=1)]
 
 
-def _share(value: Any) -> float:
-    """A standard deviation over the mean."""
-    try:
-        number = parse(value, STRAIN)
-    except InputError:
-        number = -1.0
-    if not 0 < number < 1:
-        raise InputError(f'{shown(value)}: a relative standard deviation below 100 % is needed, such as "5 %"')
-    return number
-
-
-Share = Annotated[float, PlainValidator(_share), WithJsonSchema({"type": "string", "examples": ["5 %"]})]
-
-
-class Draws(Section):
-    """How often the noise is drawn anew."""
-
-    draws: int = Field(200, ge=2, le=100_000, description="How many.")
-    seed: int = Field(1, ge=0, description="Of the random numbers: the same seed, the same result.")
-
-
-class Uncertainty(Draws):
+class Uncertainty(Section):
     """How many draws of the material are simulated, and what interval of them is told."""
 
     ELSEWHERE: ClassVar = dict.fromkeys(
         ("breakdown_field", "thickness"), "relax and creep draw the material alone; films scatter in actuate and failure-map"
     )
 
-    draws: int = Field(
+    draws: DrawCount = Field(
         200,
-        ge=2,
-        le=100_000,
         description="How many draws of the material to use, the first ones of its table; at most all of them. An interval of "
         "level 0.9 takes at least 19.",
     )
     seed: int = Field(1, ge=0, description="Of random numbers; of no effect here, where draws come from the material's table.")
-    level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval holds.")
+    level: Level = Field(0.9, description="Probability that an interval holds.")
 
     @model_validator(mode="after")
     def _enough(self) -> Self:
         if self.draws < (fewest := fewest_draws(self.level)):
-            told = f"{self.draws} do not tell an interval of level {self.level:g}: at least {fewest} are needed"
-            raise mistake_at("draws", told, self.draws)
+            wrong = f"{self.draws} do not tell an interval of level {self.level:g}: at least {fewest} are needed"
+            raise mistake_at("draws", wrong, self.draws)
         return self
 
 
@@ -70,7 +49,7 @@ class FieldScatter(Section):
     )
 
     @model_validator(mode="after")
-    def _its_own_number(self) -> Self:
+    def _number_of_the_law(self) -> Self:
         needed, other = ("shape", "relative") if self.law == "weibull" else ("relative", "shape")
         if getattr(self, needed) is None:
             raise InputError(f'law "{self.law}" needs {needed}')
@@ -86,10 +65,8 @@ class FieldScatter(Section):
 class FilmUncertainty(Uncertainty):
     """The same for films under voltage, which scatter too."""
 
-    draws: int = Field(
+    draws: DrawCount = Field(
         200,
-        ge=2,
-        le=100_000,
         description="How many films to draw. They are of the draws of the material in the order of its table, and of some of these "
         "again, chosen at random, if that is not enough; without breakdown_field and thickness, at most all of the table are used. "
         "An interval of level 0.9 takes at least 19; bounds of an event that happens in some draws only need as many in which it "
@@ -101,10 +78,8 @@ class FilmUncertainty(Uncertainty):
         description="Of the random numbers for breakdown_field and thickness, and for draws of the material that are used again; "
         "without these it has no effect.",
     )
-    level: float = Field(
+    level: Level = Field(
         0.9,
-        gt=0,
-        lt=1,
         description="Probability that an interval holds. A time without upper bound may be never; voltage, stretches and field of "
         "an event are told of the films to which it happens. Over time, a film that has failed counts as beyond every upper bound "
         "of stretches and field, and every lower one of stress and stability: where too many have failed, there is no such bound.",

@@ -1,0 +1,83 @@
+"""A subcommand as an object: all that the rest of dielast needs to know of it, and where its parts lie."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dielast.io.files import Inputs
+    from dielast.recipe.base import RecipeBase
+    from dielast.recipe.cases import Case
+    from dielast.report.report import Report
+    from dielast.sharing.execution import Execution
+
+Run = Callable[[Sequence["Case[Any]"], "Inputs", "Execution"], "Report"]
+"""Computes the cases of a recipe."""
+Reading = tuple[str, Any, Callable[[], object]]
+"""A recipe's key, what the recipe states there, and a function that reads the file named there or raises `InputError`.
+
+An empty key stands for the recipe as a whole.
+"""
+Readings = Callable[[Sequence["Case[Any]"], "Inputs"], Iterator[Reading]]
+"""Lists all that `dielast validate` reads of the files that the cases name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A subcommand, which runs the recipes whose `kind` is its name.
+
+    Its `package` holds
+
+    - `recipe.py` with the recipe's model, the class named by `recipe`,
+    - `run.py` with the function `run`, of type `Run`,
+    - `readings.py` with the function `readings`, of type `Readings`,
+    - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
+
+    None of these is imported before it is needed.
+    """
+
+    name: str
+    package: str
+    recipe: str
+    help: str
+    """What the command does."""
+    short_help: str
+    """The same in the list of commands, in at most 61 characters."""
+    files: tuple[str, ...]
+    """Every file that the command may write, besides its figures and its summary."""
+    can_share: bool = False
+    """Whether several processes or a cluster can share the work."""
+
+    @property
+    def model(self) -> type[RecipeBase]:
+        """The model of its recipes."""
+        model: type[RecipeBase] = getattr(import_module(f"{self.package}.recipe"), self.recipe)
+        return model
+
+    @property
+    def run(self) -> Run:
+        """The function that computes the cases of a recipe."""
+        run: Run = import_module(f"{self.package}.run").run
+        return run
+
+    @property
+    def readings(self) -> Readings:
+        """The function that lists what `dielast validate` reads."""
+        readings: Readings = import_module(f"{self.package}.readings").readings
+        return readings
+
+    def starter(self) -> str:
+        """A commented recipe that runs as it is."""
+        return self._text(f"{self.name}.toml")
+
+    def short_recipe(self) -> str:
+        """The shortest useful recipe."""
+        return self._text(f"{self.name}.short.toml")
+
+    def _text(self, name: str) -> str:
+        # importlib.resources takes as long to load as all else that a help page needs
+        return (Path(import_module(self.package).__path__[0]) / "starters" / name).read_text(encoding="utf-8")

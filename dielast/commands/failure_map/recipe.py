@@ -1,0 +1,122 @@
+"""Recipes of `failure-map`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator, model_validator
+
+from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, FilmBase, PullIn, prestretch_of
+from dielast.commands.simulation.recipe import Solver
+from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
+from dielast.errors import InputError
+from dielast.recipe.base import BreakdownField, RecipeBase
+from dielast.recipe.fields import InputFile, PositiveTime, Section, Temperatures, Time, Voltage, Voltages
+
+Value = TypeVar("Value")
+
+
+def _prestretches(value: Any) -> tuple[tuple[float, float], ...]:
+    """The prestretches of a map; a list is the grid's axis."""
+    entries = value if isinstance(value, list) else [value]
+    if not entries:
+        raise InputError("a list of prestretches is needed, such as [1.7, 1.9]")
+    return _distinct(tuple(prestretch_of(entry) for entry in entries), _spelled)
+
+
+def _spelled(pair: tuple[float, float]) -> str:
+    return f"{pair[0]:.9g}" if pair[0] == pair[1] else f"{pair[0]:.9g} x {pair[1]:.9g}"
+
+
+def _distinct(values: tuple[Value, ...], spelled: Callable[[Value], str]) -> tuple[Value, ...]:
+    """The axis of a map, whose values differ in the digits that tables show."""
+    seen = set[str]()
+    for text in map(spelled, values):
+        if text in seen:
+            raise InputError(f"{text} stands there twice: the values of a map's axis must differ")
+        seen.add(text)
+    return values
+
+
+Prestretches = Annotated[
+    tuple[tuple[float, float], ...],
+    PlainValidator(_prestretches),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "array", "items": ONE_PRESTRETCH, "minItems": 1}]}),
+]
+MapTemperatures = Annotated[Temperatures, AfterValidator(lambda values: _distinct(values, "{:.9g} degC".format))]
+
+
+class MapFilm(FilmBase):
+    """The film of a failure map."""
+
+    prestretch: Prestretches = Field(description="The axis of the grid: equibiaxial prestretches, or pairs.")
+
+    @property
+    def prestretches(self) -> tuple[tuple[float, float], ...]:
+        """The prestretch of axes 1 and 2 of each film."""
+        return self.prestretch
+
+
+class VoltageAxis(Section):
+    """The voltages of a map: values, or points from one to another, evenly spaced."""
+
+    values: Voltages | None = Field(None, description="Ascending; instead of from, to and points.")
+    start: Voltage | None = Field(None, alias="from", description="The lowest.")
+    to: Voltage | None = Field(None, description="The highest.")
+    points: int | None = Field(None, ge=1, le=100_000, description="How many, evenly spaced.")
+    ramp: Time = Field(0.0, validate_default=False, description="How long each voltage takes to come on.")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        spaced = [value is not None for value in (self.start, self.to, self.points)]
+        if (self.values is None) != all(spaced) or (self.values is not None and any(spaced)):
+            raise InputError("either values, or from, to and points, are needed")
+        if self.start is not None and self.to is not None:
+            if self.points == 1 and self.start != self.to:
+                raise InputError(f"points = 1 is a single voltage: from ({self.start:g} V) and to ({self.to:g} V) must be the same")
+            if not 0 <= self.start <= self.to or (self.start == self.to and self.points != 1):
+                raise InputError(f"from ({self.start:g} V) must be below to ({self.to:g} V)")
+        return self
+
+    @field_validator("values")
+    @classmethod
+    def _ascending(cls, values: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        for before, after in pairwise(values or ()):
+            if after <= before:
+                raise InputError(f"{after:g} V after {before:g} V: the voltages must ascend")
+        return values
+
+
+class MapSolver(Solver):
+    """How exactly the equations of a map are solved."""
+
+    rtol: float = Field(
+        1e-6,
+        ge=1e-12,
+        le=1e-2,
+        description="Relative tolerance of each time step. If it is not stated, draws of [uncertainty] have a looser one, 5e-4, by "
+        "which their times are exact to 0.1 %; state it where bounds closer together than that matter.",
+    )
+
+
+class FailureMapRecipe(RecipeBase):
+    """Time to failure over voltage, prestretch and temperature."""
+
+    kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
+    material: InputFile = Field(description="A material file, written by spectrum or by hand.")
+    temperature: MapTemperatures | None = Field(None, description="Default: the material's reference temperature.")
+    horizon: PositiveTime = Field(description="How long the voltage stays on; what lives longer survives.")
+    film: MapFilm = Field(description="The films and what is done to them before the voltage.")
+    voltage: VoltageAxis = Field(description="The axis of voltages.")
+    breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
+    pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
+    solver: MapSolver = Field(MapSolver(), description="How exactly the equations are solved.")
+    uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
+
+    @model_validator(mode="after")
+    def _on_in_time(self) -> Self:
+        if self.voltage.ramp > self.horizon:
+            raise InputError(f"voltage.ramp: {self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s")
+        return self

@@ -1,0 +1,132 @@
+"""Recipes of `relax` and `creep`."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
+
+from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.commands.simulation.result_columns import COLUMNS
+from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
+from dielast.errors import InputError, shown
+from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
+from dielast.recipe.fields import Force, SheetName, StrainRate, Stress
+from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, decimal_comma, parse
+
+
+def _no_strain(value: Any) -> Any:
+    """A stretch as it stands, unless it is plainly a strain."""
+    if isinstance(value, str) and (percent := re.fullmatch(r"\s*([+-]?\d+(?:\.\d+)?)\s*%\s*", value)):
+        stretch = 1 + float(percent[1]) / 100
+        raise InputError(f"{shown(value)}: a bare number is needed, and a stretch is 1 + strain, so this would be {stretch:g}")
+    return value
+
+
+Stretch = Annotated[float, BeforeValidator(_no_strain), Field(gt=0, allow_inf_nan=False)]
+
+
+class StretchStep(HistoryStep):
+    """A step of prescribed stretch."""
+
+    stretch: Stretch | None = Field(None, description="Stretch to reach (1 is undeformed).")
+    rate: StrainRate | None = Field(None, description="Of the stretch; negative to unload.")
+    low: Stretch | None = Field(None, description="Of a waveform; by default 1.")
+    high: Stretch | None = Field(None, description="Of a waveform.")
+    columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
+    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
+
+    def aim(self) -> Aim | None:
+        """The stretch."""
+        return None if self.stretch is None else Aim("stretch", self.stretch, self.rate)
+
+
+def _in_one_of(dimensions: tuple[Dimension, ...], needed: str, value: Any) -> tuple[float, str]:
+    """The number in the unit of the dimension that it has, and this unit."""
+    for dimension in dimensions:
+        try:
+            return parse(value, dimension), dimension.unit
+        except InputError:
+            continue
+    comma = decimal_comma(value) if isinstance(value, str) else ""
+    hint = f"; {comma}" if comma else f", such as {' or '.join(shown(dimension.example) for dimension in dimensions)}"
+    raise InputError(f"{shown(value)}: {needed} is needed{hint}")
+
+
+LoadValue = Annotated[
+    tuple[float, str],
+    PlainValidator(partial(_in_one_of, (FORCE, STRESS), "a force or a stress")),
+    WithJsonSchema({"type": "string", "examples": [FORCE.example, STRESS.example]}),
+]
+LoadRate = Annotated[
+    tuple[float, str],
+    PlainValidator(partial(_in_one_of, (FORCE_RATE, STRESS_RATE), "a force or stress rate")),
+    WithJsonSchema({"type": "string", "examples": [FORCE_RATE.example, STRESS_RATE.example]}),
+]
+
+
+class LoadStep(HistoryStep):
+    """A step of prescribed force or nominal stress."""
+
+    force: Force | None = Field(None, description="Force to reach; needs the specimen.")
+    stress: Stress | None = Field(None, description="Nominal stress to reach.")
+    rate: LoadRate | None = Field(None, description="Of the force or the stress; negative to unload.")
+    low: LoadValue | None = Field(None, description="Of a waveform, a force or a nominal stress; by default 0.")
+    high: LoadValue | None = Field(None, description="Of a waveform.")
+    columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
+    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
+
+    def aim(self) -> Aim | None:
+        """The force or the stress."""
+        rate = None if self.rate is None else self.rate[0]
+        if self.force is not None:
+            return Aim("force", self.force, rate, FORCE.unit)
+        return None if self.stress is None else Aim("stress", self.stress, rate, STRESS.unit)
+
+    @model_validator(mode="after")
+    def _one_quantity(self) -> Self:
+        if self.low is not None and self.high is not None and self.low[1] != self.high[1]:
+            raise InputError("low and high of a waveform must both be forces, or both stresses")
+        return self
+
+    @model_validator(mode="after")
+    def _rate_of_the_target(self) -> Self:
+        if self.rate is not None:
+            needed: Dimension = FORCE_RATE if self.force is not None else STRESS_RATE
+            if self.rate[1] != needed.unit:
+                target = "force" if self.force is not None else "stress"
+                raise InputError(f'rate: {needed.name} is needed with {target}, such as "{needed.example}"')
+        return self
+
+
+Mode = Literal["uniaxial", "equibiaxial", "pure-shear"]
+
+
+class RelaxRecipe(SimulationRecipe):
+    """Prescribed stretch -> stress."""
+
+    COLUMNS: ClassVar = (*COLUMNS, "relaxation_modulus [Pa]")
+
+    kind: Literal["relax"] = Field(description="The subcommand that runs this recipe.")
+    mode: Mode = Field("uniaxial", description="How the specimen is stretched.")
+    specimen: Specimen | None = Field(None, description="What extension and force in tables were measured on.")
+    step: Annotated[list[StretchStep], starting(1.0)] = Field(min_length=1, description="What happens, step by step.")
+
+
+class CreepRecipe(SimulationRecipe):
+    """Prescribed force or nominal stress -> stretch."""
+
+    kind: Literal["creep"] = Field(description="The subcommand that runs this recipe.")
+    mode: Mode = Field("uniaxial", description="How the specimen is loaded.")
+    specimen: Specimen | None = Field(None, description="What force and extension are of; not needed with stress.")
+    step: Annotated[list[LoadStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
+
+    @model_validator(mode="after")
+    def _a_section_for_forces(self) -> Self:
+        for index, step in enumerate(self.step):
+            forced = "high" if step.high is not None and step.high[1] == FORCE.unit else "force"
+            if (step.force is not None or forced == "high") and unmeasured(("force",), self.specimen):
+                raise InputError(f"step[{index}].{forced}: a force needs [specimen] with width and thickness, or state stress")
+        return self

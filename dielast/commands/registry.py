@@ -1,0 +1,68 @@
+"""The subcommands that run recipes: one line each, everything else asks here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dielast.commands.command import Command
+from dielast.recipe.kinds import maker_of
+
+if TYPE_CHECKING:
+    from dielast.recipe.cases import Case
+
+
+class Registry(Mapping[str, Command]):
+    """The commands by name, in the order of a workflow; a command is imported when it is asked for."""
+
+    def __init__(self) -> None:
+        self._homes: dict[str, str] = {}
+
+    def register(self, name: str, home: str) -> None:
+        """Add the command that `home` holds, written `package:ATTRIBUTE`."""
+        self._homes[name] = home
+
+    def __getitem__(self, name: str) -> Command:
+        package, attribute = self._homes[name].split(":")
+        command: Command = getattr(import_module(package), attribute)
+        return command
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._homes)
+
+    def __len__(self) -> int:
+        return len(self._homes)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._homes
+
+
+COMMANDS = Registry()
+COMMANDS.register("mastercurve", "dielast.commands.mastercurve:MASTERCURVE")
+COMMANDS.register("spectrum", "dielast.commands.spectrum:SPECTRUM")
+COMMANDS.register("relax", "dielast.commands.membrane:RELAX")
+COMMANDS.register("creep", "dielast.commands.membrane:CREEP")
+COMMANDS.register("actuate", "dielast.commands.actuate:ACTUATE")
+COMMANDS.register("failure-map", "dielast.commands.failure_map:FAILURE_MAP")
+
+
+def read_cases(
+    path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None
+) -> tuple[Case[Any], ...]:
+    """The cases of the recipe in the file `path`, as `dielast.recipe.cases.read_cases` has them."""
+    from dielast.recipe import cases
+
+    return cases.read_cases(COMMANDS, path, kind, overrides, content)
+
+
+def others_in(folder: Path, kind: str) -> list[str]:
+    """Other commands whose results lie in the `folder`, so that a run of this `kind` replaces their summary."""
+    files = {path.name for path in folder.iterdir() if path.suffix and path.is_file()}
+    foreign = {name for name in files if not name.startswith((f"{kind}.", "summary.")) and name not in COMMANDS[kind].files}
+    if not foreign:  # as usual: no other command needs to be imported
+        return []
+    others = {other: command for other, command in COMMANDS.items() if other != kind}
+    makers = {maker_of(others, name) for name in foreign}
+    return [other for other in others if other in makers]

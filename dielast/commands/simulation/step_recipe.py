@@ -1,0 +1,112 @@
+"""`[[step]]`: what steps of any quantity share."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple, Self, TypeVar
+
+from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic_core import InitErrorDetails
+
+from dielast.errors import InputError
+from dielast.recipe.fields import InputFile, PositiveTime, Section, Time
+
+Step = TypeVar("Step", bound="HistoryStep")
+
+
+class Aim(NamedTuple):
+    """The `value` of a quantity that a step goes to, and the rate at which, if that is stated; a stretch has no `unit`."""
+
+    quantity: str
+    value: float
+    rate: float | None
+    unit: str = ""
+
+    def missed(self, present: float | None) -> str | None:
+        """What is wrong with a rate that never leads here from `present`, which is None where the recipe does not tell."""
+        name = self.quantity if self.unit else "target"
+        if self.rate == 0:
+            return f"rate 0 never reaches the {name}"
+        move = 0.0 if present is None else self.value - present
+        # what is reached already, but for rounding, can be reached at any rate
+        if self.rate is None or move * self.rate >= 0 or abs(move) <= 1e-12 * abs(self.value):
+            return None
+        rate, way = f"{self.rate:g} {self.unit}/s" if self.unit else f"{self.rate:g}", "positive" if move > 0 else "negative"
+        to_go = f"{move:+g} {self.unit} are" if self.unit else f"{move:+g} of {self.quantity} is"
+        strain = self.quantity == "stretch" and self.value < 1 <= (present or 0.0)
+        hint = f"; a stretch is 1 + strain: if {self.value:g} is a strain, write {1 + self.value:g}" if strain else ""
+        return f"rate {rate} leads away from the {name}: {to_go} to go, so the rate must be {way}{hint}"
+
+
+OF_A_TABLE = ("columns", "sheet")
+"""Keys of a step that go with its table."""
+
+
+class HistoryStep(Section):
+    """A step holds for a time, follows a table, or goes to a target at a rate, within a duration, or at once."""
+
+    hold: PositiveTime | None = Field(None, description="Keep what is there for so long.")
+    table: InputFile | None = Field(
+        None,
+        description="Follow measured points: columns time and the prescribed quantity, or what a testing machine writes for it.",
+    )
+    duration: Time | None = Field(None, description="Time to reach the target, instead of rate; with neither: at once.")
+    waveform: Literal["triangle", "sine"] | None = Field(None, description="Cycles between low and high, starting from low.")
+    period: PositiveTime | None = Field(None, description="Of a waveform.")
+    cycles: int | None = Field(None, ge=1, le=1_000_000, description="Of a waveform; by default 1.")
+
+    def aim(self) -> Aim | None:
+        """Where the step goes, if the recipe says so."""
+        return None
+
+    def details(self) -> tuple[str, ...]:
+        """Keys that go with a waveform."""
+        return ("low", "high", "period", "cycles")
+
+    @model_validator(mode="after")
+    def _whole_waveform(self) -> Self:
+        stated = [key for key in self.details() if getattr(self, key) is not None]
+        if self.waveform is None and stated:
+            raise InputError(f"{stated[0]} goes with waveform")
+        if self.waveform is not None and (missing := [key for key in ("high", "period") if key not in stated]):
+            raise InputError(f"a waveform needs {' and '.join(missing)}")
+        return self
+
+    @model_validator(mode="after")
+    def _one_action(self) -> Self:
+        known = [key for key in type(self).model_fields if key not in ("rate", "duration", *OF_A_TABLE, *self.details())]
+        actions = [key for key in known if getattr(self, key) is not None]
+        paces = [key for key in ("rate", "duration") if getattr(self, key, None) is not None]
+        if len(actions) != 1:
+            found = f", not {' and '.join(actions)} together" if actions else ""
+            raise InputError(f"one of {', '.join(known)} is needed{found}")
+        if actions[0] in ("hold", "table", "waveform") and paces:
+            raise InputError(f"{paces[0]} does not go with {actions[0]}")
+        if len(paces) > 1:
+            raise InputError("rate and duration do not go together")
+        for key in OF_A_TABLE:
+            if getattr(self, key, None) is not None and self.table is None:
+                raise InputError(f"{key} is about a table")
+        return self
+
+
+def starting(start: float) -> AfterValidator:
+    """Steps from `start` on, every rate of which leads to its target, as far as the recipe tells where a step begins."""
+
+    def check(steps: list[Step]) -> list[Step]:
+        wrong: list[InitErrorDetails] = []
+        present: dict[str, float] | None = None  # by quantity; at first all are at the start
+        for index, step in enumerate(steps):
+            if step.hold is not None:
+                continue
+            aim = step.aim()
+            if aim is not None:
+                told = aim.missed(start if present is None else present.get(aim.quantity))
+                if told is not None:
+                    wrong.append({"type": "value_error", "loc": (index,), "input": step, "ctx": {"error": InputError(told)}})
+            # where a table or a waveform ends is not asked
+            present = {} if aim is None else {aim.quantity: aim.value}
+        if wrong:
+            raise ValidationError.from_exception_data("steps", wrong)
+        return steps
+
+    return AfterValidator(check)

@@ -1,0 +1,29 @@
+"""What `dielast validate` reads for `spectrum`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from dielast.commands.command import Reading
+from dielast.commands.spectrum.recipe import SpectrumRecipe
+from dielast.commands.spectrum.run import characterise
+from dielast.handover.mastercurve_draws import read_curve_draws
+from dielast.handover.mastercurve_folder import Curve, read_curve, read_master_curve
+from dielast.io.files import Inputs
+from dielast.recipe.cases import Case
+
+
+def readings(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The master curve or the test, and its fit: without the fit it is not known what a card or fewer branches can hold."""
+    recipe = cases[0].recipe
+    folder = recipe.mastercurve
+    curves: list[Curve] = []
+
+    def read() -> None:
+        curves.append(read_curve(recipe.data, inputs) if folder is None else read_master_curve(folder, inputs))
+        if folder is not None:
+            read_curve_draws(folder, curves[0], inputs)
+
+    yield "data.file" if folder is None else "mastercurve", folder or recipe.data, read
+    if curves:
+        yield "", recipe, lambda: characterise(recipe, curves[0])

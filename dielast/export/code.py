@@ -1,0 +1,121 @@
+"""What a finite-element code can carry, and a material as a card of the code states it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.export.options import UNITS, CardOptions, Units
+from dielast.export.text import number, temperature
+from dielast.material.shift import ShiftLaw
+from dielast.material.springs import CardForm, SpringLaw
+
+LARGEST_LOSS = 1e-7  # of the equilibrium modulus, where a code takes one minus the sum of ratios for it
+Lines = list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """A finite-element code, and how its files are written.
+
+    `springs` and `shifts` hold the code's own spring and shift laws by name, each with the function that writes its lines: of the
+    `CardForm` and the card, and of the shift law and the card. `write` makes the files (name -> ASCII text) of a card.
+    `most_terms`: the largest number of branches. `flows`: whether a material may lack an equilibrium modulus. `separate_limits`:
+    whether the branches may have other constants than the equilibrium spring. `poisson_ratio`: at time zero, where the code must
+    have a bulk modulus and none is stated; None where a card can be incompressible. `absolute`: shift laws that are written for
+    absolute temperatures only. `units`: the one system of units of its cards; None leaves the choice.
+    """
+
+    name: str
+    springs: Mapping[str, Callable[[CardForm, Card], Lines]]
+    shifts: Mapping[str, Callable[[Any, Card], Lines]]
+    write: Callable[[Card], dict[str, str]]
+    most_terms: int | None = None
+    flows: bool = False
+    separate_limits: bool = False
+    poisson_ratio: float | None = None
+    absolute: tuple[str, ...] = ()
+    units: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Card:
+    """A material as a card states it, in the card's units; temperatures in degC.
+
+    `law` is the code's name of the springs that `equilibrium_law` and `branch_law` are written as. `modulus` and `time` are of
+    shape (n,), slowest first. `bulk` is None for an incompressible card.
+    """
+
+    code: Code
+    options: CardOptions
+    name: str
+    law: str
+    equilibrium_law: SpringLaw
+    branch_law: SpringLaw
+    equilibrium: float
+    modulus: NDArray[np.float64]
+    time: NDArray[np.float64]
+    shift: ShiftLaw
+    bulk: float | None
+    density: float | None
+    notes: tuple[str, ...] = field(repr=False)
+
+    @property
+    def units(self) -> Units:
+        """The units of the numbers."""
+        return UNITS[self.options.units]
+
+    @property
+    def instantaneous(self) -> float:
+        """Shear modulus at time zero."""
+        return math.fsum((self.equilibrium, *self.modulus.tolist()))
+
+    @property
+    def compressibility(self) -> float:
+        """2/K, zero for an incompressible card."""
+        return 0.0 if self.bulk is None else 2 / self.bulk
+
+    @property
+    def branches(self) -> list[tuple[float, float]]:
+        """Modulus and relaxation time of every branch."""
+        return list(zip(self.modulus.tolist(), self.time.tolist(), strict=True))
+
+    @property
+    def default_bulk(self) -> list[str]:
+        """A comment on a bulk modulus that nobody stated."""
+        stated = self.options.bulk_modulus is not None or self.options.poisson_ratio is not None
+        return [] if stated else [f"by default from Poisson's ratio {self.code.poisson_ratio:g} at time zero."]
+
+    def spring_lines(self, modulus: float) -> Lines:
+        """The lines of the elastic spring, of a shear `modulus` in the card's units."""
+        form = self.equilibrium_law.form(self.law, modulus)
+        assert form is not None  # `prepare` has seen to it
+        return self.code.springs[self.law](form, self)
+
+    def shift_lines(self) -> Lines:
+        """The lines of the shift law; none where relaxation times hold at one temperature only."""
+        return self.code.shifts[self.shift.name](self.shift, self) if self.shift.depends_on_temperature else []
+
+    def temperature(self, value: float) -> str:
+        """A temperature in degC as a number on the model's scale."""
+        return temperature(value, self.options.temperature_scale)
+
+    def ratios_below_one(self) -> list[str]:
+        """Modulus of every branch over the instantaneous one, as it is written.
+
+        Raises `InputError` if one minus their sum no longer gives the equilibrium modulus.
+        """
+        written = [number(value / self.instantaneous) for value in self.modulus.tolist()]
+        rest, wanted = math.fsum((1.0, *(-float(text) for text in written))), self.equilibrium / self.instantaneous
+        if abs(rest - wanted) > LARGEST_LOSS * wanted:
+            raise InputError(
+                f"export.formats: {self.code.name} takes one minus the sum of the ratios for the equilibrium modulus, which is "
+                f"only {wanted:.2g} of the instantaneous one and would be lost in rounding: keep fewer branches ([truncate] keep)"
+            )
+        return written

@@ -1,0 +1,180 @@
+"""A material made ready for what a code can carry.
+
+Nothing is approximated in silence: what a code cannot carry is an `InputError` that begins with the recipe key to change, or is
+allowed by an option and then named in the card.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, warn
+from dielast.export.code import Card, Code
+from dielast.export.options import UNITS, CardOptions
+from dielast.export.text import identifier, plain
+from dielast.material.material import Material
+from dielast.material.shift import NoShift, ShiftLaw
+from dielast.material.springs import SpringLaw
+
+Made = TypeVar("Made")
+
+
+def prepare(material: Material, code: Code, options: CardOptions) -> Card:
+    """The material as `code` can carry it; raises `InputError`, a line for each recipe key to change, where it cannot."""
+    wrong: list[str] = []
+
+    def tried(make: Callable[[], Made]) -> Made | None:
+        try:
+            return make()
+        except InputError as error:
+            wrong.extend(error.messages)
+            return None
+
+    options = replace(options, units=code.units or options.units)
+    units = UNITS[options.units]
+    there = material.spectrum.shear_modulus > 0
+    dropped = int(np.count_nonzero(~there))
+    modulus, time = material.spectrum.shear_modulus[there], material.spectrum.relaxation_time[there]
+    tried(lambda: _check_branches(material, len(modulus), code))
+    spring = tried(lambda: _springs(material, code, options))
+    shifted = tried(lambda: _shift(material.shift, time, code, options))
+    bulk = tried(lambda: _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options))
+    if wrong or spring is None or shifted is None:
+        raise InputError(*wrong)
+    (law, equilibrium_law, branch_law, spring_notes), (shift, time, note) = spring, shifted
+    notes = [
+        f"Name in dielast: {plain(material.name)}",
+        f"Units: {units.names}; moduli are shear moduli unless said otherwise.",
+        note,
+        *options.notes,
+    ]
+    if dropped:
+        notes.append(f"Left out: branches of zero modulus ({dropped}).")
+        warn(f"export: the cards leave out {dropped} branches of zero modulus")
+    notes += spring_notes
+    if bulk is not None:
+        notes.append("The material is incompressible; the bulk modulus K makes Young's modulus 9 K G/(3 K + G), short of 3 G.")
+    notes += [
+        "Exact: the linear viscoelastic response. At large strain the code's own convolution of the elastic stress stands in for",
+        "the branches' own elastic and viscous stretches (DOI 10.1115/1.4030850).",
+        "Not carried: permittivity, electrostatic stress, breakdown field.",
+    ]
+    return Card(
+        code=code,
+        options=options,
+        name=identifier(material.name),
+        law=law,
+        equilibrium_law=equilibrium_law,
+        branch_law=branch_law,
+        equilibrium=material.equilibrium_modulus * units.stress,
+        modulus=modulus * units.stress,
+        time=time,
+        shift=shift,
+        bulk=None if bulk is None else bulk * units.stress,
+        density=None if options.density is None else options.density * units.density,
+        notes=tuple(notes),
+    )
+
+
+def _check_branches(material: Material, terms: int, code: Code) -> None:
+    wrong = []
+    if terms == 0:
+        wrong.append(f"export.formats: {code.name}: no branch has a modulus: there is nothing viscoelastic to write")
+    if code.most_terms is not None and terms > code.most_terms:
+        wrong.append(
+            f"export.formats: {code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "
+            "fit fewer ([fit] branches), or as many as a window of times needs ([reduce] window)"
+        )
+    if material.equilibrium_modulus == 0 and not code.flows:
+        wrong.append(
+            f"export.formats: {code.name} needs an equilibrium modulus above zero (ratios that sum to less than one): "
+            "the material flows; if it does not, state fit.equilibrium_modulus"
+        )
+    if wrong:
+        raise InputError(*wrong)
+
+
+def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str, SpringLaw, SpringLaw, list[str]]:
+    """The code's name of the springs, the laws of the equilibrium spring and of the branches, and notes on them."""
+    stated = (material.equilibrium_law, material.nonequilibrium_law)
+    first, rest = (law if options.J_lim is None else law.restated({"J_lim": options.J_lim}) for law in stated)
+    common = [form for form in first.exact_forms() if form in rest.exact_forms()]
+    wanted = options.hyperelastic or (common[0] if common else first.name)
+    possible = [form for form in code.springs if form != wanted and first.form(form) and rest.form(form)]
+    if wanted not in code.springs:
+        allowed = " or ".join(f'"{form}"' for form in possible)
+        instead = f"allow {allowed} instead, which the card will name as an approximation" if allowed else "no card can hold it"
+        raise InputError(f'export.hyperelastic: {code.name} has no "{wanted}" law: {instead}')
+    forms = first.form(wanted), rest.form(wanted)
+    if forms[0] is None or forms[1] is None:
+        raise InputError(f'export.hyperelastic: "{wanted}" cannot stand for {_titles(first, rest)}')
+    if forms[0].constants and forms[0].needs and forms[1].needs:
+        needs = forms[0].needs
+        raise InputError(f'export.hyperelastic: "{wanted}" needs a {needs}, and the material has none: state export.{needs}')
+    if forms[0].constants != forms[1].constants and not code.separate_limits:
+        name, value = next(iter(first.values().items()))
+        raise InputError(
+            f"export.{name}: {code.name} has one {name} for the equilibrium spring and the branches alike, "
+            f'not {value:g} and {rest.values()[name]:g}: state one, or allow hyperelastic = "neo-hookean"'
+        )
+    notes = [f"Springs: {wanted}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
+    if wanted in stated[0].exact_forms() and wanted in stated[1].exact_forms() and _constants(first, rest) == _constants(*stated):
+        return wanted, first, rest, notes
+    notes.append(f"APPROXIMATION, allowed by the recipe: the material's springs are {_titles(*stated)}.")
+    return wanted, first, rest, [*notes, *forms[0].notes]
+
+
+def _titles(first: SpringLaw, rest: SpringLaw) -> str:
+    """The laws of the equilibrium spring and of the branches, with their constants."""
+    titles = " and ".join(dict.fromkeys((first.title, rest.title)))
+    constants = _constants(first, rest)
+    return f"{titles}'s with {constants}" if constants else titles
+
+
+def _constants(first: SpringLaw, rest: SpringLaw) -> str:
+    """The constants of the equilibrium spring and of the branches."""
+    if type(first) is not type(rest):
+        return ""
+    values = zip(first.values().items(), rest.values().values(), strict=True)
+    return "; ".join(f"{name} = {value:g} (equilibrium) and {other:g} (branches)" for (name, value), other in values)
+
+
+def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOptions) -> tuple[ShiftLaw, NDArray[np.float64], str]:
+    """The shift law of the card, its relaxation times in s, and a note on the temperature that they hold at."""
+    there = f"{law.reference_temperature:g} degC"
+    if not law.depends_on_temperature:
+        return law, time, f"Relaxation times hold at {there}; the material has no shift law."
+    if law.name in code.shifts:
+        if law.name in code.absolute and options.temperature_scale != "K":
+            raise InputError(
+                f'export.temperature_scale: {code.name} takes the {law.title} law in absolute temperatures only: "K" is needed'
+            )
+        return law, time, f"Relaxation times hold at {there}, the reference temperature of the shift law."
+    missing = f'{code.name} has no shift function for the law "{law.name}"'
+    if options.temperature is None:
+        raise InputError(f"export.temperature: {missing}: state the one temperature that its card holds for")
+    try:
+        shift_factor = float(10 ** law.log10_shift_factor(options.temperature))
+    except InputError as error:
+        raise InputError(f"export.temperature: {error}") from None
+    scaled = time * shift_factor
+    if not np.all(np.isfinite(scaled) & (scaled > 0)):
+        raise InputError(f"export.temperature: {options.temperature:g} degC: the relaxation times are beyond what a number holds")
+    return NoShift(options.temperature), scaled, f"Relaxation times hold at {options.temperature:g} degC ONLY: {missing}."
+
+
+def _bulk(shear: float, code: Code, options: CardOptions) -> float | None:
+    if options.bulk_modulus is not None:
+        if options.bulk_modulus <= 2 / 3 * shear:
+            raise InputError(
+                f"export.bulk_modulus: {options.bulk_modulus:g} Pa with an instantaneous shear modulus of {shear:.4g} Pa makes "
+                f"Poisson's ratio negative: more than {2 / 3 * shear:.4g} Pa is needed, for rubbers about 2 GPa"
+            )
+        return options.bulk_modulus
+    ratio = code.poisson_ratio if options.poisson_ratio is None else options.poisson_ratio
+    return None if ratio is None else 2 * shear * (1 + ratio) / (3 * (1 - 2 * ratio))

@@ -1,0 +1,36 @@
+"""What every breakdown law answers: the true field at which a film breaks down."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.material.law import Law
+
+
+class BreakdownLaw(Law):
+    """Base of the breakdown laws; a law states `at` and `scaled` at least."""
+
+    __slots__ = ()
+
+    def at(self, prestretch: ArrayLike) -> NDArray[np.float64]:
+        """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
+        raise NotImplementedError
+
+    def scaled(self, factor: float) -> Self:
+        """The law of a film whose breakdown field is `factor` times as large, at every prestretch."""
+        raise NotImplementedError
+
+    def is_known_at(self, prestretch: ArrayLike) -> NDArray[np.bool_]:
+        """Whether the law was stated for equibiaxial prestretches (any shape), so that nothing stands in for it."""
+        return np.ones(np.shape(prestretch), dtype=bool)
+
+    def outside(self, prestretch: float) -> str:
+        """What stands in for the law at a prestretch that it is not known at, and how to state it."""
+        return ""
+
+    def typical_fields(self) -> NDArray[np.float64]:
+        """Fields (k,) in V/m by which to judge whether the law is one of films."""
+        return np.atleast_1d(self.at(1.0))

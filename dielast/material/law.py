@@ -1,0 +1,128 @@
+"""What the laws of every family share: a name, constants with units, and a registry that finds a law by its name.
+
+A law is a frozen dataclass that answers every question about itself, so that no other module asks what type it is. To add a law,
+write its module and register its class in the package of its family.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Generic, TypeVar
+
+from dielast.errors import InputError, shown
+from dielast.units import Dimension
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """One constant of a law: the attribute `name` of the law, and how files state it.
+
+    `dimension` is None for a bare number. A value lies `above` or is `at_least` a bound, where one is given. `many`: a list of
+    numbers. `key` is its key in a material file, if that is not the name. A file may leave out a constant with a value `left_out`.
+    """
+
+    name: str
+    description: str
+    dimension: Dimension | None = None
+    above: float | None = None
+    at_least: float | None = None
+    many: bool = False
+    key: str = ""
+    left_out: Any = None
+
+    @property
+    def file_key(self) -> str:
+        """The key in a material file."""
+        return self.key or self.name
+
+    @property
+    def unit(self) -> str:
+        """The unit of its value; "1" for a bare number."""
+        return "1" if self.dimension is None else self.dimension.unit
+
+    @property
+    def suffix(self) -> str:
+        """What the unit adds to the name of a number in a summary, such as `_J_per_mol`."""
+        return "" if self.unit == "1" else "_" + self.unit.replace("/", "_per_")
+
+    def is_allowed(self, value: float) -> bool:
+        """Whether a value lies within the bounds."""
+        return (self.above is None or value > self.above) and (self.at_least is None or value >= self.at_least)
+
+    def stated(self, value: Any) -> Any:
+        """The value as a material file states it, with 9 significant digits."""
+        if self.many:
+            return [replace(self, many=False).stated(entry) for entry in value]
+        return float(f"{value:.9g}") if self.dimension is None else f"{value:.9g} {self.unit}"
+
+
+class Law:
+    """Base of every law.
+
+    `name` stands in files, `title` in sentences ("the WLF law").
+    """
+
+    __slots__ = ()
+    name: ClassVar[str]
+    title: ClassVar[str]
+    constants: ClassVar[tuple[Constant, ...]] = ()
+
+    def stated(self) -> dict[str, Any]:
+        """The constants by their keys in a material file, those at the value that a file leaves out apart."""
+        values = [(constant, getattr(self, constant.name)) for constant in self.constants]
+        return {
+            constant.file_key: constant.stated(value)
+            for constant, value in values
+            if constant.left_out is None or value != constant.left_out
+        }
+
+    @classmethod
+    def arguments(cls, stated: Mapping[str, Any]) -> dict[str, Any]:
+        """Arguments of the class from values (SI) by their keys in a material file.
+
+        Raises `InputError` for a constant that is missing, and for a key that is no constant of this law.
+        """
+        given = {key for key, value in stated.items() if value is not None}
+        needed = {constant.file_key for constant in cls.constants if constant.left_out is None}
+        if needed - given:
+            raise InputError(f'law "{cls.name}" needs {" and ".join(sorted(needed - given))}')
+        if others := given - {constant.file_key for constant in cls.constants}:
+            raise InputError(f'law "{cls.name}" does not take {" and ".join(sorted(others))}')
+        values = {constant: stated.get(constant.file_key) for constant in cls.constants}
+        return {
+            constant.name: constant.left_out if value is None else tuple(value) if constant.many else value
+            for constant, value in values.items()
+        }
+
+
+Entry = TypeVar("Entry", bound=Any)
+
+
+class Registry(Generic[Entry]):
+    """Everything of one `kind` by name, in the order of registration."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self._entries: dict[str, Entry] = {}
+
+    def register(self, entry: Entry) -> Entry:
+        """Add an entry under its name; it also serves as a decorator of a class."""
+        self._entries[entry.name] = entry
+        return entry
+
+    def __getitem__(self, name: str) -> Entry:
+        if name not in self._entries:
+            raise InputError(f"{shown(name)}: {self.kind}: one of {', '.join(self._entries)} is needed")
+        return self._entries[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._entries
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self._entries.values())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all."""
+        return tuple(self._entries)

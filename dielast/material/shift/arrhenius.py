@@ -1,0 +1,63 @@
+"""Arrhenius' law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError, warn
+from dielast.material.law import Constant
+from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor
+from dielast.material.shift.law import Array, ShiftLaw
+from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
+
+GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
+BARRIERS = 5e3, 2e6  # J/mol, activation energies: from the motion of a methyl group to a glass transition
+
+
+@dataclass(frozen=True, slots=True)
+class Arrhenius(ShiftLaw):
+    """ln a = E_a / R (1/T - 1/T_ref) with T in kelvin; `activation_energy` E_a in J/mol."""
+
+    reference_temperature: float
+    activation_energy: float
+
+    name: ClassVar = "arrhenius"
+    title: ClassVar = "Arrhenius"
+    constants: ClassVar = (Constant("activation_energy", "Of Arrhenius.", MOLAR_ENERGY),)
+
+    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+        """log10 a(T); raises `InputError` at or below absolute zero."""
+        kelvin = np.asarray(temperature, dtype=float) + ZERO_CELSIUS
+        if np.any(kelvin <= 0):
+            raise InputError(f"temperature {float(np.min(kelvin)) - ZERO_CELSIUS:g} degC is at or below absolute zero")
+        inverse = 1 / kelvin - 1 / (self.reference_temperature + ZERO_CELSIUS)
+        return np.asarray(self.activation_energy / GAS_CONSTANT * inverse / np.log(10))
+
+    def label(self) -> str:
+        """The activation energy in kJ/mol."""
+        return f"Arrhenius, $E_a$ = {self.activation_energy / 1e3:.4g} kJ/mol"
+
+    def doubt(self) -> str:
+        """Activation energies that no polymer has."""
+        if BARRIERS[0] <= abs(self.activation_energy) <= BARRIERS[1]:
+            return ""
+        known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
+        return f"an activation energy of {self.activation_energy / 1e3:g} kJ/mol, but {known}: is it in another unit?"
+
+    @classmethod
+    def fit(cls, base: float, distance: Array, wanted: Array, whiten: Array) -> FittedLaw:
+        """The activation energy, in which log10 a is linear."""
+        unit = cls(base, 1.0)
+        energy, moments, response, misfit = fit_factor(whiten, unit.log10_shift_factor(base + distance), wanted)
+        if energy <= 0:
+            warn(f"the activation energy comes out as {energy:.3g} J/mol: relaxation gets slower with temperature")
+
+        def about(move: float) -> MovedLaw:
+            rise = float(unit.log10_shift_factor(base + move))
+            return MovedLaw(cls(base + move, energy), np.eye(1), energy * rise, np.array([rise]), np.zeros(0))
+
+        return FittedLaw(about, moments, response, misfit)

@@ -1,0 +1,112 @@
+"""What every time-temperature shift law answers: how far a temperature stretches every relaxation time.
+
+The shift factor is a(T) = tau(T) / tau(T_ref), so cold means slow: log10 a > 0 below the reference temperature, < 0 above it, and
+reduced time is t / a(T). Temperatures are in degC.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.material.law import Constant, Law
+from dielast.material.shift.fit import FittedLaw
+
+Array = NDArray[np.float64]
+
+
+class ShiftLaw(Law):
+    """Base of the shift laws: frozen dataclasses whose first field is `reference_temperature` (degC), where log10 a = 0.
+
+    A law states `log10_shift_factor` at least, and `fit` if it can be fitted to shift factors.
+    """
+
+    __slots__ = ()
+    reference_temperature: float
+    is_fitted: ClassVar[bool] = True  # whether mastercurve can fit it
+    depends_on_temperature: ClassVar[bool] = True
+
+    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+        """log10 a(T) for temperatures in degC, of the same shape; `InputError` where the law does not hold."""
+        raise NotImplementedError
+
+    def measured_range(self) -> tuple[float, float] | None:
+        """Lowest and highest temperature (degC) that the law holds at, if that is a property of the law."""
+        return None
+
+    def label(self) -> str:
+        """The law and its constants, for the legend of a plot."""
+        return self.title
+
+    def doubt(self) -> str:
+        """Why the constants look wrong, if they do."""
+        return ""
+
+    @classmethod
+    def fit(cls, base: float, distance: Array, wanted: Array, whiten: Array) -> FittedLaw:
+        """Fit the law to shift factors by generalised least squares.
+
+        `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) turns its
+        errors into independent ones of variance 1.
+        """
+        raise InputError(f"the {cls.title} law cannot be fitted: state it in the material file")
+
+    @classmethod
+    def through(cls, temperature: Array, log10_shift_factor: Array, reference_temperature: float) -> tuple[Self, Array] | None:
+        """The law that goes exactly through log10 a (m,) at `temperature` (m,), ascending, if it can.
+
+        With it the weights (m,) of the shift factors in log10 a at the `reference_temperature`.
+        """
+        return None
+
+    def drawn(self) -> dict[tuple[str, str], float]:
+        """The numbers that differ from draw to draw, by name and unit."""
+        return {(constant.name, constant.unit): float(getattr(self, constant.name)) for constant in self.constants}
+
+    def drawn_headers(self) -> list[str]:
+        """The headers of the columns of `drawn`."""
+        return [f"{name} [{unit}]" for name, unit in self.drawn()]
+
+    def redrawn(self, numbers: list[float]) -> Self:
+        """The law with other numbers, in the order of `drawn`; `InputError` naming the column of a number that is not allowed."""
+        for constant, header, value in zip(self.constants, self.drawn_headers(), numbers, strict=True):
+            if not constant.is_allowed(value):
+                raise InputError(f'column "{header}": {value:g}: a number above {constant.above:g} is needed')
+        named = {constant.name: value for constant, value in zip(self.constants, numbers, strict=True)}
+        return replace(self, **named)  # type: ignore[type-var]
+
+    def numbers_of(self, other: ShiftLaw) -> Array:
+        """The numbers of `drawn` for which this law is the `other` one, which was fitted in the same way."""
+        return np.array(list(other.drawn().values()))
+
+    def allows(self, numbers: Array) -> bool:
+        """Whether a material can have these numbers, in the order of `drawn`."""
+        return all(constant.is_allowed(value) for constant, value in zip(self.constants, numbers.tolist(), strict=False))
+
+    @classmethod
+    def summary_names(cls) -> dict[str, Constant]:
+        """The constants by their names in a summary, which end in the unit."""
+        return {constant.name + constant.suffix: constant for constant in cls.constants}
+
+    def summary(self, covariance: Array) -> dict[str, float]:
+        """The constants as a summary has them, with standard errors and covariances from their `covariance` (p, p)."""
+        found: dict[str, float] = {}
+        for index, (key, constant) in enumerate(self.summary_names().items()):
+            found |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
+        for index, one in enumerate(self.constants):
+            for further, other in enumerate(self.constants[index + 1 :], index + 1):
+                found[f"{one.name}_{other.name}_covariance{one.suffix}{other.suffix}"] = float(covariance[index, further])
+        return found
+
+    @classmethod
+    def from_summary(
+        cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Array, Array]]
+    ) -> Self:
+        """The law from the constants in a `summary`; `measured` gives temperatures (degC) and log10 a, if they are needed."""
+        named = {constant.name: float(summary[key]) for key, constant in cls.summary_names().items()}
+        return cls(reference_temperature, **named)  # type: ignore[call-arg]

@@ -1,0 +1,27 @@
+"""No shift."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.material.shift.law import Array, ShiftLaw
+
+
+@dataclass(frozen=True, slots=True)
+class NoShift(ShiftLaw):
+    """Relaxation times that no temperature changes: log10 a = 0."""
+
+    reference_temperature: float
+
+    name: ClassVar = "none"
+    title: ClassVar = "no shift"
+    is_fitted: ClassVar = False
+    depends_on_temperature: ClassVar = False
+
+    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+        """Zero at every temperature."""
+        return np.zeros(np.shape(temperature))

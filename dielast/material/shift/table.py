@@ -1,0 +1,135 @@
+"""A table of measured shift factors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError
+from dielast.io.result import Result
+from dielast.material.law import Constant
+from dielast.material.shift.law import Array, ShiftLaw
+
+ROUNDING = 1e-6  # of log10 a, which dielast writes with 9 digits
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class ShiftTable(Result, ShiftLaw):
+    """Measured shift factors, interpolated linearly in log10 a over T; `InputError` outside the measured range.
+
+    `temperature` in degC, ascending, and `log10_shift` have the same length. log10 a at the reference temperature is subtracted.
+    """
+
+    reference_temperature: float
+    temperature: tuple[float, ...]
+    log10_shift: tuple[float, ...]
+
+    name: ClassVar = "table"
+    title: ClassVar = "shift table"
+    constants: ClassVar = (
+        Constant("temperature", "Of a table, in degC.", many=True, key="temperature_degC"),
+        Constant(
+            "log10_shift",
+            "Of a table: of relaxation times, positive where it is colder.",
+            many=True,
+            key="log10_shift_factor",
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        if not self.temperature:
+            raise InputError("a shift table needs at least one temperature and its shift factor")
+        if len(self.temperature) != len(self.log10_shift):
+            raise InputError(
+                f"{len(self.temperature)} temperatures but {len(self.log10_shift)} shift factors: one for each is needed"
+            )
+        if not np.all(np.diff(self.temperature) > 0):
+            raise InputError("the temperatures of a shift table must ascend")
+
+    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+        """log10 a(T), shifted so that it is zero at the reference temperature."""
+        wanted = np.asarray(temperature, dtype=float)
+        low, high = self.measured_range()
+        outside = (wanted < low) | (wanted > high)
+        if np.any(outside):
+            first = float(np.atleast_1d(wanted[outside])[0])
+            raise InputError(f"temperature {first:g} degC is outside the shift table's {low:g} to {high:g} degC")
+        return np.asarray(np.interp(wanted, self.temperature, self.log10_shift) - self._origin())
+
+    def _origin(self) -> float:
+        return float(np.interp(self.reference_temperature, self.temperature, self.log10_shift))
+
+    def measured_range(self) -> tuple[float, float]:
+        """The first and the last temperature."""
+        return self.temperature[0], self.temperature[-1]
+
+    def label(self) -> str:
+        """How the table is read."""
+        return "linear in between"
+
+    def doubt(self) -> str:
+        """A table that is not 0 at the reference temperature."""
+        there, origin = self.reference_temperature, self._origin()
+        if abs(origin) <= ROUNDING:
+            return ""
+        stated = f"the shift table gives log10 a = {origin:.3g} at the reference temperature {there:g} degC, where it must be 0"
+        mend = f"state the temperature that the table refers to, or an entry of 0 at {there:g} degC"
+        return f"{stated}: {origin:.3g} is subtracted from every entry, so that it is; {mend}"
+
+    @classmethod
+    def through(cls, temperature: Array, log10_shift_factor: Array, reference_temperature: float) -> tuple[Self, Array]:
+        """The table itself, with a row for the reference temperature, interpolated by a cubic through its four neighbours."""
+        if not temperature[0] <= reference_temperature <= temperature[-1]:
+            raise InputError(
+                f"reference temperature {reference_temperature:g} degC is outside {temperature[0]:g} to {temperature[-1]:g} degC, "
+                "where the shift table ends: choose a law, or a reference temperature within"
+            )
+        weight = np.zeros(temperature.size)
+        first = int(np.clip(np.searchsorted(temperature, reference_temperature) - 2, 0, max(temperature.size - 4, 0)))
+        near = np.arange(first, min(first + 4, temperature.size))
+        gap = temperature[near][:, None] - temperature[near] + np.eye(near.size)
+        ratio = np.where(np.eye(near.size) > 0, 1.0, (reference_temperature - temperature[near]) / gap)
+        weight[near] = np.prod(ratio, axis=1)
+        relative = log10_shift_factor - float(weight @ log10_shift_factor)
+        rows = {**dict(zip(temperature.tolist(), relative.tolist(), strict=True)), float(reference_temperature): 0.0}
+        return cls(reference_temperature, *zip(*sorted(rows.items()), strict=True)), weight
+
+    def drawn(self) -> dict[tuple[str, str], float]:
+        """The shift factor at every temperature."""
+        rows = zip(self.temperature, self.log10_shift, strict=True)
+        return {(f"log10_shift_factor_{temperature:g}", "1"): value for temperature, value in rows}
+
+    def redrawn(self, numbers: list[float]) -> Self:
+        """The table with other shift factors."""
+        return replace(self, log10_shift=tuple(numbers))
+
+    def numbers_of(self, other: ShiftLaw) -> Array:
+        """The shift factors of the other law at the temperatures of this table."""
+        return other.log10_shift_factor(np.array(self.temperature))
+
+    def allows(self, numbers: Array) -> bool:
+        """Any shift factors."""
+        return True
+
+    @classmethod
+    def summary_names(cls) -> dict[str, Constant]:
+        """None: the table is a file of its own."""
+        return {}
+
+    def summary(self, covariance: Array) -> dict[str, float]:
+        """Nothing, likewise."""
+        return {}
+
+    @classmethod
+    def from_summary(
+        cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Array, Array]]
+    ) -> Self:
+        """The table of the measured shift factors."""
+        temperature, factor = measured()
+        known = dict(zip(temperature.tolist(), factor.tolist(), strict=True)) | {reference_temperature: 0.0}
+        rows = sorted((at, value) for at, value in known.items() if np.isfinite(value))
+        return cls(reference_temperature, *zip(*rows, strict=True))

@@ -1,0 +1,166 @@
+"""The law of Williams, Landel and Ferry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError, warn
+from dielast.material.law import Constant
+from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor, reduced_chi_square
+from dielast.material.shift.law import Array, ShiftLaw
+from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
+
+# K, C1 C2 = 1 / (ln 10 alpha_f), whatever the reference temperature: the free volume's expansion alpha_f is 1e-4 to 4e-3 /K
+FREE_VOLUME = 100.0, 4000.0
+SMALLEST_C2 = 50.0  # K, about the coldest temperature: that of most polymers at their glass transition, below which nobody shifts
+ASSUMED_C2 = 25  # values of an assumed C2 that are tried
+POORLY_KNOWN = 0.25  # relative standard error of C2 beyond which it is warned of
+BEFORE_POLE = 0.98  # of the distance to a pole: the pole lies outside of the measured temperatures
+ITERATIONS, SETTLED, SHORTEST_STEP = 100, 1e-12, 1e-6  # of the Gauss-Newton method; relative
+
+
+@dataclass(frozen=True, slots=True)
+class WLF(ShiftLaw):
+    """log10 a = -C1 (T - T_ref) / (C2 + T - T_ref), Eq. 11 of DOI 10.1115/1.4030850.
+
+    `C1` is dimensionless (decimal logarithm), `C2` in K. At the pole, T = T_ref - C2, the material would never relax.
+    """
+
+    reference_temperature: float
+    C1: float
+    C2: float
+
+    name: ClassVar = "wlf"
+    title: ClassVar = "WLF"
+    constants: ClassVar = (
+        Constant("C1", "Of WLF.", above=0.0),
+        Constant("C2", "Of WLF.", TEMPERATURE_DIFFERENCE, above=0.0),
+    )
+
+    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+        """log10 a(T); raises `InputError` at or below the pole."""
+        distance = np.asarray(temperature, dtype=float) - self.reference_temperature
+        if np.any(self.C2 + distance <= 0):
+            coldest = self.reference_temperature + float(np.min(distance))
+            pole = self.reference_temperature - self.C2
+            where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
+            if self.reference_temperature > 200:  # where hardly anybody refers to
+                where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
+            raise InputError(f"temperature {coldest:g} degC is at or below {where}")
+        return np.asarray(-self.C1 * distance / (self.C2 + distance))
+
+    def label(self) -> str:
+        """Both constants."""
+        return f"WLF, $C_1$ = {self.C1 + 0.0:.4g}, $C_2$ = {self.C2 + 0.0:.4g} K"
+
+    def doubt(self) -> str:
+        """Constants that no polymer has."""
+        product, (low, high) = self.C1 * self.C2, FREE_VOLUME
+        if low <= product <= high:
+            return ""
+        natural = high < product <= high * np.log(10)
+        guess = "is C1 for natural logarithms, 2.303 times too large?" if natural else "is one of them in another unit?"
+        known = f"polymers have {low:g} to {high:g} K at any reference temperature"
+        return f"WLF with C1 = {self.C1:g} and C2 = {self.C2:g} K: C1 C2 is {product:.3g} K, but {known}: {guess}"
+
+    @classmethod
+    def fit(cls, base: float, distance: Array, wanted: Array, whiten: Array) -> FittedLaw:
+        """log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular also where C2 is large.
+
+        Where the data do not determine C2, or bend the other way, C2 = T_ref in kelvin is assumed.
+        """
+        # no pole among the measured temperatures
+        lowest = -BEFORE_POLE / float(distance.max()) if distance.max() > 0 else -np.inf
+        highest = -BEFORE_POLE / float(distance.min()) if distance.min() < 0 else np.inf
+        g, k = _gauss_newton(distance, wanted, whiten, lowest, highest)
+        jacobian = _jacobian(distance, g, k, whiten)
+        normal: Array = jacobian.T @ jacobian
+        misfit = reduced_chi_square(whiten @ (wanted + g * distance / (1 + k * distance)), 2)
+        scale = np.sqrt(np.diag(normal))
+        regular = distance.size >= 2 and np.linalg.cond(normal / np.outer(scale, scale)) < 1e12
+        moments: Array = np.asarray(np.linalg.inv(normal)) if regular else np.full((2, 2), np.inf)
+        spread = float(np.sqrt(moments[1, 1] * max(misfit, 1.0)))
+        plausible, assumed = np.zeros((0, 2)), ""
+        if k <= max(spread, 0.0):
+            k_fitted, k = k, 1 / (base + ZERO_CELSIUS)
+            g, variance, response, misfit = fit_factor(whiten, -distance / (1 + k * distance), wanted)
+            moments = np.array([[variance[0, 0], 0.0], [0.0, 0.0]])
+            largest = min(1 / (SMALLEST_C2 + max(-float(distance.min()), 0.0)), k_fitted + 2 * spread)
+            plausible = _with_k(np.linspace(0.0, max(largest, k), ASSUMED_C2), distance, wanted, whiten)
+            response = np.vstack((response, np.zeros(response.shape)))
+            why = (
+                "do not tell the WLF constants C1 and C2 apart"
+                if spread >= abs(k_fitted)
+                else "bend the other way than the WLF law"
+            )
+            assumed = (
+                f"the shift factors of {distance.size + 1} temperatures {why}: C2 = T_ref in kelvin is assumed, "
+                "which makes it Arrhenius' law, and only the ratio C1/C2 is fitted"
+            )
+        else:
+            response = np.asarray(moments @ jacobian.T @ whiten)
+            if spread > POORLY_KNOWN * k:
+                known = f"C2 is known to {100 * spread / k:.0f} % only"
+                warn(f"these temperatures hardly tell the WLF constants C1 and C2 apart: {known}")
+
+        def about(move: float) -> MovedLaw:
+            pole = 1 + k * move
+            if pole <= 0:
+                raise InputError(
+                    f"reference temperature {base + move:g} degC is at or below {base - 1 / k:g} degC, the pole of the WLF law"
+                )
+            law = cls(base + move, float(g / (k * pole)), float(1 / k + move))
+            to_constants = np.array([[1 / (k * pole), -g * (1 + 2 * k * move) / (k * pole) ** 2], [0.0, -1 / k**2]])
+            to_origin = np.array([-move / pole, g * move**2 / pole**2])
+            poles = 1 + plausible[:, 1] * move
+            others = -plausible[:, 0] * move / np.where(poles > 0, poles, np.nan)
+            return MovedLaw(law, to_constants, -g * move / pole, to_origin, others)
+
+        return FittedLaw(about, moments, response, misfit, assumed)
+
+
+def _with_k(k: Array, distance: Array, wanted: Array, whiten: Array) -> Array:
+    """g and k (n, 2) for the given k (n,)."""
+    columns = -distance / (1 + k[:, None] * distance) @ whiten.T
+    return np.stack((columns @ whiten @ wanted / np.sum(columns**2, axis=1), k), axis=1)
+
+
+def _linear_guess(distance: Array, wanted: Array, whiten: Array, lowest: float, highest: float) -> tuple[float, float]:
+    """g, k from wanted (1 + k d) = -g d, which is linear in both."""
+    matrix = whiten @ np.stack((-distance, -wanted * distance), axis=1)
+    g, k = np.linalg.lstsq(matrix, whiten @ wanted, rcond=None)[0].tolist()
+    return g, float(np.clip(k, lowest, highest))
+
+
+def _jacobian(distance: Array, g: float, k: float, whiten: Array) -> Array:
+    pole = 1 + k * distance
+    return whiten @ np.stack((-distance / pole, g * distance**2 / pole**2), axis=1)
+
+
+def _gauss_newton(distance: Array, wanted: Array, whiten: Array, lowest: float, highest: float) -> tuple[float, float]:
+    g, k = _linear_guess(distance, wanted, whiten, lowest, highest)
+
+    def miss(g: float, k: float) -> Array:
+        return whiten @ (wanted + g * distance / (1 + k * distance))
+
+    for _ in range(ITERATIONS):
+        rest = miss(g, k)
+        step = np.linalg.lstsq(_jacobian(distance, g, k, whiten), rest, rcond=None)[0]
+        factor = 1.0
+        while factor > SHORTEST_STEP:
+            new_g, new_k = g + factor * step[0], float(np.clip(k + factor * step[1], lowest, highest))
+            fresh = miss(new_g, new_k)
+            if fresh @ fresh <= rest @ rest:
+                break
+            factor /= 2
+        else:
+            break
+        moved = abs(new_g - g) / max(abs(g), 1e-12) + abs(new_k - k) / max(abs(k), 1e-12)
+        g, k = float(new_g), new_k
+        if moved < SETTLED:
+            break
+    return g, k

@@ -1,0 +1,118 @@
+"""Laws whose energy depends on the first invariant alone, W(I1), I1 = A + B + C."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dielast.material.springs.law import SpringLaw, Symmetry
+from dielast.numerics.columns import Floats
+
+
+class FirstInvariantLaw(SpringLaw):
+    """Base of laws W(I1); a law states phi = 2 dW/dI1 (`stiffness`, `hardening`), W (`energy_of`) and the I1 that ends it.
+
+    A spring carries p = phi (A - C) and q = phi (B - C) in axes 1 and 2 (Sec. 3 of DOI 10.1115/1.4030850).
+    """
+
+    __slots__ = ()
+
+    def stiffness(self, invariant: Floats) -> Floats:
+        """phi = 2 dW/dI1 at I1 (...); infinite outside the law's domain."""
+        raise NotImplementedError
+
+    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
+        """phi and its derivative dphi/dI1."""
+        raise NotImplementedError
+
+    def energy_of(self, invariant: Floats) -> Floats:
+        """W at I1 (...); infinite outside the law's domain."""
+        raise NotImplementedError
+
+    def largest_invariant(self) -> Floats:
+        """The I1 that no load can reach; infinite for a law that holds at every stretch."""
+        return np.asarray(np.inf)
+
+    def stress(self, squared_stretch: Floats) -> Floats:
+        """p = phi (A - C) and q = phi (B - C)."""
+        total, thickness = _invariant(squared_stretch)
+        carried = squared_stretch - thickness
+        carried *= self.stiffness(total)
+        return carried
+
+    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
+        """Stresses, and dp/dlnA = phi (A + C) + phi' (A - C)^2, dp/dlnB = phi C + phi' (A - C) (B - C), and so on; phi' = dphi/dI1.
+
+        Exact and symmetric.
+        """
+        total, thickness = _invariant(squared_stretch)
+        stiffness, slope = self.hardening(total)
+        difference = squared_stretch - thickness
+        half = np.empty((3, *total.shape))
+        np.add(squared_stretch, thickness, out=half[::2])
+        half[1] = thickness
+        half *= stiffness
+        steeper = difference * slope
+        half[0] += steeper[0] * difference[0]
+        half[1] += steeper[0] * difference[1]
+        half[2] += steeper[1] * difference[1]
+        difference *= stiffness
+        return difference, half
+
+    def energy(self, squared_stretch: Floats) -> Floats:
+        """W(I1)."""
+        return self.energy_of(_invariant(squared_stretch)[0])
+
+    def room(self, squared_stretch: Floats) -> Floats:
+        """1 - (I1 - 3)/(I1 at the end - 3)."""
+        return np.asarray(1 - (_invariant(squared_stretch)[0] - 3) / (self.largest_invariant() - 3))
+
+    def axial_stress(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
+        """phi (A - C)."""
+        stiffness = self.stiffness(_axial_invariant(symmetry, front, thickness))
+        front -= thickness
+        front *= stiffness
+        return front
+
+    def axial_tangent(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> tuple[Floats, Floats]:
+        """phi (A - C), and phi (A + C `thinning`) + phi' `fronts` (A - C)^2."""
+        stiffness, slope = self.hardening(_axial_invariant(symmetry, front, thickness))
+        slope *= symmetry.fronts
+        thickness_part = thickness * symmetry.thinning
+        thickness_part += front
+        thickness_part *= stiffness
+        front -= thickness
+        stress = front * stiffness
+        front *= front
+        front *= slope
+        front += thickness_part
+        return stress, front
+
+    def equibiaxial_tangent(self, front: Floats) -> tuple[Floats, Floats]:
+        """phi A, and phi C + phi' (A - C)^2."""
+        back = front * front
+        np.divide(1.0, back, out=back)
+        stiffness, slope = self.hardening(2 * front + back)
+        difference = front - back
+        slope *= difference
+        slope *= difference
+        back *= stiffness
+        back += slope
+        front *= stiffness
+        return front, back
+
+
+def _invariant(squared_stretch: Floats) -> tuple[Floats, Floats]:
+    """I1 and C, both of shape (...)."""
+    thickness = squared_stretch[0] * squared_stretch[1]
+    np.divide(1.0, thickness, out=thickness)
+    total = squared_stretch[0] + squared_stretch[1]
+    total += thickness
+    return total, thickness
+
+
+def _axial_invariant(symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
+    """I1 under a symmetry."""
+    pair, single = (front, thickness) if symmetry.fronts == 2 else (thickness, front)
+    total = pair * 2
+    total += single
+    return total

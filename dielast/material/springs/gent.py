@@ -1,0 +1,113 @@
+"""Gent's spring, whose chains have a limit of stretch; without a limit it is neo-Hookean."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from dielast.errors import InputError
+from dielast.material.law import Constant
+from dielast.material.springs.first_invariant import FirstInvariantLaw
+from dielast.material.springs.law import CardForm
+from dielast.numerics.columns import Floats
+
+SHORTEST_CHAIN = 1.0  # J_lim of chains that are taut at a stretch of 1.7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gent(FirstInvariantLaw):
+    """W = -(J/2) ln(1 - (I1 - 3)/J), Eq. 5 of DOI 10.1115/1.4030850, with J = `J_lim`; J to infinity is neo-Hookean.
+
+    `J_lim` is a number, or an array (n, cases) or (n, 1) of several springs.
+    """
+
+    J_lim: float | Floats = math.inf
+    _slope: Floats = field(init=False, repr=False)
+    _offset: Floats = field(init=False, repr=False)
+
+    name: ClassVar = "gent"
+    title: ClassVar = "Gent"
+    constants: ClassVar = (
+        Constant("J_lim", "Limit of stretch of the Gent spring; left out: neo-Hookean.", at_least=1e-6, left_out=math.inf),
+    )
+
+    def __post_init__(self) -> None:
+        slope = -1 / np.asarray(self.J_lim, dtype=float)
+        object.__setattr__(self, "_slope", slope)
+        object.__setattr__(self, "_offset", 1 - 3 * slope)
+
+    def stiffness(self, invariant: Floats) -> Floats:
+        """1/(1 - (I1 - 3)/J)."""
+        stiffness = np.asarray(invariant * self._slope)
+        stiffness += self._offset
+        np.maximum(stiffness, 0.0, out=stiffness)
+        return np.divide(1.0, stiffness, out=stiffness)
+
+    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
+        """phi and phi^2/J."""
+        stiffness = self.stiffness(invariant)
+        return stiffness, stiffness * stiffness * -self._slope
+
+    def energy_of(self, invariant: Floats) -> Floats:
+        """-(J/2) ln(1 - (I1 - 3)/J), or (I1 - 3)/2 where J is infinite."""
+        limited = self._slope < 0
+        share = np.minimum((invariant - 3) * -self._slope, 1.0)
+        with np.errstate(divide="ignore"):
+            return np.asarray(
+                np.where(limited, 0.5 * np.log1p(-share) / np.where(limited, self._slope, 1.0), 0.5 * (invariant - 3))
+            )
+
+    def largest_invariant(self) -> Floats:
+        """3 + J."""
+        return np.asarray(3.0 + self.J_lim)
+
+    def describe_limit(self) -> str:
+        """The limit with its number."""
+        return f"the Gent limit, J_lim = {float(self.J_lim):g}"
+
+    def doubt(self, whose: str) -> str:
+        """Chains that are taut at small stretches."""
+        shortest = float(np.min(self.J_lim))
+        if shortest >= SHORTEST_CHAIN:
+            return ""
+        meant = "is it I1 - 3 where they are taut, 10 to 200 by rule?"
+        return f"J_lim = {shortest:g} ({whose}): chains so short make no rubber: {meant}"
+
+    def unlimited(self) -> Gent:
+        """J to infinity."""
+        return Gent()
+
+    def exact_forms(self) -> tuple[str, ...]:
+        """Gent, and neo-Hookean without a limit."""
+        return ("neo-hookean", "gent") if np.all(np.isinf(self.J_lim)) else ("gent",)
+
+    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
+        """Gent with its J_lim; neo-Hookean or Yeoh as an approximation.
+
+        Yeoh's constants are those of the series of W to the third power of I1 - 3: mu/2, mu/(4 J), mu/(6 J^2).
+        """
+        if np.ndim(self.J_lim):
+            raise InputError("export.formats: a card holds Gent springs of one J_lim only")
+        limit = float(self.J_lim)
+        needs = "J_lim" if math.isinf(limit) else ""
+        match law:
+            case "gent":
+                return CardForm(law, modulus, {"J_lim": limit}, needs=needs)
+            case "neo-hookean":
+                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
+            case "yeoh":
+                series = {"C10": modulus / 2, "C20": modulus / (4 * limit), "C30": modulus / (6 * limit**2)}
+                return CardForm(law, modulus, series, _YEOH_NOTES, needs)
+        return None
+
+
+_NEO_HOOKEAN_NOTES = (
+    "  A neo-Hookean spring is too soft by the share (I1 - 3)/J_lim of Gent's stiffness: 1 % at I1 - 3 = 0.01 J_lim.",
+)
+_YEOH_NOTES = (
+    "  Yeoh's is the series of Gent's energy to the third power of I1 - 3: too soft by the share ((I1 - 3)/J_lim)^3",
+    "  of Gent's stiffness: 1 % at I1 - 3 = 0.215 J_lim, 10 % at 0.464 J_lim; it has no limit.",
+)

@@ -1,0 +1,242 @@
+"""What every hyperelastic spring answers: stress, tangent, energy, where it ends, and how files and cards state it.
+
+The film is an incompressible membrane under plane stress, axes 1 and 2 principal. A spring is described by its squared elastic
+stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) = lambda_3^2. All energies are of unit shear modulus.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.material.law import Law
+from dielast.numerics.columns import Cases, Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Symmetry:
+    """A symmetry that a load keeps: axis 2 has B = A^`second` and C = A^-`thinning`, I1 = `fronts` A + (3 - `fronts`) C, and a
+    spring flows as dx_1/dt = `flow` p / (3 tau).
+    """
+
+    second: float
+    thinning: float
+    fronts: int
+    flow: int
+
+
+UNIAXIAL = Symmetry(second=-0.5, thinning=0.5, fronts=1, flow=2)
+EQUIBIAXIAL = Symmetry(second=1.0, thinning=2.0, fronts=2, flow=1)
+
+
+@dataclass(frozen=True, slots=True)
+class CardForm:
+    """A spring in the words of finite-element codes: the `law`, the shear `modulus`, and the other constants of the law.
+
+    Constants that are stresses are in the unit of the modulus. `notes` say what is lost where the form only approximates the
+    spring, `needs` which constant the spring lacks for the form.
+    """
+
+    law: str
+    modulus: float
+    constants: Mapping[str, float]
+    notes: tuple[str, ...] = ()
+    needs: str = ""
+
+
+class SpringLaw(Law):
+    """Base of the hyperelastic laws; a law states `stress`, `tangent` and `energy` at least.
+
+    The constants of a law are numbers where a material holds it, and arrays (..., n, cases) or (..., n, 1) where `gathered` has
+    joined the laws of n springs.
+    """
+
+    __slots__ = ()
+
+    def stress(self, squared_stretch: Floats) -> Floats:
+        """True stresses (p, q), shape (2, ...), at squared stretches (2, ...); not finite outside the law's domain."""
+        raise NotImplementedError
+
+    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
+        """Stresses (2, ...), and their derivatives in ln A and ln B: dp/dlnA, dp/dlnB = dq/dlnA, dq/dlnB, shape (3, ...).
+
+        They are half the derivatives K11, K12, K22 in the logarithmic stretches.
+        """
+        raise NotImplementedError
+
+    def energy(self, squared_stretch: Floats) -> Floats:
+        """Strain energy per undeformed volume over the shear modulus, shape (...); infinite outside the law's domain."""
+        raise NotImplementedError
+
+    def room(self, squared_stretch: Floats) -> Floats:
+        """How far (...) the stretches are from the end of the law's domain: 1 at rest, 0 at the end, negative beyond.
+
+        1 everywhere for a law that holds at every stretch.
+        """
+        return np.ones(np.shape(squared_stretch)[1:])
+
+    def axial_stress(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
+        """p (...) under a symmetry, at A = `front` and C = `thickness`, both of which may be overwritten."""
+        first: Floats = self.stress(np.stack((front, front**symmetry.second)))[0]
+        return first
+
+    def axial_tangent(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> tuple[Floats, Floats]:
+        """p and dp/dlnA (...) under a symmetry, at A = `front` and C = `thickness`, both of which may be overwritten."""
+        stress, half = self.tangent(np.stack((front, front**symmetry.second)))
+        return stress[0], half[0] + symmetry.second * half[1]
+
+    def equibiaxial_tangent(self, front: Floats) -> tuple[Floats, Floats]:
+        """dp/dlnA - dp/dlnB and dp/dlnB (...) where both axes have A = `front`, which may be overwritten."""
+        _, half = self.tangent(np.stack((front, front)))
+        return half[0] - half[1], half[1]
+
+    def describe_limit(self) -> str:
+        """Where the law ends, in words that follow "is beyond"."""
+        return f"the end of the {self.title} law"
+
+    def doubt(self, whose: str) -> str:
+        """Why the constants look wrong, if they do; `whose` names the spring."""
+        return ""
+
+    def unlimited(self) -> Self:
+        """The same law for a spring that carries nothing: without an end of its domain."""
+        return self
+
+    def restated(self, constants: Mapping[str, float]) -> Self:
+        """The same law with other constants; `InputError` for a constant that the law does not have."""
+        known = {constant.name for constant in self.constants}
+        for name in constants:
+            if name not in known:
+                raise InputError(f"export.{name}: the material's {self.title} springs have no {name}")
+        return self.with_values(constants)
+
+    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
+        """The spring of a shear `modulus` as the `law` of a finite-element code; None where that cannot stand for it."""
+        return None
+
+    def exact_forms(self) -> tuple[str, ...]:
+        """The laws of finite-element codes that this spring is without loss, the closest first."""
+        return ()
+
+    # what follows holds for every law whose constants are its dataclass fields
+
+    def values(self) -> dict[str, Any]:
+        """The constants by the names of the dataclass fields."""
+        return {own.name: getattr(self, own.name) for own in fields(self) if own.init}  # type: ignore[arg-type]
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """The law with other values of some dataclass fields."""
+        return replace(self, **values)  # type: ignore[type-var]
+
+    def take(self, cases: Cases) -> Self:
+        """The law for some of the cases, the last axis of constants that differ from case to case."""
+        arrays = {name: np.asarray(value) for name, value in self.values().items()}
+        differing = {name: np.take(value, cases, axis=-1) for name, value in arrays.items() if _has_cases(value)}
+        return self.with_values(differing) if differing else self
+
+    def of_spring(self, spring: int, case: int) -> Self:
+        """The law of one spring in one case."""
+        arrays = {name: np.asarray(value) for name, value in self.values().items()}
+        one = {
+            name: value[..., min(spring, value.shape[-2] - 1), min(case, value.shape[-1] - 1)]
+            for name, value in arrays.items()
+            if value.ndim >= 2
+        }
+        return self.with_values({name: _plain(value) for name, value in one.items()})
+
+    def with_idle_spring(self) -> SpringLaw:
+        """The law of n + 1 springs, the last of which has no end of its domain."""
+        more = self.unlimited().values()
+        arrays = {name: np.asarray(value) for name, value in self.values().items()}
+        return self.with_values(
+            {
+                name: np.concatenate((value, np.broadcast_to(more[name], value[..., :1, :].shape)), axis=-2)
+                for name, value in arrays.items()
+                if value.ndim >= 2 and value.shape[-2] > 1
+            }
+        )
+
+
+def _has_cases(value: NDArray[Any]) -> bool:
+    return value.ndim >= 2 and value.shape[-1] > 1
+
+
+def _plain(value: NDArray[Any]) -> Any:
+    return value.item() if value.ndim == 0 else value
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstAndRest(SpringLaw):
+    """One law for the first of n springs and another for the rest; arrays of shape (..., n, cases)."""
+
+    first: SpringLaw
+    rest: SpringLaw
+
+    def stress(self, squared_stretch: Floats) -> Floats:
+        """Stresses of both laws, joined."""
+        return np.concatenate((self.first.stress(squared_stretch[:, :1]), self.rest.stress(squared_stretch[:, 1:])), axis=1)
+
+    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
+        """Stresses and tangents of both laws, joined."""
+        first, rest = self.first.tangent(squared_stretch[:, :1]), self.rest.tangent(squared_stretch[:, 1:])
+        return np.concatenate((first[0], rest[0]), axis=1), np.concatenate((first[1], rest[1]), axis=1)
+
+    def energy(self, squared_stretch: Floats) -> Floats:
+        """Energies of both laws, joined."""
+        return np.concatenate((self.first.energy(squared_stretch[:, :1]), self.rest.energy(squared_stretch[:, 1:])))
+
+    def room(self, squared_stretch: Floats) -> Floats:
+        """Distances to the end of both laws, joined."""
+        return np.concatenate((self.first.room(squared_stretch[:, :1]), self.rest.room(squared_stretch[:, 1:])))
+
+    def take(self, cases: Cases) -> FirstAndRest:
+        """Both laws for some of the cases."""
+        return FirstAndRest(self.first.take(cases), self.rest.take(cases))
+
+    def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
+        """The law of one spring in one case."""
+        return self.first.of_spring(0, case) if spring == 0 else self.rest.of_spring(spring - 1, case)
+
+    def with_idle_spring(self) -> FirstAndRest:
+        """The law of one spring more, the last."""
+        return FirstAndRest(self.first, self.rest.with_idle_spring())
+
+
+def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
+    """The law of n springs in all cases: of each case (or of all, if there is one pair only) the law of the equilibrium spring and
+    that of its branches.
+
+    `carrying` (n, cases) says which springs have a modulus; the others never end. Raises `InputError` where equilibrium springs,
+    or branches, of different laws meet.
+    """
+    first, rest = [law for law, _ in laws], [law for _, law in laws]
+    if all(law is first[0] for law in first) and all(law is rest[0] for law in rest):
+        first, rest = first[:1], rest[:1]
+    for springs in (first, rest):
+        titles = {law.name: law.title for law in springs}
+        if len(titles) > 1:
+            raise InputError(f"materials of the laws {' and '.join(titles.values())} cannot share a run: run them one by one")
+    count = carrying.shape[0] - 1
+    blocks = (_of_rows(first, carrying[:1], 1), _of_rows(rest, carrying[1:], count))
+    if type(first[0]) is type(rest[0]):
+        # one law for all springs is faster than two
+        width = max((value.shape[-1] for block in blocks for value in block.values()), default=1)
+        joined = {name: [np.broadcast_to(block[name], (*block[name].shape[:-1], width)) for block in blocks] for name in blocks[0]}
+        return first[0].with_values({name: np.concatenate(rows, axis=-2) for name, rows in joined.items()})
+    return FirstAndRest(first[0].with_values(blocks[0]), rest[0].with_values(blocks[1]))
+
+
+def _of_rows(laws: Sequence[SpringLaw], carrying: NDArray[np.bool_], rows: int) -> dict[str, Floats]:
+    """The constants (..., rows, cases) of springs in as many rows, one law a case or one for all."""
+    stated, idle = ([law.values() for law in group] for group in (laws, [law.unlimited() for law in laws]))
+    found = {}
+    for name in stated[0]:
+        value, free = (np.stack([np.asarray(own[name], dtype=float) for own in group], axis=-1) for group in (stated, idle))
+        value = np.repeat(value[..., None, :], rows, axis=-2)
+        found[name] = value if carrying.all() else np.where(carrying, value, free[..., None, :])
+    return found

@@ -1,0 +1,40 @@
+"""The kinds of recipes as the engine sees them; which kinds there are, it is given from above."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from dielast.recipe.base import RecipeBase
+
+
+class Kind(Protocol):
+    """A kind of recipe."""
+
+    @property
+    def model(self) -> type[RecipeBase]:
+        """The model of its recipes."""
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of all files that its runs may write, besides figures and summaries."""
+
+
+Kinds = Mapping[str, Kind]
+"""Every kind of recipe by its name."""
+
+
+def or_kind(wrong: str, known: Iterable[str]) -> str:
+    """What to write instead of a `wrong` kind of recipe, or another word that is `known` in its place."""
+    names = list(known)
+    text = "-".join(wrong.casefold().replace("_", " ").split())
+    near = difflib.get_close_matches(text, names, n=1) or [name for name in names if text and text in name.split("-")]
+    return f'did you mean "{near[0]}"?' if near else f"one of {', '.join(names)} is needed"
+
+
+def maker_of(kinds: Kinds, file: str) -> str | None:
+    """The kind of recipe whose runs write a file of this name; None if there are none or several."""
+    makers = [name for name, kind in kinds.items() if file in kind.files]
+    return makers[0] if len(makers) == 1 else None

@@ -1,0 +1,63 @@
+"""What the tests that start processes share."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+Process = subprocess.Popen[str]
+DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
+ENDS = 600.0  # s in which whatever is started ends, however busy the machine
+
+
+def until(happened: Callable[[], bool]) -> None:
+    """Wait for what happens, though not for ever."""
+    deadline = time.monotonic() + ENDS
+    while not happened():
+        assert time.monotonic() < deadline, f"it did not happen within {ENDS:g} s"
+        time.sleep(0.01)
+
+
+def answer(process: Process, line: str) -> str:
+    """The line that a process writes to standard output once it has read this one."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.write(f"{line}\n")
+    process.stdin.flush()
+    if not select.select([process.stdout], [], [], ENDS)[0]:
+        process.kill()
+        raise AssertionError(f"no answer within {ENDS:g} s: {line}")
+    return process.stdout.readline()
+
+
+@contextmanager
+def half_done(folder: Path, out: str, *arguments: str) -> Iterator[Process]:
+    """A failure map of the recipe m.toml, in a session of processes of its own, that has solved some cells and not yet all."""
+    command = [*DIELAST, "failure-map", "m.toml", "-q", "--plot", "none", "-o", out, *arguments]
+    with subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as run:
+        try:
+            until(lambda: (folder / out / ".unfinished").exists() or run.poll() is not None)
+            assert run.poll() is None, run.communicate()[1]
+            yield run
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(run.pid, signal.SIGKILL)
+
+
+def alive(session: int) -> list[int]:
+    """The processes of a session, but for those that are dead and not yet buried."""
+    found: list[int] = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            state, _, _, of_session, *_ = (entry / "stat").read_text().rpartition(")")[2].split()
+            found += [int(entry.name)] if int(of_session) == session and state not in "ZX" else []
+    return found
