@@ -13,7 +13,7 @@ from films import SOFT
 from matplotlib.axes import Axes
 
 from dielast import VoltageStep, actuate
-from dielast.cli.app import app
+from dielast.cli.app import application
 from dielast.errors import InputError
 from dielast.mechanics.criteria import CRITERIA, names
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
@@ -70,7 +70,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def run(folder: Path, kind: str, recipe: str) -> list[dict[str, str]]:
     """Run a recipe; the rows of its table of events, or of its map."""
     (folder / "recipe.toml").write_text(recipe)
-    assert not app([kind, "recipe.toml", "-o", "out", "-q"], standalone_mode=False)
+    assert not application(kind)([kind, "recipe.toml", "-o", "out", "-q"], standalone_mode=False)
     with (folder / "out" / ("events.csv" if kind == "actuate" else "failure-map.csv")).open() as file:
         return list(csv.DictReader(file))
 
