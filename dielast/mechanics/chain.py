@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.mechanics.course import EVEN_ROWS, Targets
 from dielast.mechanics.cycles import targets
+from dielast.mechanics.line import EVEN_ROWS, Targets
 from dielast.mechanics.span import Controls, Load
 from dielast.numerics.columns import Cases, Flags, Floats
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.mechanics.cases import spread
-from dielast.mechanics.course import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Targets, merged, whole
+from dielast.mechanics.line import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Targets, merged, whole
 from dielast.mechanics.load import Waveform
 from dielast.mechanics.span import Controls, Load, Wave
 from dielast.numerics.columns import Cases, Flags, Floats

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,23 +10,12 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, shown
 from dielast.mechanics.cases import numbers, one_set, spread
 from dielast.mechanics.chain import Chain
-from dielast.mechanics.course import Piece, Ramp
+from dielast.mechanics.course import Piece
 from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Mode, Path, Step, Waveform
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.columns import Floats
-
-
-class Paced(Protocol):
-    """A step that may say how fast it goes."""
-
-    @property
-    def rate(self) -> ArrayLike | None:
-        """Per s, with its sign."""
-
-    @property
-    def duration(self) -> ArrayLike | None:
-        """In s."""
 
 
 def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
@@ -83,13 +71,13 @@ def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> 
     if step.stretch is None and step.stress is None:
         if step.duration is None or step.rate is not None:
             raise InputError("a stretch, a stress, or the duration of a hold is needed")
-        return [Ramp(held, (None, None, None), pace(step, cases, "target")[0], origin=origin)]
+        return [Ramp(held, (None, None, None), pace(step.duration, step.rate, cases, "target")[0], origin=origin)]
     targets, paced = _targets(step, mode)
     first, second = (spread(value, control.value, cases) for control, value in targets)
     controls = (targets[0][0], targets[1][0])
     for control, values in zip(controls, (first, second), strict=True):
         _check_stretch(control, values)
-    duration, rate = pace(step, cases, "target")
+    duration, rate = pace(step.duration, step.rate, cases, "target")
     return [Ramp(controls, (first, second, None), duration, rate, paced, origin)]
 
 
@@ -114,19 +102,19 @@ def path_pieces(
     return [ramp, chain] if time[0] > 0 else [chain]
 
 
-def pace(step: Paced, cases: int, goal: str) -> tuple[Floats | None, Floats | None]:
-    """Duration in s or signed rate (cases,) of a step that is no path, the other one None; at once is a duration of 0."""
-    duration = None if step.duration is None else spread(step.duration, "duration", cases)
-    if duration is not None and np.any(duration < 0):
-        raise InputError(f"duration {float(duration.min()):g} s: it must not be negative")
-    if step.rate is None:
-        return np.zeros(cases) if duration is None else duration, None
+def pace(duration: ArrayLike | None, rate: ArrayLike | None, cases: int, goal: str) -> tuple[Floats, Floats | None]:
+    """Duration in s and signed rate (cases,) of a step that is no path; where there is a rate, the duration means nothing."""
+    lasts = spread(0.0 if duration is None else duration, "duration", cases)
+    if np.any(lasts < 0):
+        raise InputError(f"duration {float(lasts.min()):g} s: it must not be negative")
+    if rate is None:
+        return lasts, None
     if duration is not None:
         raise InputError("a rate or a duration is needed, not both")
-    rate = spread(step.rate, "rate", cases)
-    if np.any(rate == 0):
+    rates = spread(rate, "rate", cases)
+    if np.any(rates == 0):
         raise InputError(f"rate 0 never reaches the {goal}")
-    return None, rate
+    return lasts, rates
 
 
 def _check_stretch(control: Control, values: Floats) -> None:

@@ -270,23 +270,8 @@ class _Pool:
         if self.observe is not None and accepted.any():
             until = np.where(step >= left, at.duration, total)
             elapsed = np.where(last, self.durations[at.cases], at.begin + until)
-            states = self.state, after, self.increments
-            stop = self.observe(
-                Stride(
-                    self.system,
-                    self.method,
-                    at.cases,
-                    accepted,
-                    at.time,
-                    step,
-                    until,
-                    *states,
-                    at.span,
-                    at.begin,
-                    at.duration,
-                    elapsed,
-                )
-            )
+            made = at.cases, accepted, at.time, step, until, self.state, after, self.increments
+            stop = self.observe(Stride(self.system, self.method, *made, at.span, at.begin, at.duration, elapsed))
         factor = SAFETY * error**-self.exponent
         # Gustafsson's predictive controller: where errors grow or shrink steadily, expect them to go on so
         trend = factor * (step / at.last_step) * (at.last_error / error) ** self.exponent

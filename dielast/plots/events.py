@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from dielast.mechanics.criteria import named, names
 from dielast.plots.looks import Arrangement
 
 Array = NDArray[np.float64]
@@ -20,8 +21,6 @@ SHADE = 0.18  # opacity of a band
 BAR = 0.8  # line width of the bar through an event
 TIP = 3.0  # points, between the end of the axes and the middle of a marker at it
 LEAST_SEEN = 0.02  # of the height of the axes: a band narrower than that is within its line
-# crosses and circles as in the paper's Fig. 13
-EVENTS = {"breakdown": "x", "pull-in": "o", "loss-of-tension": "v"}
 
 Mark = tuple[int, str, float, float]
 Span = tuple[float, float]
@@ -79,11 +78,7 @@ def draw_marks(
     """The events; whether a bar is seen through any of each name, in the order of a legend."""
     happened: dict[str, bool] = {}
     of_case = {case: axes for axes, panel in zip(panels, arranged.panels, strict=True) for case in panel.cases}
-    drawn = [
-        (mark, spans[index] if index < len(spans) else None)
-        for index, mark in enumerate(marks)
-        if mark[1] in EVENTS and mark[0] in of_case
-    ]
+    drawn = [(mark, spans[index] if index < len(spans) else None) for index, mark in enumerate(marks) if mark[0] in of_case]
     for (case, name, across, up), _ in drawn:
         colour = arranged.looks[case]["color"]
         of_case[case].plot(across * frame.factors[0], up * frame.factors[1], linestyle="none", **_event_look(name, colour))
@@ -92,13 +87,13 @@ def draw_marks(
         if span is not None and np.isfinite(span[0]):
             colour = arranged.looks[case]["color"]
             happened[name] |= _span(of_case[case], span, frame.factors[0], up * frame.factors[1], colour, frame.log[0])
-    return {name: happened[name] for name in EVENTS if name in happened}
+    return {name: happened[name] for name in names() if name in happened}
 
 
 def _event_look(name: str, colour: Any) -> dict[str, Any]:
     """The marker of an event."""
     return {
-        "marker": EVENTS[name],
+        "marker": named(name).marker,
         "color": colour,
         "markersize": 5.5,
         "markerfacecolor": "none",

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from dielast.mechanics.criteria import named
 from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes, spread_indices
 from dielast.plots.looks import MOST_BANDS
 from dielast.plots.quantities import unit_for
@@ -129,14 +130,15 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
             cells = np.ma.masked_where(~where, np.ones(where.shape))
             axes.pcolormesh(voltage, prestretch, cells, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
             handles.append(Patch(facecolor=colour, edgecolor="black", linewidth=0.5, label=name))
-    pulled = mode == "pull-in"
-    if pulled.any():
-        cells = np.ma.masked_where(~pulled, np.ones(pulled.shape))
-        clear = ListedColormap([(0.0, 0.0, 0.0, 0.0)])
-        axes.pcolor(voltage, prestretch, cells, cmap=clear, shading="nearest", hatch="////", edgecolor="white", linewidth=0.0)
-        handles.append(Patch(facecolor=TEMPERATURES(0.2), edgecolor="white", hatch="////", linewidth=0.5, label="pull-in first"))
-    if (mode == "breakdown").any() and (mode == "pull-in").any():
-        handles.append(Patch(facecolor=TEMPERATURES(0.5), edgecolor="black", linewidth=0.5, label="breakdown first"))
+    happens = [name for name in result.times if (mode == name).any()]
+    for name in sorted(happens, key=lambda name: not named(name).hatch):
+        if hatch := named(name).hatch:
+            cells = np.ma.masked_where(mode != name, np.ones(mode.shape))
+            clear = ListedColormap([(0.0, 0.0, 0.0, 0.0)])
+            axes.pcolor(voltage, prestretch, cells, cmap=clear, shading="nearest", hatch=hatch, edgecolor="white", linewidth=0.0)
+            handles.append(Patch(facecolor=TEMPERATURES(0.2), edgecolor="white", hatch=hatch, linewidth=0.5, label=f"{name} first"))
+        elif len(happens) > 1:
+            handles.append(Patch(facecolor=TEMPERATURES(0.5), edgecolor="black", linewidth=0.5, label=f"{name} first"))
     if handles:
         columns = min(len(handles), 3)  # wider than the figure, a legend would upset its layout
         row_legend(axes, handles, columns, loc="upper center", bbox_to_anchor=(0.5, -0.2))

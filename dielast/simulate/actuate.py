@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.io.result import TabularResult
-from dielast.io.table import Frame, Table, case_table, to_frame
+from dielast.io.table import Frame, to_frame
 from dielast.material.material import Breakdown, Material
 from dielast.mechanics.course import Piece
-from dielast.mechanics.criteria import CRITERIA, names
+from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.happening import Happening
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
@@ -25,16 +24,15 @@ from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.events import Event, event_columns, events_of, first_of
 from dielast.simulate.film import Outcome
 from dielast.simulate.follow import follow
+from dielast.simulate.history import History
 from dielast.simulate.record import Recorder, ending
 from dielast.simulate.setup import FilmSetup, Setup, set_up
 from dielast.simulate.voltage import VoltageStep, voltage_pieces
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
 
-END = "end"  # where a run stops that stops at no event
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class ActuationHistory(TabularResult):
+class ActuationHistory(History):
     """What films did under voltage: arrays (cases, times) in s, V, Pa and V/m, `temperature` (cases,) in degC.
 
     Time starts with the voltage programme; the relative stretch is that over the prestretch; the nominal stress is mechanical;
@@ -42,6 +40,11 @@ class ActuationHistory(TabularResult):
     time. An outcome is completed where the programme came to its end, or to the event named as its reason; after its time
     everything is NaN.
     """
+
+    UNITS: ClassVar = {
+        **{"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "relative_stretch_1": "1", "relative_stretch_2": "1"},
+        **{"nominal_stress_1": "Pa", "nominal_stress_2": "Pa", "true_field": "V/m", "stability": "1"},
+    }
 
     temperature: Floats
     time: Floats
@@ -58,35 +61,9 @@ class ActuationHistory(TabularResult):
     outcome: tuple[Outcome, ...]
     cycles: CycleTable | None = None
 
-    def case(self, row: int) -> dict[str, Floats]:
-        """The columns of a case up to where it ended, (rows,), by their headers."""
-        columns = {
-            "time [s]": self.time,
-            "voltage [V]": self.voltage,
-            "stretch_1 [1]": self.stretch_1,
-            "stretch_2 [1]": self.stretch_2,
-            "relative_stretch_1 [1]": self.relative_stretch_1,
-            "relative_stretch_2 [1]": self.relative_stretch_2,
-            "nominal_stress_1 [Pa]": self.nominal_stress_1,
-            "nominal_stress_2 [Pa]": self.nominal_stress_2,
-            "true_field [V/m]": self.true_field,
-            "stability [1]": self.stability,
-        }
-        reached = np.isfinite(self.stretch_1[row])
-        return {header: values[row][reached] for header, values in columns.items()}
-
-    def columns(self) -> Table:
-        """All cases, one below the other."""
-        return case_table(self.temperature.tolist(), [self.case(row) for row in range(self.time.shape[0])])
-
     def events_to_frame(self) -> Frame:
         """The events as a data frame, by case and time."""
         return to_frame(event_columns(self.events))
-
-    @property
-    def completed(self) -> bool:
-        """Whether every case came to its end or to the event it was to stop at."""
-        return all(outcome.completed for outcome in self.outcome)
 
 
 def actuate(
@@ -143,8 +120,8 @@ def actuate(
     place = np.empty(cases, dtype=np.intp)
     place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
     ends = times is None if with_end is None else with_end
-    table = CycleTable.assembled(parts, [run.cycles for run in runs], cases)
-    return _history(setup, _Run.joined(runs, place), stop_at, ends, table)
+    tables = [run.cycles for run in runs if run.cycles is not None]
+    return _history(setup, _Run.joined(runs, place), stop_at, ends, CycleTable.joined(tables, place) if tables else None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -62,16 +62,9 @@ class CycleTable(TabularResult):
         return cycle_table({row: self.case(row) for row in range(len(self.mean))})
 
     @classmethod
-    def assembled(cls, parts: Sequence[Cases], tables: Sequence[CycleTable | None], cases: int) -> CycleTable | None:
-        """One table of so many cases, from those of its parts, each (k,) cases."""
-        made = [(part, table) for part, table in zip(parts, tables, strict=True) if table is not None]
-        if not made:
-            return None
-        whole = np.full((len(NAMES), cases, max(table.work.shape[1] for _, table in made)), np.nan)
-        for part, table in made:
-            for row, name in enumerate(NAMES):
-                whole[row, part, : table.work.shape[1]] = getattr(table, name)
-        return cls(made[0][1].unit, *whole)
+    def joined(cls, tables: Sequence[CycleTable], place: Cases) -> CycleTable:
+        """One table of cases, each of which is at its `place` (cases,) in the tables one after another."""
+        return cls(tables[0].unit, *(np.concatenate([getattr(table, name) for table in tables])[place] for name in NAMES))
 
 
 def cycle_table(cases: Mapping[int, Mapping[str, Floats]]) -> Table:

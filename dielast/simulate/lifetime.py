@@ -10,6 +10,8 @@ from dielast.io.result import Result
 from dielast.io.table import Column, Frame, Table, to_frame
 from dielast.simulate.failure_map import FailureMap
 
+UNITS = {"slope": "1/V", "intercept": "1", "rms_residual": "1", "r_squared": "1"}
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class LifetimeLine(Result):
@@ -38,16 +40,12 @@ class LifetimeLines(tuple[LifetimeLine, ...]):
 
     def columns(self) -> Table:
         """The straight line of log10(time_to_failure) over voltage for each temperature and prestretch."""
-        numbers = {
+        values = {
             ("temperature", "degC"): [line.temperature for line in self],
-            ("prestretch_1", "1"): [line.prestretch[0] for line in self],
-            ("prestretch_2", "1"): [line.prestretch[1] for line in self],
-            ("slope", "1/V"): [line.slope for line in self],
-            ("intercept", "1"): [line.intercept for line in self],
-            ("rms_residual", "1"): [line.rms_residual for line in self],
-            ("r_squared", "1"): [line.r_squared for line in self],
+            **{(f"prestretch_{axis + 1}", "1"): [line.prestretch[axis] for line in self] for axis in (0, 1)},
+            **{(name, unit): [getattr(line, name) for line in self] for name, unit in UNITS.items()},
         }
-        columns = [Column(name, unit, np.array(values, dtype=float)) for (name, unit), values in numbers.items()]
+        columns = [Column(name, unit, np.array(numbers, dtype=float)) for (name, unit), numbers in values.items()]
         return [*columns, Column("points", None, np.array([line.points for line in self], dtype=np.int64))]
 
     def to_frame(self) -> Frame:

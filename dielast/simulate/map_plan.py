@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.io.result import Result
-from dielast.mechanics.course import Ramp
 from dielast.mechanics.criteria import CRITERIA, names
 from dielast.mechanics.criteria.criterion import WatchedFilms
+from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import Watch

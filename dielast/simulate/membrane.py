@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.io.result import TabularResult
-from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.springs import SpringLaw
 from dielast.mechanics.cases import numbers
@@ -23,19 +22,24 @@ from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.film import Film, Outcome
 from dielast.simulate.follow import follow
+from dielast.simulate.history import History
 from dielast.simulate.reach import check_reach, symmetry_of
 from dielast.simulate.record import Recorder
 from dielast.simulate.wanted import Wanted, check_cycles, check_end, check_tolerance
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class MembraneHistory(TabularResult):
+class MembraneHistory(History):
     """What a membrane did: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, one `outcome` a case.
 
     Where an outcome is not completed, everything after its time is NaN. `viscous_stretch` (2, branches, cases, times) is None
     unless it was asked for, `cycles` unless there is a waveform; they are about the nominal stress where the stretch is
-    prescribed, and else about the stretch.
+    prescribed, and else about the stretch. The table is without `relaxation_modulus`, which is that of uniaxial relaxation alone.
     """
+
+    UNITS: ClassVar = {"time": "s", "stretch_1": "1", "stretch_2": "1"} | {
+        f"{kind}_stress_{axis}": "Pa" for kind in ("nominal", "true") for axis in (1, 2)
+    }
 
     temperature: Floats
     time: Floats
@@ -48,24 +52,6 @@ class MembraneHistory(TabularResult):
     viscous_stretch: Floats | None
     points: Points
     cycles: CycleTable | None = None
-
-    def case(self, row: int) -> dict[str, Floats]:
-        """The columns of a case up to where it ended, (rows,), by their headers."""
-        columns = {
-            "time [s]": self.time,
-            "stretch_1 [1]": self.stretch_1,
-            "stretch_2 [1]": self.stretch_2,
-            "nominal_stress_1 [Pa]": self.nominal_stress_1,
-            "nominal_stress_2 [Pa]": self.nominal_stress_2,
-            "true_stress_1 [Pa]": self.true_stress_1,
-            "true_stress_2 [Pa]": self.true_stress_2,
-        }
-        reached = np.isfinite(self.stretch_1[row])
-        return {header: np.asarray(values[row][reached]) for header, values in columns.items()}
-
-    def columns(self) -> Table:
-        """All cases, one below the other, without `relaxation_modulus`, which is that of uniaxial relaxation alone."""
-        return case_table(self.temperature.tolist(), [self.case(row) for row in range(self.time.shape[0])])
 
     @property
     def true_stress_1(self) -> Floats:
@@ -83,11 +69,6 @@ class MembraneHistory(TabularResult):
         strain = self.stretch_1 - 1
         defined = strain != 0
         return np.where(defined, self.nominal_stress_1 / np.where(defined, strain, 1.0), np.where(np.isnan(strain), np.nan, np.inf))
-
-    @property
-    def completed(self) -> bool:
-        """Whether every case went through to the end."""
-        return all(outcome.completed for outcome in self.outcome)
 
     def stored_energy(self) -> Floats:
         """Energy per undeformed volume in the springs, (cases, times) in J/m^3; needs the viscous stretches."""

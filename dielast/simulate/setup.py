@@ -12,8 +12,8 @@ from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.material import Breakdown, Material
 from dielast.mechanics.cases import of_case, one_set, spread
-from dielast.mechanics.course import Ramp
 from dielast.mechanics.criteria.criterion import WatchedFilms
+from dielast.mechanics.line import Ramp
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped

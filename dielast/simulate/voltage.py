@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.mechanics.cases import spread
-from dielast.mechanics.course import Piece, Ramp, lasts_at
+from dielast.mechanics.course import Piece
 from dielast.mechanics.history import pace, path_pieces
+from dielast.mechanics.line import Ramp, lasts_at
 from dielast.mechanics.load import Path
 from dielast.mechanics.span import Controls
 from dielast.numerics.columns import Floats
@@ -74,8 +75,5 @@ def _ramp(step: VoltageStep, present: Floats) -> tuple[Floats, Floats]:
     else:
         assert not isinstance(step.voltage, Path)
         voltage = spread(step.voltage, "voltage", present.size)
-    duration, rate = pace(step, present.size, "voltage")
-    if rate is not None:
-        duration = lasts_at(rate, voltage - present, "voltage", " V/s", "V are")
-    assert duration is not None
-    return voltage, duration
+    lasts, rate = pace(step.duration, step.rate, present.size, "voltage")
+    return voltage, lasts if rate is None else lasts_at(rate, voltage - present, "voltage", " V/s", "V are")

@@ -10,8 +10,8 @@ from dielast import Material, NoShift, Spectrum, Step, VoltageStep, actuate, cre
 from dielast.errors import InputError
 from dielast.material.springs import Gent
 from dielast.mechanics.chain import Chain
-from dielast.mechanics.course import EVEN_ROWS, Line
 from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.line import EVEN_ROWS, Line
 from dielast.mechanics.load import Track, Waveform
 from dielast.mechanics.span import Control
 

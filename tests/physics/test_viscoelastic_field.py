@@ -10,7 +10,7 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.course import Ramp
+from dielast.mechanics.line import Ramp
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 

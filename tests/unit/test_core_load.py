@@ -7,8 +7,8 @@ import pytest
 
 from dielast.errors import InputError
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.course import Ramp
 from dielast.mechanics.history import pieces
+from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Step
 from dielast.mechanics.span import Control, Load
 

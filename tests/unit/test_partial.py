@@ -21,7 +21,8 @@ from dielast.material.springs import Gent
 from dielast.numerics.integrate import Status
 from dielast.sharing import processes
 from dielast.sharing.execution import Execution
-from dielast.simulate.failure_map import MapPlan, plan_failure_map
+from dielast.simulate.failure_map import plan_failure_map
+from dielast.simulate.map_plan import MapPlan
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
 SOLID = Material("soft", 26e3, BRANCH, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.7,), (40e6,)))

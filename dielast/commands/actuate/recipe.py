@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
 from dielast.commands.simulation.film_recipe import FilmBase, Prestretch, PullIn
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
+from dielast.mechanics.criteria import END, names
 from dielast.recipe.base import BreakdownField
 from dielast.recipe.fields import Length, Section, Voltage, VoltageRate
 from dielast.units import VOLTAGE
@@ -21,12 +22,21 @@ MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 FIELD_COLUMNS = ("voltage [V]", "relative_stretch_1 [1]", "relative_stretch_2 [1]", "true_field [V/m]", "stability [1]")
 
 
+def _stop(value: Any) -> str:
+    """The name of an event, or of the end."""
+    known = (*names(), END)
+    if value not in known:
+        raise InputError(f"{shown(value)}: {', '.join(map(shown, known[:-1]))} or {shown(END)} is needed")
+    return str(value)
+
+
+StopAt = Annotated[str, PlainValidator(_stop), WithJsonSchema({"enum": [*names(), END], "type": "string"})]
+
+
 class Stop(Section):
     """Where a simulation ends."""
 
-    at: Literal["breakdown", "pull-in", "end"] = Field(
-        "breakdown", description="The event to stop at, or the end of the last step."
-    )
+    at: StopAt = Field("breakdown", description="The event to stop at, or the end of the last step.")
 
 
 class VoltageStep(HistoryStep):

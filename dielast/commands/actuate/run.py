@@ -36,6 +36,7 @@ from dielast.commands.simulation.sanity import doubt_films
 from dielast.handover.material_file import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
+from dielast.mechanics.criteria import names
 from dielast.mechanics.stability import TimeScale
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -142,7 +143,7 @@ def headline(
     sections: dict[str, dict[str, Any]] = {
         "actuate": {"cases": len(results)} | {f"final_{header.split(' ')[0]}": each(values) for header, values in final.items()}
     }
-    for name in ("breakdown", "pull-in", "loss-of-tension"):
+    for name in names():
         first = {case: event for case, own in enumerate(events) for event in reversed(own) if event.name == name}
         if first:
             sections[name] = {

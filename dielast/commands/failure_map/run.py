@@ -29,8 +29,6 @@ from dielast.simulate.map_plan import MapPlan
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
 
-MODES = ("breakdown", "pull-in", "none", "unfinished")
-
 
 def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Plan the map, solve its cells, report."""
@@ -132,7 +130,7 @@ def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dic
     return {
         "map": {
             "cells": int(modes.size),
-            **{name.replace("-", "_"): int(np.count_nonzero(modes == name)) for name in MODES},
+            **{name.replace("-", "_"): int(np.count_nonzero(modes == name)) for name in (*result.times, "none", "unfinished")},
             "given_up": int(np.count_nonzero(result.outcome != "completed")),
             "shortest_time_to_failure_s": float(failed.min()) if failed.size else None,
             "longest_time_to_failure_s": float(failed.max()) if failed.size else None,

@@ -18,12 +18,14 @@ from dielast.handover.material_file import breakdown
 from dielast.io.table import Column
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
+from dielast.mechanics.criteria import named
 from dielast.recipe.cases import Case
 from dielast.sharing.batches import Batch, solve_batches
 from dielast.sharing.execution import Execution
-from dielast.simulate.events import Event
+from dielast.simulate.events import UNITS, Event
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
+from dielast.simulate.map_plan import column_of
 
 Array = NDArray[np.float64]
 Band = tuple[Array, Array, Array]
@@ -32,9 +34,8 @@ Told = TypeVar("Told")
 
 STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
 SURVIVING = "surviving [1]"
-FAILURES = ("breakdown", "pull-in")
+FAILURE = "failure"  # whatever happens first
 RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")  # towards a failure; all else grows
-NUMBERS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}  # of an event
 LINE = ("slope", "intercept", "rms_residual", "r_squared")
 
 
@@ -124,7 +125,7 @@ def bounded_films(
 
 def _bounded_film(film: FilmResult, drawn: Sequence[FilmResult], level: float) -> BoundedFilm:
     result, events = film
-    failed = [any(event.name in FAILURES for event in own) for _, own in drawn]
+    failed = [any(named(event.name).is_failure for event in own) for _, own in drawn]
     told = bounded(result, [own for own, _ in drawn], level, failed)
     return told, bounded_events(events, [own for _, own in drawn], level)
 
@@ -214,7 +215,7 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
     for name, which, event in rows:
         found = [next((e for k, e in enumerate(x for x in own if x.name == name) if k == which), None) for own in drawn]
         lower, upper = {}, {}
-        for number in NUMBERS:
+        for number in UNITS:
             absent = np.inf if number == "time" else np.nan
             low, high = interval(np.array([absent if e is None else float(getattr(e, number)) for e in found]), level)
             lower[number], upper[number] = float(low), float(high)
@@ -229,7 +230,7 @@ def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Colu
         Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
         Column("event", None, [event.name for _, event in flat]),
     ]
-    for name, unit in NUMBERS.items():
+    for name, unit in UNITS.items():
         central = [np.nan if row.event is None else float(getattr(row.event, name)) for _, row in flat]
         columns.append(Column(name, unit, np.array(central, dtype=float)))
         columns.append(Column(f"{name}_lower", unit, np.array([row.lower[name] for _, row in flat], dtype=float)))
@@ -241,9 +242,9 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Arr
     """Lower and upper bound of each time of a map by name; infinite where it is beyond the horizon."""
     known = np.array([each.failure_mode != "unfinished" for each in drawn])
     bounds = {}
-    for name in ("time_to_breakdown", "time_to_pull_in", "time_to_failure"):
-        times = np.array([getattr(each, name) for each in drawn])
-        bounds[name] = interval(np.where(np.isnan(times), np.where(known, np.inf, np.nan), times), level)
+    for name in (*drawn[0].times, FAILURE):
+        times = np.array([each.time_to_failure if name == FAILURE else each.times[name] for each in drawn])
+        bounds[column_of(name)] = interval(np.where(np.isnan(times), np.where(known, np.inf, np.nan), times), level)
     return bounds
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.io.files import Inputs
-from dielast.mechanics.course import EVEN_ROWS, HOLD_DECADES, JUMP_DECADES, RAMP_DECADES
+from dielast.mechanics.line import EVEN_ROWS, HOLD_DECADES, JUMP_DECADES, RAMP_DECADES
 from dielast.recipe.cases import Case
 from dielast.sharing.memory import check_memory
 from dielast.simulate.wanted import Wanted

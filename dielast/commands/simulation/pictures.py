@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.material.material import Material
+from dielast.mechanics.criteria import named
 from dielast.plots.events import Band, Mark, Span
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
 
 Array = NDArray[np.float64]
-FAILURES = ("breakdown", "pull-in")
 SKIPPED = 20.0  # times as far apart as their neighbours are rows with cycles between them that are left out
 
 
@@ -79,7 +79,7 @@ def picture(
         left_out = _left_out(cases[index].recipe, np.append(table["time [s]"], [event.time for event in happened])[order])
         line[y] = np.where(left_out, np.nan, line[y])
         drawn.append(line)
-        failures = [table["time [s]"].size + place for place, event in enumerate(happened) if event.name in FAILURES]
+        failures = [table["time [s]"].size + place for place, event in enumerate(happened) if named(event.name).is_failure]
         failed.append(int(np.flatnonzero(np.isin(order, failures))[0]) if failures else None)
     marks = [(index, event.name, event.x, event.y) for index, happened in enumerate(events) for event in happened]
     return plot_cases(
@@ -114,7 +114,7 @@ def _after(columns: Sequence[Mapping[str, Array]], events: Sequence[Sequence[Fil
     """When the points of a sweep are, if that is one time for all that have not failed before."""
     if times is not None:
         return f"after {lasting(times[0])}" if len(times) == 1 else ""
-    failed = {case for case, happened in enumerate(events) if any(event.name in FAILURES for event in happened)}
+    failed = {case for case, happened in enumerate(events) if any(named(event.name).is_failure for event in happened)}
     reached = [table["time [s]"] for case, table in enumerate(columns) if case not in failed and table["time [s]"].size]
     ends = {f"after {lasting(time[-1])}" for time in reached}
     return ends.pop() if len(ends) == 1 else ""
@@ -170,7 +170,9 @@ def across_cases(
     groups: dict[tuple[str, ...], list[int]] = {}
     for case in sorted(range(len(cases)), key=lambda case: axis.levels.index(axis.level(case))):
         groups.setdefault(tuple(one.text(case) for one in factors), []).append(case)
-    failed = {case: event.time for case, happened in enumerate(events) for event in reversed(happened) if event.name in FAILURES}
+    failed = {
+        case: event.time for case, happened in enumerate(events) for event in reversed(happened) if named(event.name).is_failure
+    }
     series: list[dict[str, Array]] = []
     drawn: list[Band | None] = []
     members: list[int] = []
@@ -182,7 +184,7 @@ def across_cases(
             for case in group
             if case in failed
             for event in events[case]
-            if event.name in FAILURES and event.time == failed[case]
+            if named(event.name).is_failure and event.time == failed[case]
         ]
         for time in wanted:
             rows = [_row(columns[case]["time [s]"], time, failed.get(case)) for case in group]

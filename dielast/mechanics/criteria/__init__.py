@@ -14,11 +14,14 @@ CRITERIA: list[Criterion] = [
 ]
 
 
+END = "end"  # where a run stops that stops at nothing that happens
+
+
 def names(*, failures_only: bool = False) -> list[str]:
     """The names of all criteria, each once, or of those by which a film is lost."""
     return list(dict.fromkeys(known.name for known in CRITERIA if known.is_failure or not failures_only))
 
 
-def marker_of(name: str) -> str:
-    """The marker of the events of this name in figures."""
-    return next(known.marker for known in CRITERIA if known.name == name)
+def named(name: str) -> Criterion:
+    """The first criterion of this name."""
+    return next(known for known in CRITERIA if known.name == name)

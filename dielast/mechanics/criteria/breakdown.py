@@ -15,6 +15,7 @@ class Breakdown(Criterion):
 
     name: ClassVar[str] = "breakdown"
     marker: ClassVar[str] = "x"  # as in the paper's Fig. 13
+    hatch: ClassVar[str] = ""
 
     def signal(self, films: WatchedFilms) -> Signal | None:
         """1 - |E|/E_EB, if a breakdown field is known."""

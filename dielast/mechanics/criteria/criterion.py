@@ -96,6 +96,9 @@ class Criterion:
     marker: ClassVar[str]
     """Of its events in figures: one of the letters x, o, v, s, D, P, ^ and so on that stand for shapes there."""
 
+    hatch: ClassVar[str] = "...."
+    """Of the cells of a map in which it happens first; none for the commonest."""
+
     is_failure: ClassVar[bool] = True
     """Whether the film is lost: maps find its time, and figures dim what comes after."""
 

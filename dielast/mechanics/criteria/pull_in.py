@@ -38,6 +38,7 @@ class PullIn(Criterion):
 
     name: ClassVar[str] = "pull-in"
     marker: ClassVar[str] = "o"  # as in the paper's Fig. 13
+    hatch: ClassVar[str] = "////"
     needs_springs: ClassVar[bool] = True
     found_in_jumps: ClassVar[bool] = False
     ends_equilibria: ClassVar[bool] = True

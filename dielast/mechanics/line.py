@@ -1,0 +1,164 @@
+"""Straight pieces of load, and the rows of output along them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from dielast.errors import InputError
+from dielast.mechanics.cases import of_case
+from dielast.mechanics.span import Control, Controls, Load
+from dielast.numerics.columns import Cases, Flags, Floats
+
+RAMP_DECADES = 3  # of log-spaced rows before the end of a ramp, or of the first cycle
+HOLD_DECADES = 6  # of log-spaced rows before the end of a hold, at least
+JUMP_DECADES = 12  # the same after a load applied at once, which the fastest branches show
+KINK = 1e-4  # of the duration of a ramp; a hold after it has rows from such a time on
+COINCIDENCE = 1e-6  # of the time since a piece began: rows that are closer are one row
+EVEN_ROWS = 100  # rows of a ramp or half a cycle, evenly spaced in what is driven
+
+Targets = tuple[Floats | None, Floats | None, Floats | None]
+"""Values (cases,) of the three prescribed quantities, None for a quantity that stays as it is when a piece begins."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ramp:
+    """A straight line to `target` within a `duration` in s (cases,), 0 is at once; or, if there is one, at a signed `rate` (cases,)
+    in 1/s or Pa/s of the `paced` quantity, along the axis that moves furthest.
+    """
+
+    controls: Controls
+    target: Targets
+    duration: Floats
+    rate: Floats | None = None
+    paced: Control = Control.STRETCH
+    origin: int = 0
+    driven: Flags = field(init=False, default_factory=lambda: np.zeros(3, dtype=bool))
+    cycles: int = field(init=False, default=0)
+
+    @property
+    def at_once(self) -> Flags:
+        """Whether (cases,) it takes no time."""
+        return np.asarray((self.duration == 0) & (self.rate is None))
+
+    def extremes(self) -> tuple[Floats, ...]:
+        """None beyond its ends."""
+        return ()
+
+    def take(self, cases: Cases) -> Ramp:
+        """The same for some of the cases."""
+        first, second, third = (None if value is None else value[cases] for value in self.target)
+        rate = None if self.rate is None else self.rate[cases]
+        return replace(self, target=(first, second, third), duration=self.duration[cases], rate=rate)
+
+    def begin(self, present: Floats) -> Line:
+        """The line from the `present` values (3, cases) on, or from its end where it takes no time."""
+        end = np.array([now if target is None else target for now, target in zip(present, self.target, strict=True)])
+        duration = self.duration if self.rate is None else self._lasts(self.rate, present, end)
+        return Line(self.controls, np.where(duration > 0, present, end), end, duration)
+
+    def _lasts(self, rate: Floats, present: Floats, end: Floats) -> Floats:
+        """How long it takes at the rate (cases,)."""
+        paced = [control is self.paced and target is not None for control, target in zip(self.controls, self.target, strict=False)]
+        moves = (end - present)[:2][paced]
+        move = np.take_along_axis(moves, np.argmax(np.abs(moves), axis=0)[None], axis=0)[0]
+        # a target that is reached already, but for rounding
+        move = np.where(np.abs(move) <= 1e-12 * np.abs(end[:2]).max(axis=0), 0.0, move)
+        try:
+            return lasts_at(rate, move, "target", "", f"of {self.paced.value} is")
+        except InputError as error:
+            raise InputError(f"step {self.origin}: {error}") from None
+
+
+def lasts_at(rate: Floats, move: Floats, goal: str, unit: str, of_what: str) -> Floats:
+    """How long in s (cases,) a `move` takes at a `rate` per s; `InputError` where the rate leads away from the goal."""
+    against = move * rate < 0
+    if np.any(against):
+        case = int(np.argmax(against))
+        raise InputError(
+            f"{of_case(case, move.size)}rate {rate[case]:g}{unit} leads away from the {goal}: {move[case]:+g} {of_what} to go, "
+            f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
+        )
+    return np.asarray(np.abs(move / rate))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """A straight line from `start` to `end` (3, cases) within `duration` (cases,). Its spans end where the voltage passes 0."""
+
+    controls: Controls
+    start: Floats
+    end: Floats
+    duration: Floats
+    spans: int = field(init=False)
+    cycles: int = field(init=False, default=0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "spans", 2 if np.any(self._passes) else 1)
+
+    @property
+    def _passes(self) -> Flags:
+        """In which cases (cases,) the voltage passes 0."""
+        return np.asarray(self.start[2] * self.end[2] < 0)
+
+    @property
+    def _share(self) -> Floats:
+        """Share of the line (cases,) after which the voltage passes 0."""
+        start, end = self.start[2], self.end[2]
+        return np.asarray(start / np.where(start == end, 1.0, start - end))
+
+    def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
+        """The line, or its part before (0) or after (1) it passes 0 V."""
+        start, end, lasts = self.start[:, cases], self.end[:, cases], self.duration[cases]
+        if self.spans == 1:
+            return Load.between(self.controls, start, end, lasts), lasts
+        passes = self._passes[cases]
+        share = whole(np.where(passes, self._share[cases], 1.0))
+        middle = start + share * (end - start)
+        middle[2, passes] = 0.0
+        first = index == 0
+        start, end = np.where(first, start, middle), np.where(first, middle, end)
+        lasts = lasts * np.where(first, share, 1 - share)
+        return Load.between(self.controls, start, end, lasts), lasts
+
+    def smooth(self, index: Cases) -> Flags:
+        """A line has no kink."""
+        return index > 0
+
+    def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
+        """Log-spaced, and on a ramp evenly spaced, too."""
+        if not np.any(self.duration > 0):
+            return np.zeros((self.duration.size, 1))
+        moves = np.any(self.start != self.end, axis=0)
+        duration = np.where(self.duration > 0, self.duration, 1.0)
+        finest = np.ceil(np.log10(duration) - np.log10(KINK * np.where(before > 0, before, 1.0)))
+        soon = np.clip(finest, HOLD_DECADES, JUMP_DECADES)
+        # a voltage that begins to rise sets the clock of the pull-in time scale to 0
+        ramp_decades = JUMP_DECADES if np.any(self.start[2] != self.end[2]) else RAMP_DECADES
+        decades = np.where(moves, ramp_decades, np.where(before > 0, soon, JUMP_DECADES))
+        after = np.arange(int(decades.max()) * per_decade + 1) / per_decade - decades[:, None]
+        spaced = 10.0 ** np.where(after <= 0, np.round(after, 12), np.nan)
+        ramp = merged(np.linspace(0.0, 1.0, EVEN_ROWS + 1)[1:], np.logspace(-ramp_decades, 0, ramp_decades * per_decade + 1))
+        fractions = np.full((duration.size, max(spaced.shape[1], ramp.size)), np.nan)
+        fractions[:, : spaced.shape[1]] = spaced
+        fractions[moves] = np.append(ramp, np.full(fractions.shape[1] - ramp.size, np.nan))
+        return np.asarray(self.duration[:, None] * fractions)
+
+    def rises(self, kept: Cases) -> Floats:
+        """At its beginning, or where it passes 0 V."""
+        grows = self._passes | (np.abs(self.end[2]) > np.abs(self.start[2]))
+        return np.where(grows, np.where(self._passes, self._share, 0.0) * self.duration, np.nan)[:, None]
+
+
+def whole(share: Floats) -> Floats:
+    """A share of a piece, none or all of it where it is that but for rounding."""
+    return np.where(share < 1e-12, 0.0, np.where(share > 1 - 1e-12, 1.0, share))
+
+
+def merged(rows: Floats, more: Floats) -> Floats:
+    """Ascending `rows`, and those of `more` between them that do not coincide with one but for rounding."""
+    after = np.searchsorted(rows, more)
+    below, above = rows[np.maximum(after - 1, 0)], rows[np.minimum(after, rows.size - 1)]
+    apart = np.minimum(np.abs(more - below), np.abs(more - above)) > COINCIDENCE * more
+    return np.sort(np.concatenate((rows, more[apart])))
