@@ -17,7 +17,7 @@ NAMES = {"string": "text", "number": "number", "integer": "whole number", "boole
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One key of a recipe: its `path`, such as `step[].rate`, what it `takes`, its `default` if there is one, and its meaning."""
+    """A key of a recipe: its `path`, such as `step[].rate`, what it `takes`, its `default` or an empty text, and its meaning."""
 
     path: str
     takes: str
@@ -34,10 +34,10 @@ def recipe_schema(kinds: Kinds) -> dict[str, Any]:
     for recipe in recipes:
         needed = _needed(recipe, definitions)
         if "load" in recipe["properties"]:
-            # the steps stand in the recipe or in a file of their own
+            # the steps stand in the recipe or in another file
             needed["required"].remove("step")
             needed["oneOf"] = [{"required": ["step"]}, {"required": ["load"]}]
-        # what is swept need not be stated beside
+        # a swept key need not be stated outside of the sweep
         swept = {"if": {"required": ["sweep"]}, "else": needed}
         recipe["allOf"] = [swept if "sweep" in recipe["properties"] else needed]
     for definition in definitions.values():
@@ -53,17 +53,17 @@ def recipe_schema(kinds: Kinds) -> dict[str, Any]:
 
 
 def _needed(schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys that a table must hold, and those that the tables within it must, apart from all else that is said of them."""
+    """The schema of nothing but the keys that a table, and the tables within it, must hold."""
     needed: dict[str, Any] = {"required": list(schema["required"])} if "required" in schema else {}
     for name, field in schema["properties"].items():
         inner, many = _table(field, definitions)
-        if inner is not None and (own := _needed(inner, definitions)):
-            needed.setdefault("properties", {})[name] = {"items": own} if many else own
+        if inner is not None and (within := _needed(inner, definitions)):
+            needed.setdefault("properties", {})[name] = {"items": within} if many else within
     return needed
 
 
 def keys(model: type[BaseModel]) -> list[Key]:
-    """Every key of a recipe or material file, in the order of the model, those of a table below it."""
+    """Every key of a recipe or material file, in the order of the model, the keys of a table below it."""
     schema = model.model_json_schema()
     _say_units(schema)
     return list(_keys(schema, schema.get("$defs", {}), ""))
@@ -91,14 +91,14 @@ def _keys(schema: Mapping[str, Any], definitions: Mapping[str, Any], prefix: str
         if inner is None:
             yield Key(path, _takes(field), default, field["description"])
         else:
-            # a description that says the same as the table's own is left to that
+            # a key without a description has that of its table
             meaning = field.get("description", inner.get("description", ""))
             yield Key(path, "tables" if many else "table", "needed" if name in required else "", meaning)
             yield from _keys(inner, definitions, f"{path}[]." if many else f"{path}.")
 
 
 def _table(field: Mapping[str, Any], definitions: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, bool]:
-    """The schema of the table that a key holds, if it holds one, and whether it is a list of them."""
+    """The schema of the table that a key holds, or None, and whether the key holds a list of such tables."""
     for option in _options(field):
         target = option.get("items", option)
         if "$ref" in target:
@@ -109,7 +109,7 @@ def _table(field: Mapping[str, Any], definitions: Mapping[str, Any]) -> tuple[Ma
 
 
 def _options(field: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """What a key may hold; null is what is left out."""
+    """The alternatives that a key may hold, without null, which stands for a key left out."""
     if "anyOf" in field:
         return [option for inner in field["anyOf"] for option in _options(inner)]
     return [] if field.get("type") == "null" else [field]
