@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -12,7 +13,7 @@ def test_every_public_name_is_there_and_documented() -> None:
     for name in dielast.__all__:
         thing = getattr(dielast, name)
         assert name == "__version__" or thing.__doc__, name
-    assert dielast._MODULE_OF.keys() | {"__version__"} == set(dielast.__all__)
+    assert len(dielast.__all__) == Path(dielast.__file__).with_suffix(".pyi").read_text().count(" as ") >= 53
     assert set(dir(dielast)) >= set(dielast.__all__)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = dielast.nothing
