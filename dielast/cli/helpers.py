@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
-from dielast.errors import DielastWarning, InputError, shown
+from dielast.errors import DielastWarning, InputError, Problem, shown
 from dielast.io.files import Inputs, read_file
 from dielast.recipe.models import KINDS, or_kind
 from dielast.recipe.toml import parse_toml
@@ -25,12 +25,12 @@ def print_starter(kind: str) -> int:
 
 def validate_files(paths: Sequence[Path]) -> int:
     """Check recipes, the files they name, load and material files; every mistake of every file is told before the error code."""
-    mistakes: list[str] = []
+    mistakes: list[Problem] = []
     for path in paths:
         try:
             caught = _validate(path)
         except InputError as error:
-            mistakes += error.messages
+            mistakes += error.problems
             continue
         print(f"{path}: ok", flush=True)
         for message in caught:
@@ -59,7 +59,7 @@ def _validate(path: Path) -> list[str]:
         warnings.simplefilter("always", DielastWarning)
         found = mistakes(cases, Inputs(path.parent))
     if found:
-        raise InputError(*(f"{path}: {line}" for line in found))
+        raise InputError(*(problem.within(file=path) if problem.file else problem.at(file=path) for problem in found))
     return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
 
 

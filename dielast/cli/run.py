@@ -16,7 +16,7 @@ from typing import Any
 
 from dielast.cli.interrupt import working
 from dielast.cli.progress import NOTHING_KEPT, Bar
-from dielast.errors import DielastWarning, InputError, NumericsError
+from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case, read_cases
 from dielast.recipe.validate import settings
@@ -115,9 +115,8 @@ def compute(
         try:
             with working():
                 report = workflow.run(cases, inputs, execution)
-        except (InputError, NumericsError) as error:
-            own = (path, *inputs.names, execution.scheduler)
-            raise type(error)(*(_located(line, own) for line in error.messages)) from None
+        except DielastError as error:
+            raise error.at(file=path) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught)
     if plots:
@@ -134,11 +133,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list):
         return [_plain(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _located(line: str, own: Sequence[Path | str | None]) -> str:
-    """The line with a name in front: that of what it speaks of, an input or a scheduler, or else the recipe's, the first."""
-    return line if line.startswith(tuple(f"{name}: " for name in own)) else f"{own[0]}: {line}"
 
 
 def _check_scheduler(kind: str, options: Options) -> None:
@@ -158,7 +152,7 @@ def _check_golden(golden: Path, out: Path) -> None:
 
     golden_files(golden)
     if os.path.realpath(golden) == os.path.realpath(out):
-        raise InputError(f"{golden}: the result would overwrite the golden files; write it to another folder (see --out)")
+        raise InputError("the result would overwrite the golden files; write it to another folder (see --out)", file=golden)
 
 
 def _note(line: str) -> None:

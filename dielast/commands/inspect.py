@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.simulation.cases import check_case
 from dielast.commands.spectrum.recipe import SpectrumRecipe
-from dielast.errors import InputError, NumericsError
+from dielast.errors import InputError, NumericsError, Problem
 from dielast.io.files import Inputs
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import Case
@@ -21,9 +21,9 @@ Read = tuple[str, Any, Callable[[], object]]
 """A recipe's key, what it says there, and how that is read; errors of what has no key begin with one."""
 
 
-def mistakes(cases: Sequence[Case[Any]], inputs: Inputs) -> list[str]:
-    """A line, beginning with the key, for every mistake in the files that `cases` name; each file is read once."""
-    found: dict[str, None] = {}
+def mistakes(cases: Sequence[Case[Any]], inputs: Inputs) -> list[Problem]:
+    """Every mistake in the files that `cases` name, with the key that leads there; each file is read once."""
+    found: dict[Problem, None] = {}
     seen = []
     for case in cases:
         for key, stated, read in _reads(case.recipe, inputs):
@@ -33,13 +33,18 @@ def mistakes(cases: Sequence[Case[Any]], inputs: Inputs) -> list[str]:
             try:
                 read()
             except (InputError, NumericsError) as error:
-                found.update(dict.fromkeys(f"{key}: {line}" if key else line for line in error.messages))
+                found.update(dict.fromkeys(_reached_by(key, problem) for problem in error.problems))
     for index, comparison in enumerate(getattr(cases[0].recipe, "compare", ())):
         try:
             check_case(index, comparison, len(cases))
         except InputError as error:
-            found.update(dict.fromkeys(error.messages))
+            found.update(dict.fromkeys(error.problems))
     return list(found)
+
+
+def _reached_by(key: str, problem: Problem) -> Problem:
+    """A problem of a file that a `key` names; of a problem with a key of the recipe itself, that one."""
+    return problem.within(key=key) if key and (problem.file or not problem.key) else problem
 
 
 def _reads(recipe: RecipeBase, inputs: Inputs) -> Iterator[Read]:
@@ -105,12 +110,7 @@ def _draws(recipe: Any, inputs: Inputs) -> None:
         material = parse_material(inputs.read(recipe.material), recipe.material)
     except InputError:
         return
-    try:
-        sample_of(recipe.material, material, recipe.uncertainty, inputs)
-    except InputError as error:
-        raise InputError(
-            *(line.removeprefix("uncertainty: ").removeprefix("uncertainty.level: ") for line in error.messages)
-        ) from None
+    sample_of(recipe.material, material, recipe.uncertainty, inputs)
 
 
 def _follow(recipe: Any, step: Any, inputs: Inputs) -> object:

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, located, shown
 from dielast.io.result import Result
 from dielast.mechanics.course import Chain, Course, Cycles, Line
 from dielast.mechanics.span import Control, Controls
@@ -43,15 +44,15 @@ class Waveform:
 
     def __post_init__(self) -> None:
         if self.shape not in SHAPES:
-            raise InputError(f"waveform {shown(self.shape)}: it must be one of {', '.join(SHAPES)}")
+            raise InputError(f"{shown(self.shape)}: it must be one of {', '.join(SHAPES)}", argument="waveform")
         if not isinstance(self.cycles, int | np.integer) or self.cycles < 1:
-            raise InputError(f"{self.cycles} cycles: a whole number of at least one is needed")
+            raise InputError(f"{self.cycles}: a whole number of at least one is needed", argument="cycles")
         for name in ("low", "high", "period"):
             values = numbers(getattr(self, name), name)
             if not np.all(np.isfinite(values)):
-                raise InputError(f"{name} must be finite")
+                raise InputError("it must be finite", argument=name)
         if np.any((period := numbers(self.period, "period")) <= 0):
-            raise InputError(f"period {float(period.min()):g} s: it must be positive")
+            raise InputError(f"{float(period.min()):g} s: it must be positive", argument="period")
 
     def values(self) -> Floats:
         """What it comes to."""
@@ -212,9 +213,10 @@ class Piece:
         if np.any(against):
             case = int(np.argmax(against))
             raise InputError(
-                f"step {self.origin}: {of_case(case, move.size)}rate {rate[case]:g} leads away from the target: "
-                f"{move[case]:+g} of {self.paced.value} is to go, "
-                f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
+                f"rate {rate[case]:g} leads away from the target: {move[case]:+g} of {self.paced.value} is to go, "
+                f"so the rate must be {'positive' if move[case] > 0 else 'negative'}",
+                step=self.origin,
+                case=of_case(case, move.size),
             )
         return np.asarray(np.abs(move / rate))
 
@@ -248,19 +250,19 @@ def path_pieces(
     return [ramp, rest] if time[0] > 0 else [rest]
 
 
-def of_case(case: int, cases: int) -> str:
-    """How an error message about one of so many cases begins; a lone case needs no name."""
-    return f"case {case}: " if cases > 1 else ""
+def of_case(case: int, cases: int) -> int | None:
+    """The case that an error names as its place: none where there is one only."""
+    return case if cases > 1 else None
 
 
 def numbers(values: ArrayLike, name: str) -> Floats:
-    """One number or a list of them as an array (cases,); `InputError` beginning with `name` for anything else."""
+    """One number or a list of them as an array (cases,); `InputError` with the argument `name` for anything else."""
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: {shown(values)}: a number in SI units, or a list of numbers, is needed") from None
+        raise InputError(f"{shown(values)}: a number in SI units, or a list of numbers, is needed", argument=name) from None
     if array.ndim > 1 or not array.size:
-        raise InputError(f"{name}: an array of shape {array.shape}: one number, or one for each case, is needed")
+        raise InputError(f"an array of shape {array.shape}: one number, or one for each case, is needed", argument=name)
     return array.reshape(-1)
 
 
@@ -268,23 +270,28 @@ def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
     """Number of cases that the arrays in `steps` and `others` span; `InputError` if their lengths disagree."""
     sizes = {np.size(other) for other in others}
     for index, step in enumerate(steps):
-        if not isinstance(step, Step):
-            raise InputError(f"step {index}: {shown(step)}: a Step is needed")
-        pairs = {"stretch": step.stretch, "stress": step.stress}
-        for name, given in pairs.items():
-            if isinstance(given, tuple) and len(given) != 2:
-                raise InputError(f"step {index}: a {name} of {len(given)} values: a tuple is a pair, one value for each axis")
-            if isinstance(given, Path):
-                sizes |= {np.size(value) for value in given.varied()}
-                continue
-            for value in given if isinstance(given, tuple) else (given,):
-                sizes.add(1 if value is None else numbers(value, f"step {index}: {name}").size)
-        for name, value in (("rate", step.rate), ("duration", step.duration)):
-            sizes.add(1 if value is None else numbers(value, f"step {index}: {name}").size)
+        with located(step=index):
+            sizes |= _sizes(step)
     sizes.discard(1)
     if len(sizes) > 1:
         raise InputError(f"arrays of {' and '.join(map(str, sorted(sizes)))} values do not make one set of cases")
     return sizes.pop() if sizes else 1
+
+
+def _sizes(step: Step) -> set[int]:
+    """The lengths of the arrays in a step."""
+    if not isinstance(step, Step):
+        raise InputError(f"{shown(step)}: a Step is needed")
+    given: dict[str, tuple[Any, ...]] = {"rate": (step.rate,), "duration": (step.duration,)}
+    sizes = set[int]()
+    for name, value in (("stretch", step.stretch), ("stress", step.stress)):
+        if isinstance(value, tuple) and len(value) != 2:
+            raise InputError(f"a {name} of {len(value)} values: a tuple is a pair, one value for each axis")
+        if isinstance(value, Path):
+            sizes |= {np.size(part) for part in value.varied()}
+        else:
+            given[name] = value if isinstance(value, tuple) else (value,)
+    return sizes | {numbers(value, name).size for name, values in given.items() for value in values if value is not None}
 
 
 def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
@@ -292,16 +299,14 @@ def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
     try:
         mode = Mode(mode)
     except ValueError:
-        raise InputError(f"mode {mode!r} is not one of {', '.join(known.value for known in Mode)}") from None
+        raise InputError(f"{mode!r} is not one of {', '.join(known.value for known in Mode)}", argument="mode") from None
     if not steps:
         raise InputError("a history needs at least one step")
     result: list[Piece] = []
     held: tuple[Control, Control] = (Control.STRESS, Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
     for index, step in enumerate(steps):
-        try:
+        with located(step=index):
             result += _pieces(step, mode, held, cases, index)
-        except InputError as error:
-            raise InputError(f"step {index}: {error}") from None
         held = result[-1].controls
     return result
 
@@ -321,7 +326,7 @@ def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> 
         return path_pieces(path, controls, (True, both, False), cases, np.ones(cases), origin, lateral)
     duration = None if step.duration is None else spread(step.duration, "duration", cases)
     if duration is not None and np.any(duration < 0):
-        raise InputError(f"duration {float(duration.min()):g} s: it must not be negative")
+        raise InputError(f"{float(duration.min()):g} s: it must not be negative", argument="duration")
     if step.stretch is None and step.stress is None:
         if duration is None or step.rate is not None:
             raise InputError("a stretch, a stress, or the duration of a hold is needed")
@@ -371,5 +376,5 @@ def spread(value: ArrayLike, name: str, cases: int) -> Floats:
     """One finite number for each case."""
     array = np.asarray(value, dtype=float)
     if not np.all(np.isfinite(array)):
-        raise InputError(f"{name} must be finite")
+        raise InputError("it must be finite", argument=name)
     return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))

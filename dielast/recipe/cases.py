@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import create_model
 
-from dielast.errors import InputError, quoted, shown, shown_path
+from dielast.errors import InputError, Mistakes, Problem, located, placed, quoted, shown, shown_path
 from dielast.io.files import read_file, resolve
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Section
@@ -58,8 +58,8 @@ def read_cases(
         found, lost = _set(own, setting, model, source, folder)
         recipe = examine(model, own, source, folder)
         if isinstance(recipe, list):
-            told = [(place, line) for place, line in recipe if not any(_on_the_way(place, path) for path in (*lost, *unset))]
-            found += [(place, line + _from_sweep(place, setting, values)) for place, line in told]
+            told = [(place, each) for place, each in recipe if not any(_on_the_way(place, path) for path in (*lost, *unset))]
+            found += [(place, each.adding(_from_sweep(place, setting, values))) for place, each in told]
         elif not found:
             cases.append(Case(recipe, setting))
             continue
@@ -84,17 +84,18 @@ def _set(
     try:
         _take_load(values, model, source, folder)
     except InputError as error:
-        mistakes += [(("load",), line) for line in error.messages]
+        mistakes += [(("load",), problem) for problem in error.problems]
         lost += [("load",)] if isinstance(values.get("step"), list) else [("load",), ("step",)]
     for key, value in setting.items():
         path = read_path(key) or (key,)
         try:
-            if path == ("step",) and "load" in values:
-                raise InputError(f'{source}: sweep.{quoted(key)}: the steps are in a load file: sweep load, or "step.0.rate"')
-            # what is set within it by another key is this case's alone
-            set_key(values, path, copy.deepcopy(value), f"{source}: sweep.{quoted(key)}")
+            with located(file=source, key=f"sweep.{quoted(key)}"):
+                if path == ("step",) and "load" in values:
+                    raise InputError('the steps are in a load file: sweep load, or "step.0.rate"')
+                # what is set within it by another key is this case's alone
+                set_key(values, path, copy.deepcopy(value))
         except InputError as error:
-            mistakes.append((("sweep", key), str(error)))
+            mistakes += [(("sweep", key), problem) for problem in error.problems]
             lost.append(path)
     return mistakes, lost
 
@@ -124,11 +125,16 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
     With them, what is wrong with the sweep; the settings are then those of the rest of it.
     """
     mistakes: list[Mistake] = []
+
+    def refuse(text: str, key: str | None = None) -> None:
+        place = ("sweep",) if key is None else ("sweep", key)
+        mistakes.append((place, Problem(text, file=source, key="sweep" if key is None else f"sweep.{quoted(key)}")))
+
     stated = isinstance(sweep.get("mode"), str)
     paired = stated and sweep["mode"] == "zip"
     if stated and not paired:
         needed = '"zip" is needed, or leave it out for every combination'
-        mistakes.append((("sweep",), f'{source}: sweep.mode: "{sweep["mode"]}": {needed}'))
+        mistakes.append((("sweep",), Problem(f'"{sweep["mode"]}": {needed}', file=source, key="sweep.mode")))
     lists: dict[str, list[Any]] = {}
     for key in [key for key in sweep if not (key == "mode" and stated)]:
         path = shown_path(read_path(key) or (key,))  # step[0].rate is step.0.rate
@@ -136,17 +142,18 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
         if wrong is None:
             lists[path] = sweep[key]
         else:
-            mistakes.append((("sweep", key), f"{source}: sweep.{quoted(key)}: {wrong}"))
+            refuse(wrong, key)
     if not lists:
-        # a key that is wrong has been told
-        return [{}], mistakes or [(("sweep",), f"{source}: sweep: lists of values by key path are needed")]
+        if not mistakes:
+            refuse("lists of values by key path are needed")
+        return [{}], mistakes
     lengths = [len(values) for values in lists.values()]
     if paired and len(set(lengths)) > 1:
         found = ", ".join(map(str, lengths))
-        mistakes.append((("sweep",), f'{source}: sweep: mode = "zip" pairs lists of one length, these have {found} values'))
+        refuse(f'mode = "zip" pairs lists of one length, these have {found} values')
     count = min(lengths) if paired else math.prod(lengths)
     if count > MOST_CASES:
-        mistakes.append((("sweep",), f"{source}: sweep: {count} cases, at most {MOST_CASES} are allowed"))
+        refuse(f"{count} cases, at most {MOST_CASES} are allowed")
     rows = zip(*lists.values(), strict=False) if paired else itertools.product(*lists.values())
     first = itertools.islice(rows, count if count <= MOST_CASES else 1)
     return [dict(zip(lists, row, strict=True)) for row in first], mistakes
@@ -175,25 +182,25 @@ def _take_load(values: dict[str, Any], model: type[RecipeBase], source: str, fol
         return
     name = values["load"]
     if not isinstance(name, str) or not name:
-        raise InputError(f"{source}: load: the path of a file is needed")
+        raise InputError("the path of a file is needed", file=source, key="load")
     if isinstance(values.get("step"), dict):  # a key that --set has set
-        raise InputError(f'{source}: step: the steps are in {shown(name)}: change them there, or sweep them: "step.0.rate" = [...]')
+        there = f'the steps are in {shown(name)}: change them there, or sweep them: "step.0.rate" = [...]'
+        raise InputError(there, file=source, key="step")
     if "step" in values:
-        raise InputError(f"{source}: either [[step]] or load is needed, not both")
-    try:
+        raise InputError("either [[step]] or load is needed, not both", file=source)
+    with placed(lambda problem: problem.within(file=source, key="load")):
         path = resolve(folder, name)
         content = read_file(path, shown(name))
-    except InputError as error:
-        raise InputError(f"{source}: load: {error}") from None
     history = parse_toml(content, name, f"a table of points goes into [[step]]: table = {shown(name)}")
     steps = history.get("step")
-    wrong = [] if set(history) == {"step"} and isinstance(steps, list) else [f"{name}: a load file holds [[step]] and nothing else"]
+    wrong = Mistakes()
+    if set(history) != {"step"} or not isinstance(steps, list):
+        wrong.append(Problem("a load file holds [[step]] and nothing else", file=name))
     if isinstance(steps, list):
         # checked by itself first, so that a mistake is told of the file it is in
         found = examine(load_file(model), {"step": steps}, name, path.parent)
         wrong += in_order(found, history) if isinstance(found, list) else []
-    if wrong:
-        raise InputError(*wrong)
+    wrong.refuse()
     values["step"] = [_beside(step, path.parent, folder) for step in history["step"]]
 
 

@@ -7,13 +7,15 @@ import os
 import types
 import typing
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from dielast.errors import InputError, as_toml, shown, shown_path
+from dielast.errors import DielastError, InputError, Mistakes, Problem, as_toml, located, shown, shown_path
 from dielast.io.files import read_file
 from dielast.recipe.fields import Section
 from dielast.recipe.models import KINDS, or_kind, recipe_model
@@ -24,8 +26,8 @@ from dielast.units import decimal_comma
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
 """The keys and indices that lead to a value."""
-Mistake = tuple[Place, str]
-"""Where in a recipe something is wrong, and the line that says so."""
+Mistake = tuple[Place, Problem]
+"""Where in a recipe something is wrong, and what."""
 PATHS = ("material", "mastercurve", "file", "files", "load", "table")  # keys that name files or folders
 _PLAIN = {
     "missing": "is needed",
@@ -52,26 +54,30 @@ _PLAIN = {
 
 def read_values(
     path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None
-) -> tuple[dict[str, Any], list[str]]:
+) -> tuple[dict[str, Any], Mistakes]:
     """The unchecked values of the recipe in the file `path`, whose `content` may have been read, `overrides` applied.
 
     With them, what is wrong with the overrides. Raises `InputError` if it is no TOML, or its kind is unknown or not the `kind`
     given.
     """
     values = parse_toml(read_file(path, str(path)) if content is None else content, str(path))
-    wrong: list[str] = []
+    wrong = Mistakes()
     for override in overrides:
-        try:
-            set_key(values, *read_override(override), f"--set {override}")
-        except InputError as error:
-            wrong += error.messages
+        wrong.tried(partial(_override, values, override))
     stated = values.get("kind")
     if stated not in KINDS:
         needed = f"is needed: one of {', '.join(KINDS)}"
-        raise InputError(*wrong, f"{path}: kind: " + (f"{shown(stated)}: {or_kind(str(stated))}" if "kind" in values else needed))
+        unknown = f"{shown(stated)}: {or_kind(str(stated))}" if "kind" in values else needed
+        raise InputError(*wrong, Problem(unknown, file=path, key="kind"))
     if kind is not None and stated != kind:
-        raise InputError(*wrong, f'{path}: kind: the recipe is one of "{stated}": run it with "dielast {stated}"')
+        other = f'the recipe is one of "{stated}": run it with "dielast {stated}"'
+        raise InputError(*wrong, Problem(other, file=path, key="kind"))
     return values, wrong
+
+
+def _override(values: dict[str, Any], override: str) -> None:
+    with located(key=f"--set {override}"):
+        set_key(values, *read_override(override))
 
 
 def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Path) -> Model:
@@ -90,11 +96,11 @@ def examine(model: type[Model], values: Mapping[str, Any], source: str, folder: 
         context = {"folder": folder, "columns": getattr(model, "COLUMNS", ()), "swept": swept}
         return model.model_validate(values, context=context)
     except ValidationError as error:
-        return [(problem["loc"], f"{source}: {_line(model, problem)}") for problem in error.errors(include_url=False)]
+        return [(found["loc"], _problem(model, found).at(file=source)) for found in error.errors(include_url=False)]
 
 
-def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str]:
-    """The lines of `mistakes`, each once, in the order of the recipe's `values`; what is wrong with a whole table is last in it."""
+def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Problem]:
+    """The problems of `mistakes`, each once, in the order of the recipe's `values`; what is wrong with a whole table is last in it."""
 
     def position(mistake: Mistake) -> list[float]:
         found: list[float] = []
@@ -105,23 +111,29 @@ def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str
             inner = inner[key] if key in there else None
         return [*found, float("inf")]
 
-    return list(dict.fromkeys(line for _, line in sorted(mistakes, key=position)))
+    return list(dict.fromkeys(problem for _, problem in sorted(mistakes, key=position)))
 
 
-def _line(model: type[BaseModel], problem: ErrorDetails) -> str:
-    keys, kind, value = problem["loc"], problem["type"], problem["input"]
-    where = _path(keys)
-    prefix = f"{where}: " if where else ""
-    context = problem.get("ctx", {})
+def _problem(model: type[BaseModel], found: ErrorDetails) -> Problem:
+    """What pydantic found, in words of this project and with its key."""
+    context = found.get("ctx", {})
+    if found["type"] == "value_error" and isinstance(error := context["error"], DielastError):
+        (inner,) = error.problems
+        return replace(inner, key=_path(found["loc"]) + (f".{inner.key}" if found["loc"] and inner.key else inner.key or ""))
+    return Problem(_text(model, found, context), key=_path(found["loc"]))
+
+
+def _text(model: type[BaseModel], found: ErrorDetails, context: Mapping[str, Any]) -> str:
+    keys, kind, value = found["loc"], found["type"], found["input"]
     if kind == "extra_forbidden":
-        return prefix + _unknown(model, keys)
+        return _unknown(model, keys)
     if kind == "value_error":
-        return prefix + str(context["error"])
+        return str(context["error"])
     if kind == "list_type" and isinstance(value, dict) and _models(_annotation(model, keys)):
-        return prefix + _no_list(str(keys[-1]), value)
-    needed = _PLAIN.get(kind, problem["msg"]).format(**context, **_counted(context))
+        return _no_list(str(keys[-1]), value)
+    needed = _PLAIN.get(kind, found["msg"]).format(**context, **_counted(context))
     comma = decimal_comma(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
-    return prefix + ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")
+    return ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")
 
 
 def _no_list(key: str, value: Mapping[str, Any]) -> str:
@@ -198,10 +210,10 @@ def read_override(override: str) -> tuple[tuple[str, ...], Any]:
         # bytes that the locale could not read are UTF-8 all the same
         override = os.fsencode(override).decode()
     except UnicodeDecodeError:
-        raise InputError(f"--set {override!a}: not UTF-8 text") from None
+        raise InputError("not UTF-8 text", key=f"--set {override!a}") from None
     setting = read_setting(override)
     if setting is None:
-        raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
+        raise InputError("PATH=VALUE is needed, such as fit.branches=20", key=f"--set {override}")
     keys, text = setting
     try:
         return keys, load(f"value = {text}")["value"]

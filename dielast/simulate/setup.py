@@ -61,8 +61,11 @@ class Setup:
         film, status = prestretch(points, (first, second), self.ramp[cases], self.relax, alike=alike, rtol=rtol)
         if status.any():
             lost = int(np.argmax(status > 0))
-            which = f"{of_case(int(cases[lost]), self.temperature.size)}prestretch {_pair(first, second, lost)}"
-            raise NumericsError(f"{which} cannot be computed: {REASONS[Status(int(status[lost]))]}")
+            raise NumericsError(
+                f"{_pair(first, second, lost)} cannot be computed: {REASONS[Status(int(status[lost]))]}",
+                argument="prestretch",
+                case=of_case(int(cases[lost]), self.temperature.size),
+            )
         return film
 
 
@@ -86,7 +89,7 @@ def set_up(
     materials = [material] if isinstance(material, Material) else list(material)
     axes = list(prestretch) if isinstance(prestretch, tuple) else [prestretch, prestretch]
     if len(axes) != 2:
-        raise InputError(f"a prestretch of {len(axes)} values: a pair, one for each axis, is needed")
+        raise InputError(f"{len(axes)} values: a pair, one for each axis, is needed", argument="prestretch")
     if temperature is None:
         temperature = [each.reference_temperature for each in materials]
     _check(materials, thickness, relax, rtol)
@@ -105,7 +108,8 @@ def set_up(
     for axis in (first, second):
         if axis is not None and np.any(axis < 1):
             case = int(np.argmin(axis))
-            raise InputError(f"{of_case(case, cases)}prestretch {axis[case]:g}: it must not be below 1 (1 is undeformed)")
+            below = f"{axis[case]:g}: it must not be below 1 (1 is undeformed)"
+            raise InputError(below, argument="prestretch", case=of_case(case, cases))
     temperatures = _spread(temperature, cases, "temperature")
     points, ramp = Points.of(materials, temperatures, rtol), _ramp(first, second, prestretch_rate, cases)
     beyond, limit = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
@@ -113,7 +117,7 @@ def set_up(
         case = int(np.argmax(beyond))
         largest = max(float(axis[case]) for axis in (first, second) if axis is not None)
         limited = f"is beyond the Gent limit, J_lim = {limit[case]:g}{or_per_cent(largest)}"
-        raise InputError(f"{of_case(case, cases)}prestretch {_pair(first, second, case)} {limited}")
+        raise InputError(f"{_pair(first, second, case)} {limited}", argument="prestretch", case=of_case(case, cases))
     return Setup(
         points,
         temperatures,
@@ -138,23 +142,24 @@ def _check(materials: Sequence[Material], thickness: ArrayLike, relax: float, rt
         raise InputError("a material is needed")
     for each in materials:
         if not each.permittivity:
-            raise InputError(f"material {each.name!r} has no permittivity, which a film under voltage needs")
+            needed = "which a film under voltage needs: state it, in a material file under [dielectric]"
+            raise InputError(f"{each.name!r} has no permittivity, {needed}", argument="material")
     for value in np.atleast_1d(np.asarray(thickness, dtype=float)).tolist():
         if not (np.isfinite(value) and value > 0):
-            raise InputError(f"thickness {value:g} m: it must be positive")
+            raise InputError(f"{value:g} m: it must be positive", argument="thickness")
     if not (np.isfinite(relax) and relax >= 0):
-        raise InputError(f"relaxation for {relax:g} s: it must not be negative")
+        raise InputError(f"{relax:g} s: it must not be negative", argument="relax")
     if not 1e-12 <= rtol <= 0.1:
-        raise InputError(f"rtol {rtol:g} is not between 1e-12 and 0.1")
+        raise InputError(f"{rtol:g} is not between 1e-12 and 0.1", argument="rtol")
 
 
 def _ramp(first: Floats | None, second: Floats | None, rate: ArrayLike | None, cases: int) -> Floats:
     """Time in s (cases,) that the prestretch takes at a `rate` of the larger axis."""
     if rate is None:
         return np.zeros(cases)
-    rates = _spread(rate, cases, "prestretch rate")
+    rates = _spread(rate, cases, "prestretch_rate")
     if np.any(rates <= 0):
-        raise InputError(f"prestretch rate {float(rates.min()):g} /s: it must be positive")
+        raise InputError(f"{float(rates.min()):g} /s: it must be positive", argument="prestretch_rate")
     return np.asarray(np.max([axis - 1 for axis in (first, second) if axis is not None], axis=0, initial=0.0) / rates)
 
 
@@ -162,7 +167,7 @@ def _controls(boundary: str | tuple[str, str]) -> tuple[Control, Control]:
     """What is prescribed along each axis under voltage."""
     names = (boundary, boundary) if isinstance(boundary, str) else tuple(boundary)
     if len(names) != 2 or any(name not in BOUNDARIES for name in names):
-        raise InputError(f"boundary {boundary!r}: dead-load or clamped is needed, or one of them for each axis")
+        raise InputError(f"{boundary!r}: dead-load or clamped is needed, or one of them for each axis", argument="boundary")
     return BOUNDARIES[names[0]], BOUNDARIES[names[1]]
 
 
@@ -176,9 +181,9 @@ def _breakdown_field(
 ) -> Floats:
     """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
     if isinstance(field, np.ndarray):
-        fields = _spread(field, cases, "breakdown field")
+        fields = _spread(field, cases, "breakdown_field")
         if np.any(fields <= 0):
-            raise InputError(f"breakdown field {float(fields.min()):g} V/m: it must be positive")
+            raise InputError(f"{float(fields.min()):g} V/m: it must be positive", argument="breakdown_field")
         return fields
     # an axis left free keeps the area of uniaxial stress
     wide = first if first is not None else second
@@ -191,7 +196,8 @@ def _breakdown_field(
         if known is not None:
             fields[own] = known.at(equibiaxial[own])
         elif needed:
-            raise InputError(f"a breakdown field is needed: material {each.name!r} has none, and none is given")
+            missing = f"a breakdown field is needed: material {each.name!r} has none, and none is given"
+            raise InputError(missing, argument="breakdown_field")
     return fields
 
 
@@ -199,5 +205,5 @@ def _spread(value: ArrayLike, cases: int, name: str) -> Floats:
     """One finite number for each case."""
     array = np.asarray(value, dtype=float)
     if not np.all(np.isfinite(array)):
-        raise InputError(f"every {name} must be finite")
+        raise InputError("every value must be finite", argument=name)
     return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, located
 from dielast.io.result import Result
 from dielast.material.springs import Floats
 from dielast.mechanics.load import Path, Piece, of_case, path_pieces, spread
@@ -54,7 +54,7 @@ def voltage_pieces(steps: Sequence[VoltageStep], controls: tuple[Control, Contro
     result: list[Piece] = []
     present = np.zeros(cases)
     for index, step in enumerate(steps):
-        try:
+        with located(step=index):
             if isinstance(step.voltage, Path):
                 if step.rate is not None or step.duration is not None:
                     raise InputError("a waveform or a track has its pace with it")
@@ -62,8 +62,6 @@ def voltage_pieces(steps: Sequence[VoltageStep], controls: tuple[Control, Contro
                 present = spread(step.voltage.last, "voltage", cases)
                 continue
             voltage, duration = _resolve(step, present, cases)
-        except InputError as error:
-            raise InputError(f"step {index}: {error}") from None
         result.append(Piece(controls, (None, None, voltage / thickness), duration, origin=index))
         present = voltage
     return result
@@ -73,7 +71,7 @@ def _resolve(step: VoltageStep, present: Floats, cases: int) -> tuple[Floats, Fl
     """Voltage at the end of a step and its duration (cases,)."""
     duration = None if step.duration is None else spread(step.duration, "duration", cases)
     if duration is not None and np.any(duration < 0):
-        raise InputError(f"duration {float(duration.min()):g} s: it must not be negative")
+        raise InputError(f"{float(duration.min()):g} s: it must not be negative", argument="duration")
     if step.voltage is None:
         if duration is None or step.rate is not None:
             raise InputError("a voltage, or the duration of a hold is needed")
@@ -90,8 +88,9 @@ def _resolve(step: VoltageStep, present: Floats, cases: int) -> tuple[Floats, Fl
     if np.any(move * rate < 0):
         case = int(np.argmax(move * rate < 0))
         raise InputError(
-            f"{of_case(case, cases)}rate {rate[case]:g} V/s leads away from the voltage: {move[case]:+g} V are to go, "
-            f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
+            f"rate {rate[case]:g} V/s leads away from the voltage: {move[case]:+g} V are to go, "
+            f"so the rate must be {'positive' if move[case] > 0 else 'negative'}",
+            case=of_case(case, cases),
         )
     return voltage, move / rate
 

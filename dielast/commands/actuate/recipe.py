@@ -198,13 +198,13 @@ class ActuateRecipe(SimulationRecipe):
             asked += [(f"compare[{index}].x", one.x), (f"compare[{index}].y", one.y)]
         for key, header in asked:
             if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
-                raise InputError(f'{key}: "{header}" is of the electrode: state film.electrode_diameter')
+                raise InputError(f'"{header}" is of the electrode: state film.electrode_diameter', key=key)
         return self
 
     @model_validator(mode="after")
     def _no_noise(self) -> Self:
         if self.output.noise is not None:
-            raise InputError("output.noise: only relax and creep make test data with noise")
+            raise InputError("only relax and creep make test data with noise", key="output.noise")
         return self
 
 
@@ -273,5 +273,5 @@ class FailureMapRecipe(RecipeBase):
     @model_validator(mode="after")
     def _on_in_time(self) -> Self:
         if self.voltage.ramp > self.horizon:
-            raise InputError(f"voltage.ramp: {self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s")
+            raise InputError(f"{self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s", key="voltage.ramp")
         return self

@@ -40,6 +40,28 @@ from dielast.recipe.uncertainty import Uncertainty
 from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, decimal_comma, parse
 
 Step = TypeVar("Step", bound="HistoryStep")
+# the recipe's key for each argument of the simulations, those of steps apart
+KEYS = {
+    "material": "material",
+    "temperature": "temperature",
+    "mode": "mode",
+    "times": "output.times",
+    "points_per_decade": "output.points_per_decade",
+    "cycles": "output.cycles",
+    "rtol": "solver.rtol",
+    "thickness": "film.thickness",
+    "prestretch": "film.prestretch",
+    "prestretch_rate": "film.prestretch_rate",
+    "relax": "film.relax",
+    "boundary": "film.boundary",
+    "breakdown_field": "breakdown",
+    "pull_in_timescale": "pull_in.timescale",
+    "stop_at": "stop.at",
+    "voltage": "voltage",
+    "ramp": "voltage.ramp",
+    "horizon": "horizon",
+    "sample": "uncertainty",
+}
 
 
 def _no_strain(value: Any) -> Any:
@@ -454,5 +476,6 @@ class CreepRecipe(SimulationRecipe):
         for index, step in enumerate(self.step):
             forced = "high" if step.high is not None and step.high[1] == FORCE.unit else "force"
             if (step.force is not None or forced == "high") and unmeasured(("force",), self.specimen):
-                raise InputError(f"step[{index}].{forced}: a force needs [specimen] with width and thickness, or state stress")
+                needed = "a force needs [specimen] with width and thickness, or state stress"
+                raise InputError(needed, key=f"step[{index}].{forced}")
         return self
