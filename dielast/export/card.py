@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, Mistakes, shown
 from dielast.export import abaqus, ansys, comsol, febio, mfront
 from dielast.export.conventions import CardOptions
 from dielast.material.material import Material
@@ -19,23 +20,19 @@ FORMATS = tuple(WRITERS)
 def export_card(material: Material, form: str, options: CardOptions | None = None) -> dict[str, str]:
     """The material as text files (name -> ASCII text) for the finite-element code `form`: one of `FORMATS`.
 
-    Every card states its conventions and what it leaves out. Raises `InputError`, beginning with the key of a recipe's [export]
-    section, for what the code cannot carry and the options do not allow to be replaced.
+    Every card states its conventions and what it leaves out. Raises `InputError` with the option to change
+    for what the code cannot carry and the options do not allow to be replaced.
     """
     if form not in WRITERS:
-        raise InputError(f"export.formats: {shown(form)}: one of {', '.join(FORMATS)} is needed")
+        raise InputError(f"{shown(form)}: one of {', '.join(FORMATS)} is needed", argument="formats")
     return WRITERS[form](material, options or CardOptions())
 
 
 def export_cards(material: Material, formats: tuple[str, ...], options: CardOptions | None = None) -> dict[str, str]:
     """The files of several codes; raises `InputError` with a line for every code that cannot carry the material."""
     files: dict[str, str] = {}
-    wrong: list[str] = []
+    wrong = Mistakes()
     for form in formats:
-        try:
-            files |= export_card(material, form, options)
-        except InputError as error:
-            wrong += error.messages
-    if wrong:
-        raise InputError(*dict.fromkeys(wrong))
+        files |= wrong.tried(partial(export_card, material, form, options)) or {}
+    wrong.refuse()
     return files

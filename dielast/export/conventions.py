@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, warn
+from dielast.errors import InputError, Mistakes, Problem, warn
 from dielast.material.material import Material
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 from dielast.material.springs import Gent
@@ -79,14 +78,14 @@ class CardOptions:
             ("moduli", self.moduli, MODULI),
         ):
             if value not in known:
-                raise InputError(f'export.{key}: "{value}": one of {", ".join(str(name) for name in known if name)} is needed')
+                raise InputError(f'"{value}": one of {", ".join(str(name) for name in known if name)} is needed', argument=key)
         for key, number in (("J_lim", self.J_lim), ("bulk_modulus", self.bulk_modulus), ("density", self.density)):
             if number is not None and not 0 < number < math.inf:
-                raise InputError(f"export.{key}: {number:g}: a positive number is needed")
+                raise InputError(f"{number:g}: a positive number is needed", argument=key)
         if self.poisson_ratio is not None and not 0 <= self.poisson_ratio < 0.5:
-            raise InputError(f"export.poisson_ratio: {self.poisson_ratio:g}: at least 0 and below 0.5 is needed")
+            raise InputError(f"{self.poisson_ratio:g}: at least 0 and below 0.5 is needed", argument="poisson_ratio")
         if self.bulk_modulus is not None and self.poisson_ratio is not None:
-            raise InputError("export.bulk_modulus: give bulk_modulus or poisson_ratio, not both")
+            raise InputError("give bulk_modulus or poisson_ratio, not both", argument="bulk_modulus")
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,26 +143,19 @@ class Card:
 
 
 def prepare(material: Material, code: Code, options: CardOptions) -> Card:
-    """The material as `code` can carry it; raises `InputError`, a line for each recipe key to change, where it cannot."""
-    wrong: list[str] = []
-
-    def tried(make: Callable[[], Made]) -> Made | None:
-        try:
-            return make()
-        except InputError as error:
-            wrong.extend(error.messages)
-            return None
-
+    """The material as `code` can carry it; raises `InputError`, a problem for each option to change, where it cannot."""
+    wrong = Mistakes()
     units = UNITS[options.units]
     there = material.spectrum.shear_modulus > 0
     dropped = int(np.count_nonzero(~there))
     modulus, time = material.spectrum.shear_modulus[there], material.spectrum.relaxation_time[there]
-    tried(lambda: _check_branches(material, len(modulus), code))
-    spring = tried(lambda: _spring(material, code, options))
-    shifted = tried(lambda: _shift(material.shift, time, code, options))
-    bulk = tried(lambda: _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options))
-    if wrong or spring is None or shifted is None:
-        raise InputError(*wrong)
+    wrong.tried(lambda: _check_branches(material, len(modulus), code))
+    spring = wrong.tried(lambda: _spring(material, code, options))
+    shifted = wrong.tried(lambda: _shift(material.shift, time, code, options))
+    bulk = wrong.tried(lambda: _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options))
+    wrong.refuse()
+    assert spring is not None
+    assert shifted is not None
     (law, limits), (shift, time, note) = spring, shifted
     notes = [
         f"Name in dielast: {plain(material.name)}",
@@ -173,7 +165,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     ]
     if dropped:
         notes.append(f"Left out: branches of zero modulus ({dropped}).")
-        warn(f"export: the cards leave out {dropped} branches of zero modulus")
+        warn(f"the cards leave out {dropped} branches of zero modulus")
     notes += _spring_notes(material, law, limits)
     if bulk is not None:
         notes.append("The material is incompressible; the bulk modulus K makes Young's modulus 9 K G/(3 K + G), short of 3 G.")
@@ -202,8 +194,9 @@ def ratios_below_one(card: Card, code: Code) -> list[str]:
     rest, wanted = math.fsum((1.0, *(-float(text) for text in written))), card.equilibrium / card.instantaneous
     if abs(rest - wanted) > LARGEST_LOSS * wanted:
         raise InputError(
-            f"export.formats: {code.name} takes one minus the sum of the ratios for the equilibrium modulus, which is only "
-            f"{wanted:.2g} of the instantaneous one and would be lost in rounding: keep fewer branches ([truncate] keep)"
+            f"{code.name} takes one minus the sum of the ratios for the equilibrium modulus, which is only "
+            f"{wanted:.2g} of the instantaneous one and would be lost in rounding: keep fewer branches ([truncate] keep)",
+            argument="formats",
         )
     return written
 
@@ -237,47 +230,54 @@ def plain(text: str) -> str:
 
 
 def _check_branches(material: Material, terms: int, code: Code) -> None:
-    wrong = []
+    wrong = Mistakes()
     if terms == 0:
-        wrong.append(f"export.formats: {code.name}: no branch has a modulus: there is nothing viscoelastic to write")
+        wrong.append(Problem(f"{code.name}: no branch has a modulus: there is nothing viscoelastic to write", argument="formats"))
     if code.most_terms is not None and terms > code.most_terms:
         wrong.append(
-            f"export.formats: {code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "
-            "fit fewer ([fit] branches), or as many as a window of times needs ([reduce] window)"
+            Problem(
+                f"{code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "
+                "fit fewer ([fit] branches), or as many as a window of times needs ([reduce] window)",
+                argument="formats",
+            )
         )
     if material.equilibrium_modulus == 0 and not code.flows:
         wrong.append(
-            f"export.formats: {code.name} needs an equilibrium modulus above zero (ratios that sum to less than one): "
-            "the material flows; if it does not, state fit.equilibrium_modulus"
+            Problem(
+                f"{code.name} needs an equilibrium modulus above zero (ratios that sum to less than one): "
+                "the material flows; if it does not, state fit.equilibrium_modulus",
+                argument="formats",
+            )
         )
-    if wrong:
-        raise InputError(*wrong)
+    wrong.refuse()
 
 
 def _spring(material: Material, code: Code, options: CardOptions) -> tuple[str, tuple[float, float]]:
     limits = []
     for law in (material.equilibrium_law, material.nonequilibrium_law):
         if not isinstance(law, Gent) or np.ndim(law.J_lim):
-            raise InputError(f"export.formats: a card holds Gent springs of one J_lim only, not {type(law).__name__}")
+            raise InputError(f"a card holds Gent springs of one J_lim only, not {type(law).__name__}", argument="formats")
         limits.append(float(law.J_lim))
     limited = min(limits) < math.inf or options.J_lim is not None
     wanted = options.hyperelastic or ("gent" if limited else "neo-hookean")
     if wanted not in code.laws:
         instead = [f'"{law}"' for law in code.laws if law != "gent"] if wanted == "gent" else [f'"{law}"' for law in code.laws]
         raise InputError(
-            f'export.hyperelastic: {code.name} has no "{wanted}" law: allow {" or ".join(instead)} instead, '
-            "which the card will name as an approximation"
+            f'{code.name} has no "{wanted}" law: allow {" or ".join(instead)} instead, '
+            "which the card will name as an approximation",
+            argument="hyperelastic",
         )
     if wanted == "neo-hookean":
         return wanted, (math.inf, math.inf)
     if not limited:
-        raise InputError(f'export.hyperelastic: "{wanted}" needs a J_lim, and the material has none: state export.J_lim')
+        raise InputError(f'"{wanted}" needs a J_lim, and the material has none: state J_lim', argument="hyperelastic")
     if options.J_lim is not None:
         return wanted, (options.J_lim, options.J_lim)
     if limits[0] != limits[1] and not code.separate_limits:
         raise InputError(
-            f"export.J_lim: {code.name} has one J_lim for the equilibrium spring and the branches alike, "
-            f'not {limits[0]:g} and {limits[1]:g}: state one, or allow hyperelastic = "neo-hookean"'
+            f"{code.name} has one J_lim for the equilibrium spring and the branches alike, "
+            f'not {limits[0]:g} and {limits[1]:g}: state one, or allow hyperelastic = "neo-hookean"',
+            argument="J_lim",
         )
     return wanted, (limits[0], limits[1])
 
@@ -308,7 +308,7 @@ def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOp
         there = f"{law.reference_temperature:g} degC"
         if isinstance(law, Arrhenius) and code.arrhenius_in_kelvin and options.temperature_scale != "K":
             raise InputError(
-                f'export.temperature_scale: {code.name} takes the Arrhenius law in absolute temperatures only: "K" is needed'
+                f'{code.name} takes the Arrhenius law in absolute temperatures only: "K" is needed', argument="temperature_scale"
             )
         if isinstance(law, NoShift):
             return law, time, f"Relaxation times hold at {there}; the material has no shift law."
@@ -316,16 +316,15 @@ def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOp
     name = LAW_NAMES.get(type(law), type(law).__name__)
     if options.temperature is None:
         raise InputError(
-            f'export.temperature: {code.name} has no shift function for the law "{name}": state the one temperature that its card '
-            "holds for"
+            f'{code.name} has no shift function for the law "{name}": state the one temperature that its card holds for',
+            argument="temperature",
         )
-    try:
-        shift_factor = float(10 ** law.log10_shift_factor(options.temperature))
-    except InputError as error:
-        raise InputError(f"export.temperature: {error}") from None
+    shift_factor = float(10 ** law.log10_shift_factor(options.temperature))
     scaled = time * shift_factor
     if not np.all(np.isfinite(scaled) & (scaled > 0)):
-        raise InputError(f"export.temperature: {options.temperature:g} degC: the relaxation times are beyond what a number holds")
+        raise InputError(
+            f"{options.temperature:g} degC: the relaxation times are beyond what a number holds", argument="temperature"
+        )
     note = f'Relaxation times hold at {options.temperature:g} degC ONLY: {code.name} has no shift function for the law "{name}".'
     return NoShift(options.temperature), scaled, note
 
@@ -334,8 +333,9 @@ def _bulk(shear: float, code: Code, options: CardOptions) -> float | None:
     if options.bulk_modulus is not None:
         if options.bulk_modulus <= 2 / 3 * shear:
             raise InputError(
-                f"export.bulk_modulus: {options.bulk_modulus:g} Pa with an instantaneous shear modulus of {shear:.4g} Pa makes "
-                f"Poisson's ratio negative: more than {2 / 3 * shear:.4g} Pa is needed, for rubbers about 2 GPa"
+                f"{options.bulk_modulus:g} Pa with an instantaneous shear modulus of {shear:.4g} Pa makes "
+                f"Poisson's ratio negative: more than {2 / 3 * shear:.4g} Pa is needed, for rubbers about 2 GPa",
+                argument="bulk_modulus",
             )
         return options.bulk_modulus
     ratio = code.poisson_ratio if options.poisson_ratio is None else options.poisson_ratio

@@ -51,7 +51,7 @@ def read_master_curve(folder: str, inputs: Inputs) -> Curve:
     name = f"{folder}/summary.toml"
     summary = parse_toml(inputs.read(name), name)
     if summary.get("kind") != "mastercurve":
-        raise InputError(f'{name}: kind: "{summary.get("kind")}": a folder written by mastercurve is needed')
+        raise InputError(f'kind: "{summary.get("kind")}": a folder written by mastercurve is needed', file=name)
     try:
         test = summary.get("data", {}).get("measurement", "relaxation")
         if test not in FITTED:
@@ -60,13 +60,13 @@ def read_master_curve(folder: str, inputs: Inputs) -> Curve:
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{folder}/summary.toml: {error}: a folder written by mastercurve is needed") from None
+        raise InputError(f"{error}: a folder written by mastercurve is needed", file=name) from None
     name = f"{folder}/mastercurve.csv"
     temperature, *columns = number_columns(inputs.read(name), name, ["temperature [degC]", *FITTED[test]])
     for row in np.flatnonzero(~np.all(np.isfinite([temperature, *columns]), axis=0))[:1]:
-        raise InputError(f"{name}: row {row + 2}: an empty cell")
+        raise InputError("an empty cell", file=name, row=row + 2)
     if not temperature.size:
-        raise InputError(f"{name}: no rows: a folder written by mastercurve is needed")
+        raise InputError("no rows: a folder written by mastercurve is needed", file=name)
     return Curve(test, tuple(columns), law, (float(temperature.min()), float(temperature.max())))
 
 
@@ -83,7 +83,7 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
     name = f"{folder}/shift-factors.csv"
     temperature, factor = number_columns(inputs.read(name), name, ["temperature [degC]", "log10_shift_factor [1]"])
     for row in np.flatnonzero(~np.isfinite(temperature))[:1]:
-        raise InputError(f'{name}: row {row + 2}: column "temperature [degC]": a number is needed')
+        raise InputError('column "temperature [degC]": a number is needed', file=name, row=row + 2)
     known = dict(zip(temperature.tolist(), factor.tolist(), strict=True)) | {reference: 0.0}
     rows = sorted((own, value) for own, value in known.items() if math.isfinite(value))
     return ShiftTable(reference, *zip(*rows, strict=True))
@@ -103,11 +103,11 @@ def read_curve(data: CurveData | None, inputs: Inputs) -> Curve:
     temperature = [one.temperature for one in reading.measurements]
     if max(temperature) - min(temperature) > data.temperature_tolerance:
         found = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
-        raise InputError(f'{data.file}: {found}, and a spectrum is made of one temperature: "dielast mastercurve" joins several')
+        raise InputError(f'{found}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
     measured, stated = round(math.fsum(temperature) / len(temperature), 6), data.reference_temperature
     if stated is not None and abs(measured - stated) > WIDEST * data.temperature_tolerance:
         raise InputError(
-            f"{data.file}: the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out"
+            f"the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out", file=data.file
         )
     columns = _positive(np.concatenate([np.stack(_columns(one)) for one in reading.measurements], axis=1), data.file)
     _warn_of_several(columns, data.file)
@@ -136,12 +136,12 @@ def _warn_of_several(columns: Array, source: str) -> None:
     apart = np.exp(np.maximum.reduceat(y, starts) - np.minimum.reduceat(y, starts))
     if np.any(far := apart > SEVERAL):
         found = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
-        warn(f"{source}: {found}: are these several tests? Leave the rows of one in the file")
+        warn(f"{found}: are these several tests? Leave the rows of one in the file", file=source)
 
 
 def _positive(columns: Array, source: str) -> Array:
     """The points whose ordinates are all positive; of the others, as a noise floor gives them, few enough, it warns."""
     below = np.any(columns[1:] <= 0, axis=0)
     if np.any(below):
-        warn(f"{source}: {np.count_nonzero(below)} of {below.size} points are zero or negative (noise floor) and left out")
+        warn(f"{np.count_nonzero(below)} of {below.size} points are zero or negative (noise floor) and left out", file=source)
     return columns[:, ~below]

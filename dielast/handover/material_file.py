@@ -111,11 +111,11 @@ class MaterialFile(Section):
         if self.equilibrium.shear_modulus == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
-            raise InputError("measured_temperature: the lowest comes first")
+            raise InputError("the lowest comes first", key="measured_temperature")
         measured, there = self.shift.temperature_degC, self.reference_temperature
         if measured is not None and not measured[0] <= there <= measured[-1]:
             outside = f"{there:g} degC is outside the shift table's {measured[0]:g} to {measured[-1]:g} degC"
-            raise InputError(f"reference_temperature: {outside}: an entry of 0 is needed there")
+            raise InputError(f"{outside}: an entry of 0 is needed there", key="reference_temperature")
         return self
 
     def material(self) -> Material:

@@ -51,7 +51,7 @@ class WLF:
             where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
             if self.reference_temperature > 200:  # where hardly anybody refers to
                 where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
-            raise InputError(f"temperature {coldest:g} degC is at or below {where}")
+            raise InputError(f"{coldest:g} degC is at or below {where}", argument="temperature")
         return np.asarray(-self.C1 * distance / (self.C2 + distance))
 
 
@@ -66,7 +66,7 @@ class Arrhenius:
         """log10 a(T); raises `InputError` at or below absolute zero."""
         kelvin = np.asarray(temperature, dtype=float) + ZERO_CELSIUS
         if np.any(kelvin <= 0):
-            raise InputError(f"temperature {float(np.min(kelvin)) - ZERO_CELSIUS:g} degC is at or below absolute zero")
+            raise InputError(f"{float(np.min(kelvin)) - ZERO_CELSIUS:g} degC is at or below absolute zero", argument="temperature")
         inverse = 1 / kelvin - 1 / (self.reference_temperature + ZERO_CELSIUS)
         return np.asarray(self.activation_energy / GAS_CONSTANT * inverse / np.log(10))
 
@@ -99,7 +99,7 @@ class ShiftTable(Result):
         outside = (wanted < low) | (wanted > high)
         if np.any(outside):
             first = float(np.atleast_1d(wanted[outside])[0])
-            raise InputError(f"temperature {first:g} degC is outside the shift table's {low:g} to {high:g} degC")
+            raise InputError(f"{first:g} degC is outside the shift table's {low:g} to {high:g} degC", argument="temperature")
         origin = np.interp(self.reference_temperature, self.temperature, self.log10_shift)
         return np.asarray(np.interp(wanted, self.temperature, self.log10_shift) - origin)
 

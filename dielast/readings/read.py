@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, warn
+from dielast.errors import InputError, Mistakes, Problem, warn
 from dielast.io.files import Inputs
 from dielast.material.checks import doubt_strain, doubt_tension
 from dielast.readings.curve_recipe import CurveData
@@ -98,7 +98,7 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
         machine = [role for role in ("extension", "force") if role in part.columns]
         if test == "shear" and machine:
             what = f"{' and '.join(machine)} are of a test in tension, but this one is in shear"
-            raise InputError(f"{part.table.source}: {what}: state strain and stress, or modulus")
+            raise InputError(f"{what}: state strain and stress, or modulus", file=part.table.source)
     if data.test is None:
         for part in parts:
             _doubt_tension(part)
@@ -151,7 +151,7 @@ def _one_test(parts: list[Part], data: MeasuredData) -> str:
     tests = {part.test: part for part in parts}
     for test, part in tests.items():
         if test is None:
-            raise InputError(f'{part.table.source}: the export does not say what modulus it is: say test = "tension" or "shear"')
+            raise InputError('the export does not say what modulus it is: say test = "tension" or "shear"', file=part.table.source)
     if len(tests) > 1:
         found = " and ".join(f"{test} ({part.table.source})" for test, part in tests.items())
         raise InputError(f'there are tests in {found}: leave one out, or say test = "tension" or "shear"')
@@ -160,16 +160,16 @@ def _one_test(parts: list[Part], data: MeasuredData) -> str:
 
 def _check_columns(part: Part, data: MeasuredData) -> None:
     """Raise `InputError` for all columns of a plain table that are not there or in a wrong unit, with the recipe's keys."""
-    wrong: list[str] = []
+    wrong = Mistakes()
     for role, wanted in part.columns.items() if not part.is_export else ():
         try:
             part.table.check(wanted, role, ROLES.get(role))
         except InputError as error:
             key = f" (data.columns.{role})" if data.columns is not None and role in data.columns.model_fields_set else ""
             told = mistaken(part.table, wanted, role)
-            wrong += [f"{line}{key}" for line in ([told] if told else error.messages)]
-    if wrong:
-        raise InputError(*wrong)
+            problems = [Problem(told, file=part.table.source)] if told else error.problems
+            wrong += [problem.adding(key) for problem in problems]
+    wrong.refuse()
 
 
 def _doubt_tension(part: Part) -> None:
@@ -225,7 +225,7 @@ def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray
     lines = part.table.lines[rows]
     _refuse(part, lines, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
     if not np.any(kept):
-        raise InputError(f"{part.table.source}: no points are left from {data.first_time:g} s on (see discard_before and ramp)")
+        raise InputError(f"no points are left from {data.first_time:g} s on (see discard_before and ramp)", file=part.table.source)
     return kept
 
 
@@ -240,8 +240,10 @@ def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArra
         hertz, omega = found["frequency"], found["angular_frequency"]
         for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > AGREEMENT)[:1]:
             raise InputError(
-                f"{part.table.source}: line {lines[k]}: frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
-                f"contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s"
+                f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
+                f"contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s",
+                file=part.table.source,
+                line=lines[k],
             )
     return found["angular_frequency"] if "angular_frequency" in found else 2 * np.pi * found["frequency"]
 
@@ -283,8 +285,8 @@ def _doubt_held(part: Part, held: Array, answer: Array) -> None:
     if spread[0] > CHANGES > HELD > spread[1]:
         constant, other = ("stress", "creep") if part.measurement == "relaxation" else ("strain", "relaxation")
         warn(
-            f'{part.table.source}: the {constant} is constant and the other changes, as in {other}: say measurement = "{other}" '
-            "if that was measured"
+            f'the {constant} is constant and the other changes, as in {other}: say measurement = "{other}" if that was measured',
+            file=part.table.source,
         )
 
 
@@ -298,13 +300,15 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
         return in_step
     if isinstance(data, CurveData):
         if data.reference_temperature is None:
-            raise InputError(f'{source}: the data state no temperature: say reference_temperature = "20 degC"')
+            raise InputError('the data state no temperature: say reference_temperature = "20 degC"', file=source)
         return data.reference_temperature
     if part.is_export:
-        raise InputError(f'{source}: step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name')
+        raise InputError(
+            f'step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name', file=source
+        )
     assert isinstance(data, MeasurementData)
     raise InputError(
-        f'{source}: temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}'
+        f'temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}', file=source
     )
 
 
@@ -317,16 +321,19 @@ def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None
         first, count = int(part.table.lines[np.flatnonzero(partly)[0]]), int(np.count_nonzero(partly))
         many = f"{count} points lack" if count > 1 else "1 point lacks"
         warn(
-            f'{part.table.source}: step "{part.step}": {many} a reading and {"are" if count > 1 else "is"} left out (line {first})'
+            f'step "{part.step}": {many} a reading and {"are" if count > 1 else "is"} left out (line {first})',
+            file=part.table.source,
         )
     if not np.any(rows):
-        raise InputError(f'{part.table.source}: step "{part.step}" has no row with all of {", ".join(roles)}')
+        raise InputError(f'step "{part.step}" has no row with all of {", ".join(roles)}', file=part.table.source)
 
 
 def _refuse(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_], role: str, why: str) -> None:
     if np.any(wrong):
         first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
-        raise InputError(f"{part.table.source}: line {lines[first]}: {role} {why}" + (f" ({count} such rows)" if count > 1 else ""))
+        raise InputError(
+            f"{role} {why}" + (f" ({count} such rows)" if count > 1 else ""), file=part.table.source, line=lines[first]
+        )
 
 
 def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_]) -> None:
@@ -335,7 +342,7 @@ def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_])
         many = {"relaxation": "moduli", "oscillation": "storage or loss moduli", "creep": "compliances"}[part.measurement]
         first, count = lines[np.flatnonzero(wrong)[0]], np.count_nonzero(wrong)
         raise InputError(
-            f"{part.table.source}: line {first}: {count} of {wrong.size} {many} are zero or negative: positive {many} are needed"
+            f"{count} of {wrong.size} {many} are zero or negative: positive {many} are needed", file=part.table.source, line=first
         )
 
 
@@ -350,9 +357,10 @@ def _check_viscosity(parts: list[Part], readings: list[_Readings]) -> None:
         for off, truth in ((2 * np.pi, "Hz"), (1 / (2 * np.pi), "rad/s")):
             if abs(np.log(factor / off)) < VISCOSITY_AGREEMENT:
                 warn(
-                    f"{part.table.source}: the complex viscosity fits if what is given as {said[0].replace('_', ' ')} is in {truth}"
+                    f"the complex viscosity fits if what is given as {said[0].replace('_', ' ')} is in {truth}",
+                    file=part.table.source,
                 )
                 return
         if abs(np.log(factor)) > VISCOSITY_AGREEMENT:
-            warn(f"{part.table.source}: complex modulus over angular frequency is {factor:.3g} times the complex viscosity")
+            warn(f"complex modulus over angular frequency is {factor:.3g} times the complex viscosity", file=part.table.source)
             return

@@ -6,6 +6,7 @@ import difflib
 import types
 import typing
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from dielast.errors import InputError, shown, shown_path
+from dielast.errors import DielastError, InputError, Problem, shown, shown_path
 from dielast.recipe.fields import Section
 from dielast.recipe.kinds import Kinds
 from dielast.recipe.paths import read_path
@@ -22,8 +23,8 @@ from dielast.units import decimal_comma
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
 """The keys and indices that lead to a value."""
-Mistake = tuple[Place, str]
-"""Where in a recipe a mistake is, and the line that describes it."""
+Mistake = tuple[Place, Problem]
+"""Where in a recipe a mistake is, and what it is."""
 _PLAIN = {
     "missing": "is needed",
     "float_type": "a bare number is needed",
@@ -65,12 +66,12 @@ def examine(
     try:
         return model.model_validate(values, context=context)
     except ValidationError as error:
-        problems = error.errors(include_url=False)
-        return [(problem["loc"], f"{source}: {_line(model, problem, kinds or {})}") for problem in problems]
+        details = error.errors(include_url=False)
+        return [(detail["loc"], _problem(model, detail, kinds or {}).at(file=source)) for detail in details]
 
 
-def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str]:
-    """The lines of `mistakes`, without repetition, in the order of the recipe's `values`; a mistake of a whole table comes last."""
+def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Problem]:
+    """The problems of `mistakes`, without repetition, in the order of the recipe's `values`; a mistake of a whole table is last."""
 
     def position(mistake: Mistake) -> list[float]:
         positions: list[float] = []
@@ -81,7 +82,7 @@ def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str
             inner = inner[key] if key in keys else None
         return [*positions, float("inf")]
 
-    return list(dict.fromkeys(line for _, line in sorted(mistakes, key=position)))
+    return list(dict.fromkeys(problem for _, problem in sorted(mistakes, key=position)))
 
 
 def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:
@@ -90,20 +91,27 @@ def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:
     return None if table is None or not keys else _fields(table).get(str(keys[-1]))
 
 
-def _line(model: type[BaseModel], problem: ErrorDetails, kinds: Kinds) -> str:
-    keys, kind, value = problem["loc"], problem["type"], problem["input"]
-    where = "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in keys).lstrip(".")
-    prefix = f"{where}: " if where else ""
-    context = problem.get("ctx", {})
+def _problem(model: type[BaseModel], detail: ErrorDetails, kinds: Kinds) -> Problem:
+    """What pydantic found, in words of this project and with its key."""
+    keys, context = detail["loc"], detail.get("ctx", {})
+    path = "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in keys).lstrip(".")
+    if detail["type"] == "value_error" and isinstance(error := context["error"], DielastError):
+        (inner,) = error.problems
+        return replace(inner, key=".".join(key for key in (path, inner.key) if key))
+    return Problem(_text(model, detail, context, kinds), key=path)
+
+
+def _text(model: type[BaseModel], detail: ErrorDetails, context: Mapping[str, Any], kinds: Kinds) -> str:
+    keys, kind, value = detail["loc"], detail["type"], detail["input"]
     if kind == "extra_forbidden":
-        return prefix + _unknown(model, keys, kinds)
+        return _unknown(model, keys, kinds)
     if kind == "value_error":
-        return prefix + str(context["error"])
+        return str(context["error"])
     if kind == "list_type" and isinstance(value, dict) and (field := field_at(model, keys)) and _models(field.annotation):
-        return prefix + _no_list(str(keys[-1]), value)
-    needed = _PLAIN.get(kind, problem["msg"]).format(**context, **_counted(context))
+        return _no_list(str(keys[-1]), value)
+    needed = _PLAIN.get(kind, detail["msg"]).format(**context, **_counted(context))
     comma = decimal_comma(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
-    return prefix + ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")
+    return ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")
 
 
 def _no_list(key: str, value: Mapping[str, Any]) -> str:

@@ -84,12 +84,14 @@ def fit_creep(
     if is_open:
         warn(
             "the end of the curve does not tell flow from processes slower than the curve: it is taken for that of a solid, whose "
-            f"equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
+            f"equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
+            mentions=("equilibrium_modulus",),
         )
     elif equilibrium_modulus is None and equilibrium == 0 and softest.slope >= -LEVEL_SLOPE:
         warn(
             f"the material flows, by which its compliance hardly rises yet ({share:.1%} of it at the end of the curve): a solid of "
-            "far slower processes would look alike: state equilibrium_modulus (0 for a melt)"
+            "far slower processes would look alike: state equilibrium_modulus (0 for a melt)",
+            mentions=("equilibrium_modulus",),
         )
     elif not liquid and (equilibrium_modulus is not None or equilibrium > 0 or softest.slope >= _FLOWS):
         judge_equilibrium(None if equilibrium_modulus is None else equilibrium_modulus / 3, equilibrium, softest)
@@ -160,7 +162,8 @@ def _fit(curve: Curve, own_time: Array, known: Known, total: Total | None) -> So
     if known[0] is None and solution.constants[0] < least:
         warn(
             f"the curve does not tell the glassy compliance, taken to be {_LEAST_GLASSY:.0%} of its first point: the branches that "
-            f"relax before {curve.time[0]:.3g} s are a guess; state glassy_modulus"
+            f"relax before {curve.time[0]:.3g} s are a guess; state glassy_modulus",
+            mentions=("glassy_modulus",),
         )
         solution = fit_strengths(curve, own_time, (least, known[1]), total)
     return solution

@@ -189,7 +189,8 @@ def _wlf(base: float, distance: Array, wanted: Array, whiten: Array) -> _Fitted:
         pole = 1 + k * move
         if pole <= 0:
             raise InputError(
-                f"reference temperature {base + move:g} degC is at or below {base - 1 / k:g} degC, the pole of the WLF law"
+                f"{base + move:g} degC is at or below {base - 1 / k:g} degC, the pole of the WLF law",
+                argument="reference_temperature",
             )
         values = np.array([g / (k * pole), 1 / k + move])
         to_values = np.array([[1 / (k * pole), -g * (1 + 2 * k * move) / (k * pole) ** 2], [0.0, -1 / k**2]])
@@ -255,8 +256,9 @@ def _table(temperature: Array, log10_shift_factor: Array, reference: float) -> S
     """The table itself, with a row for the reference temperature, interpolated by a cubic through its four neighbours."""
     if not temperature[0] <= reference <= temperature[-1]:
         raise InputError(
-            f"reference temperature {reference:g} degC is outside {temperature[0]:g} to {temperature[-1]:g} degC, where the shift "
-            "table ends: choose a law, or a reference temperature within"
+            f"{reference:g} degC is outside {temperature[0]:g} to {temperature[-1]:g} degC, where the shift table ends: choose a "
+            "law, or a reference temperature within",
+            argument="reference_temperature",
         )
     weight = np.zeros(temperature.size)
     first = int(np.clip(np.searchsorted(temperature, reference) - 2, 0, max(temperature.size - 4, 0)))

@@ -137,5 +137,6 @@ class CreepRecipe(SimulationRecipe):
         for index, step in enumerate(self.step):
             forced = "high" if step.high is not None and step.high[1] == FORCE.unit else "force"
             if (step.force is not None or forced == "high") and unmeasured(("force",), self.specimen):
-                raise InputError(f"step[{index}].{forced}: a force needs [specimen] with width and thickness, or state stress")
+                needed = "a force needs [specimen] with width and thickness, or state stress"
+                raise InputError(needed, key=f"step[{index}].{forced}")
         return self

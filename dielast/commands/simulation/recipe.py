@@ -14,6 +14,29 @@ from dielast.recipe.fields import InputFile, Section, Temperature, Time, mistake
 from dielast.recipe.paths import read_path
 from dielast.recipe.uncertainty import Uncertainty
 
+# the recipe's key for each argument of the simulations, those of steps apart
+KEYS = {
+    "material": "material",
+    "temperature": "temperature",
+    "mode": "mode",
+    "times": "output.times",
+    "points_per_decade": "output.points_per_decade",
+    "cycles": "output.cycles",
+    "rtol": "solver.rtol",
+    "thickness": "film.thickness",
+    "prestretch": "film.prestretch",
+    "prestretch_rate": "film.prestretch_rate",
+    "relax": "film.relax",
+    "boundary": "film.boundary",
+    "breakdown_field": "breakdown",
+    "pull_in_timescale": "pull_in.timescale",
+    "stop_at": "stop.at",
+    "voltage": "voltage",
+    "ramp": "voltage.ramp",
+    "horizon": "horizon",
+    "sample": "uncertainty",
+}
+
 
 def _kept_cycles(value: Any) -> str | tuple[int, ...]:
     """All cycles, the last one, or some by their numbers."""
