@@ -96,11 +96,14 @@ def examine(model: type[Model], values: Mapping[str, Any], source: str, folder: 
         context = {"folder": folder, "columns": getattr(model, "COLUMNS", ()), "swept": swept}
         return model.model_validate(values, context=context)
     except ValidationError as error:
-        return [(found["loc"], _problem(model, found).at(file=source)) for found in error.errors(include_url=False)]
+        wrong = [_mistakes(model, found) for found in error.errors(include_url=False)]
+        return [(place, problem.at(file=source)) for mistakes in wrong for place, problem in mistakes]
 
 
 def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Problem]:
-    """The problems of `mistakes`, each once, in the order of the recipe's `values`; what is wrong with a whole table is last in it."""
+    """The problems of `mistakes`, each once, in the order of the recipe's `values`; those of a whole table are last in
+    it.
+    """
 
     def position(mistake: Mistake) -> list[float]:
         found: list[float] = []
@@ -114,13 +117,18 @@ def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Pro
     return list(dict.fromkeys(problem for _, problem in sorted(mistakes, key=position)))
 
 
-def _problem(model: type[BaseModel], found: ErrorDetails) -> Problem:
-    """What pydantic found, in words of this project and with its key."""
+def _mistakes(model: type[BaseModel], found: ErrorDetails) -> list[Mistake]:
+    """What pydantic found, in words of this project and with its place; a validator names keys relative to the table it checks."""
     context = found.get("ctx", {})
     if found["type"] == "value_error" and isinstance(error := context["error"], DielastError):
-        (inner,) = error.problems
-        return replace(inner, key=_path(found["loc"]) + (f".{inner.key}" if found["loc"] and inner.key else inner.key or ""))
-    return Problem(_text(model, found, context), key=_path(found["loc"]))
+        places = [(*found["loc"], *_keys(problem.key or "")) for problem in error.problems]
+        return [(place, replace(problem, key=_path(place))) for place, problem in zip(places, error.problems, strict=True)]
+    return [(found["loc"], Problem(_text(model, found, context), key=_path(found["loc"])))]
+
+
+def _keys(path: str) -> Place:
+    """The keys and indices of a path such as `step[0].rate`, of a list's validator also `[0]`."""
+    return tuple(int(key) if key.isdecimal() else key for key in path.replace("[", ".").replace("]", "").split(".") if key)
 
 
 def _text(model: type[BaseModel], found: ErrorDetails, context: Mapping[str, Any]) -> str:

@@ -131,7 +131,7 @@ def simulate(
         temperature = [each.reference_temperature for each in materials]
     temperature = numbers(temperature, "temperature")
     if not np.all(np.isfinite(temperature)):
-        raise InputError("every temperature must be finite", argument="temperature")
+        raise InputError("every value must be finite", argument="temperature")
     if not 1e-12 <= rtol <= 0.1:
         raise InputError(f"{rtol:g} is not between 1e-12 and 0.1", argument="rtol")
     if not isinstance(points_per_decade, int) or points_per_decade < 1:

@@ -11,14 +11,12 @@ from pydantic import (
     BeforeValidator,
     Field,
     PlainValidator,
-    ValidationError,
     ValidationInfo,
     WithJsonSchema,
     model_validator,
 )
-from pydantic_core import InitErrorDetails
 
-from dielast.errors import InputError, shown, shown_path
+from dielast.errors import InputError, Mistakes, Problem, shown, shown_path
 from dielast.io.table import split_header
 from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
 from dielast.recipe.base import RecipeBase, TextTable, units_of
@@ -32,7 +30,6 @@ from dielast.recipe.fields import (
     Stress,
     Temperature,
     Time,
-    mistake_at,
     on_one_scale,
 )
 from dielast.recipe.paths import read_path
@@ -261,9 +258,9 @@ class SimulationRecipe(RecipeBase):
     @model_validator(mode="after")
     def _cases_to_join(self) -> Self:
         if self.plot.join == "cases" and (not self.sweep or self.plot.x in (None, "time [s]")):
-            raise mistake_at("plot", 'join = "cases" needs a [sweep], and an x that is not the time', self.plot)
+            raise InputError('join = "cases" needs a [sweep], and an x that is not the time', key="plot")
         if self.plot.join == "times" and self.plot.x in {shown_path(read_path(key) or (key,)) for key in self.sweep or ()}:
-            raise mistake_at("plot", f'join = "times": over {self.plot.x} there are cases alone', self.plot)
+            raise InputError(f'join = "times": over {self.plot.x} there are cases alone', key="plot")
         return self
 
 
@@ -347,7 +344,7 @@ def starting(start: float) -> AfterValidator:
     """Steps from `start` on, every rate of which leads to its target, as far as the recipe tells where a step begins."""
 
     def check(steps: list[Step]) -> list[Step]:
-        wrong: list[InitErrorDetails] = []
+        wrong = Mistakes()
         present: dict[str, float] | None = None  # by quantity; at first all are at the start
         for index, step in enumerate(steps):
             if step.hold is not None:
@@ -356,11 +353,10 @@ def starting(start: float) -> AfterValidator:
             if aim is not None:
                 told = aim.missed(start if present is None else present.get(aim.quantity))
                 if told is not None:
-                    wrong.append({"type": "value_error", "loc": (index,), "input": step, "ctx": {"error": InputError(told)}})
+                    wrong.append(Problem(told, key=f"[{index}]"))
             # where a table or a waveform ends is not asked
             present = {} if aim is None else {aim.quantity: aim.value}
-        if wrong:
-            raise ValidationError.from_exception_data("steps", wrong)
+        wrong.refuse()
         return steps
 
     return AfterValidator(check)
@@ -445,7 +441,7 @@ class LoadStep(HistoryStep):
             needed: Dimension = FORCE_RATE if self.force is not None else STRESS_RATE
             if self.rate[1] != needed.unit:
                 target = "force" if self.force is not None else "stress"
-                raise InputError(f'rate: {needed.name} is needed with {target}, such as "{needed.example}"')
+                raise InputError(f'{needed.name} is needed with {target}, such as "{needed.example}"', key="rate")
         return self
 
 
