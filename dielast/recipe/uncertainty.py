@@ -8,7 +8,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
 from dielast.errors import InputError, shown
 from dielast.material.scatter import NormalScatter, Scatter, WeibullScatter, fewest_draws
-from dielast.recipe.fields import Section, mistake_at
+from dielast.recipe.fields import Section
 from dielast.units import STRAIN, parse
 
 
@@ -54,7 +54,7 @@ class Uncertainty(Draws):
     def _enough(self) -> Self:
         if self.draws < (fewest := fewest_draws(self.level)):
             told = f"{self.draws} do not tell an interval of level {self.level:g}: at least {fewest} are needed"
-            raise mistake_at("draws", told, self.draws)
+            raise InputError(told, key="draws")
         return self
 
 

@@ -66,8 +66,8 @@ def examine(
     try:
         return model.model_validate(values, context=context)
     except ValidationError as error:
-        details = error.errors(include_url=False)
-        return [(detail["loc"], _problem(model, detail, kinds or {}).at(file=source)) for detail in details]
+        wrong = [_mistakes(model, detail, kinds or {}) for detail in error.errors(include_url=False)]
+        return [(place, problem.at(file=source)) for mistakes in wrong for place, problem in mistakes]
 
 
 def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Problem]:
@@ -91,14 +91,23 @@ def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:
     return None if table is None or not keys else _fields(table).get(str(keys[-1]))
 
 
-def _problem(model: type[BaseModel], detail: ErrorDetails, kinds: Kinds) -> Problem:
-    """What pydantic found, in words of this project and with its key."""
-    keys, context = detail["loc"], detail.get("ctx", {})
-    path = "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in keys).lstrip(".")
+def _mistakes(model: type[BaseModel], detail: ErrorDetails, kinds: Kinds) -> list[Mistake]:
+    """What pydantic found, in words of this project and with its place; a validator names keys relative to the table it checks."""
+    context = detail.get("ctx", {})
     if detail["type"] == "value_error" and isinstance(error := context["error"], DielastError):
-        (inner,) = error.problems
-        return replace(inner, key=".".join(key for key in (path, inner.key) if key))
-    return Problem(_text(model, detail, context, kinds), key=path)
+        places = [(*detail["loc"], *_keys(problem.key or "")) for problem in error.problems]
+        return [(place, replace(problem, key=_path(place))) for place, problem in zip(places, error.problems, strict=True)]
+    return [(detail["loc"], Problem(_text(model, detail, context, kinds), key=_path(detail["loc"])))]
+
+
+def _path(place: Place) -> str:
+    """A place as a message names it, such as `step[0].rate`."""
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in place).lstrip(".")
+
+
+def _keys(path: str) -> Place:
+    """The keys and indices of a path such as `step[0].rate`, of a list's validator also `[0]`."""
+    return tuple(int(key) if key.isdecimal() else key for key in path.replace("[", ".").replace("]", "").split(".") if key)
 
 
 def _text(model: type[BaseModel], detail: ErrorDetails, context: Mapping[str, Any], kinds: Kinds) -> str:

@@ -106,7 +106,7 @@ class LoadStep(HistoryStep):
             needed: Dimension = FORCE_RATE if self.force is not None else STRESS_RATE
             if self.rate[1] != needed.unit:
                 target = "force" if self.force is not None else "stress"
-                raise InputError(f'rate: {needed.name} is needed with {target}, such as "{needed.example}"')
+                raise InputError(f'{needed.name} is needed with {target}, such as "{needed.example}"', key="rate")
         return self
 
 

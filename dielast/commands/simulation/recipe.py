@@ -10,7 +10,7 @@ from dielast.commands.simulation.comparison_recipe import Comparison
 from dielast.commands.simulation.result_columns import COLUMNS, Abscissa, ResultColumn
 from dielast.errors import InputError, shown, shown_path
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import InputFile, Section, Temperature, Time, mistake_at
+from dielast.recipe.fields import InputFile, Section, Temperature, Time
 from dielast.recipe.paths import read_path
 from dielast.recipe.uncertainty import Uncertainty
 
@@ -140,7 +140,7 @@ class SimulationRecipe(RecipeBase):
     @model_validator(mode="after")
     def _cases_to_join(self) -> Self:
         if self.plot.join == "cases" and (not self.sweep or self.plot.x in (None, "time [s]")):
-            raise mistake_at("plot", 'join = "cases" needs a [sweep], and an x that is not the time', self.plot)
+            raise InputError('join = "cases" needs a [sweep], and an x that is not the time', key="plot")
         if self.plot.join == "times" and self.plot.x in {shown_path(read_path(key) or (key,)) for key in self.sweep or ()}:
-            raise mistake_at("plot", f'join = "times": over {self.plot.x} there are cases alone', self.plot)
+            raise InputError(f'join = "times": over {self.plot.x} there are cases alone', key="plot")
         return self
