@@ -43,7 +43,7 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
     name = f"{folder}/summary.toml"
     summary = parse_toml(inputs.read(name), name)
     if summary.get("kind") != "mastercurve":
-        raise InputError(f'{name}: kind: "{summary.get("kind")}": a folder written by mastercurve is needed')
+        raise InputError(f'kind: "{summary.get("kind")}": a folder written by mastercurve is needed', file=name)
     try:
         measurement = summary.get("data", {}).get("measurement", "relaxation")
         if measurement not in KINDS:
@@ -52,14 +52,14 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{folder}/summary.toml: {error}: a folder written by mastercurve is needed") from None
+        raise InputError(f"{error}: a folder written by mastercurve is needed", file=name) from None
     name, kind = f"{folder}/mastercurve.csv", KINDS[measurement]
     headers = [f"{column} [{unit}]" for column, unit in (kind.reduced_abscissa, *kind.ordinates)]
     temperature, *columns = number_columns(inputs.read(name), name, ["temperature [degC]", *headers])
     for row in np.flatnonzero(~np.all(np.isfinite([temperature, *columns]), axis=0))[:1]:
-        raise InputError(f"{name}: row {row + 2}: an empty cell")
+        raise InputError("an empty cell", file=name, row=row + 2)
     if not temperature.size:
-        raise InputError(f"{name}: no rows: a folder written by mastercurve is needed")
+        raise InputError("no rows: a folder written by mastercurve is needed", file=name)
     return ReducedCurve(kind, tuple(columns), law, (float(temperature.min()), float(temperature.max())))
 
 
@@ -74,7 +74,7 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
         name = f"{folder}/shift-factors.csv"
         temperature, factor = number_columns(inputs.read(name), name, ["temperature [degC]", "log10_shift_factor [1]"])
         for row in np.flatnonzero(~np.isfinite(temperature))[:1]:
-            raise InputError(f'{name}: row {row + 2}: column "temperature [degC]": a number is needed')
+            raise InputError('column "temperature [degC]": a number is needed', file=name, row=row + 2)
         return temperature, factor
 
     if shift["law"] not in SHIFTS:
@@ -96,11 +96,11 @@ def read_curve(data: CurveData | None, inputs: Inputs) -> ReducedCurve:
     temperature = [one.temperature for one in reading.measurements]
     if max(temperature) - min(temperature) > data.temperature_tolerance:
         found = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
-        raise InputError(f'{data.file}: {found}, and a spectrum is made of one temperature: "dielast mastercurve" joins several')
+        raise InputError(f'{found}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
     measured, stated = round(math.fsum(temperature) / len(temperature), 6), data.reference_temperature
     if stated is not None and abs(measured - stated) > WIDEST * data.temperature_tolerance:
         raise InputError(
-            f"{data.file}: the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out"
+            f"the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out", file=data.file
         )
     columns = _positive(np.concatenate([one.columns for one in reading.measurements], axis=1), data.file)
     _warn_of_several(columns, data.file)
@@ -118,12 +118,12 @@ def _warn_of_several(columns: Array, source: str) -> None:
     apart = np.exp(np.maximum.reduceat(y, starts) - np.minimum.reduceat(y, starts))
     if np.any(far := apart > NO_SCATTER):
         found = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
-        warn(f"{source}: {found}: are these several tests? Leave the rows of one in the file")
+        warn(f"{found}: are these several tests? Leave the rows of one in the file", file=source)
 
 
 def _positive(columns: Array, source: str) -> Array:
     """The points whose ordinates are all positive; of the others, as a noise floor gives them, few enough, it warns."""
     below = np.any(columns[1:] <= 0, axis=0)
     if np.any(below):
-        warn(f"{source}: {np.count_nonzero(below)} of {below.size} points are zero or negative (noise floor) and left out")
+        warn(f"{np.count_nonzero(below)} of {below.size} points are zero or negative (noise floor) and left out", file=source)
     return columns[:, ~below]

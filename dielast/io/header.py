@@ -58,7 +58,7 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, align
     if filled_width(names) != columns and len(names) != columns:
         # a name with the separator in it, or a column without a name: which column is which cannot be told
         found = f"the header has {filled_width(names)} cells, the rows have {columns}"
-        raise InputError(f"{source}: {found}; quote cells that hold the separator, or skip_rows")
+        raise InputError(f"{found}; quote cells that hold the separator, or skip_rows", file=source)
     spelled = tuple(name.lstrip("# ") for name in _padded(names, columns))
     # beside a row of units, tan(d) and G(t) are names
     split = [(name, None) if any(below) and _ARGUMENT.search(name) else split_header(name) for name in spelled]

@@ -131,8 +131,9 @@ def doubt_tension(names: Sequence[str], source: str) -> None:
     """Warn of moduli, compliances, strains or stresses that are taken for those of tension, in columns whose `names` say shear."""
     for name in [name for name in names if _SHEAR.search(name.strip().casefold().replace("_", " "))][:1]:
         warn(
-            f'{source}: column "{name}" looks like one of shear, but is read as one of tension, which is a factor of three: say '
-            'test = "shear", or test = "tension"'
+            f'column "{name}" looks like one of shear, but is read as one of tension, which is a factor of three: say '
+            'test = "shear", or test = "tension"',
+            file=source,
         )
 
 
@@ -156,7 +157,9 @@ def doubt_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
     values = np.atleast_1d(np.asarray(stretch, dtype=float))
     typical = float(np.median(values))
     if _STRAIN.search(name.casefold()) or not 0.5 <= typical <= 20:
-        warn(f'{source}: column "{name}" is about {typical:.3g} and compared with a stretch, which is 1 + strain: is it a strain?')
+        warn(
+            f'column "{name}" is about {typical:.3g} and compared with a stretch, which is 1 + strain: is it a strain?', file=source
+        )
 
 
 def doubt_stretch(lowest: float, highest: float) -> None:

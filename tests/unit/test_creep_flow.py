@@ -156,7 +156,7 @@ def test_the_compliance_of_a_solid_ends_where_the_stated_modulus_has_it(stated: 
 
 def test_a_stated_modulus_above_the_end_of_the_curve_is_said_and_far_above_refused() -> None:
     compliance = SOLID.creep_compliance(TIME) / 3
-    with pytest.warns(DielastWarning, match=r"equilibrium_modulus = .* Pa is 5\.0% above the end of the curve"):
+    with pytest.warns(DielastWarning, match=r"equilibrium_modulus: .* Pa is 5\.0% above the end of the curve"):
         fit_creep(TIME, compliance, equilibrium_modulus=1.05 / compliance[-1])
     with pytest.raises(InputError, match=r"is above the end of the curve, 1\.5e\+05 Pa: lower it"):
         fit_creep(TIME, compliance, equilibrium_modulus=1.12 / compliance[-1])
@@ -205,7 +205,7 @@ def test_a_truncated_spectrum_is_shown_as_it_is_and_judged_where_it_holds(keep: 
 @pytest.mark.parametrize(
     ("options", "found"),
     [
-        ({"branches": 0}, "branches = 0: nnls needs at least 1"),
+        ({"branches": 0}, "branches: 0: nnls needs at least 1"),
         ({"keep": 0}, "cannot keep 0 of 30 branches"),
         ({"branches": 8, "keep": 9}, "cannot keep 9 of 8 branches"),
         ({"retardation_time": (2.0, 1.0)}, "must be shorter"),

@@ -179,7 +179,7 @@ def test_a_density_must_be_positive_at_every_temperature(expansion: float, tempe
     if temperature is None:
         heard(data, vertical="density-temperature", thermal_expansion=expansion)
         return
-    with pytest.raises(InputError, match=rf"thermal expansion {expansion} /K gives no positive density at {temperature} degC"):
+    with pytest.raises(InputError, match=rf"thermal_expansion: {expansion} /K gives no positive density at {temperature} degC"):
         heard(data, vertical="density-temperature", thermal_expansion=expansion)
 
 

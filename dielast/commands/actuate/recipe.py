@@ -88,11 +88,11 @@ class ActuateRecipe(SimulationRecipe):
             asked += [(f"compare[{index}].x", comparison.x), (f"compare[{index}].y", comparison.y)]
         for key, header in asked:
             if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
-                raise InputError(f'{key}: "{header}" is of the electrode: state film.electrode_diameter')
+                raise InputError(f'"{header}" is of the electrode: state film.electrode_diameter', key=key)
         return self
 
     @model_validator(mode="after")
     def _no_noise(self) -> Self:
         if self.output.noise is not None:
-            raise InputError("output.noise: only relax and creep make test data with noise")
+            raise InputError("only relax and creep make test data with noise", key="output.noise")
         return self

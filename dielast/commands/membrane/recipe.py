@@ -97,7 +97,7 @@ class LoadStep(HistoryStep):
             needed: Dimension = FORCE_RATE if self.force is not None else STRESS_RATE
             if self.rate[1] != needed.unit:
                 target = "force" if self.force is not None else "stress"
-                raise InputError(f'rate: {needed.name} is needed with {target}, such as "{needed.example}"')
+                raise InputError(f'{needed.name} is needed with {target}, such as "{needed.example}"', key="rate")
         return self
 
 
@@ -128,5 +128,6 @@ class CreepRecipe(SimulationRecipe):
         for index, step in enumerate(self.step):
             forced = "high" if step.high is not None and step.high[1] == FORCE.unit else "force"
             if (step.force is not None or forced == "high") and unmeasured(("force",), self.specimen):
-                raise InputError(f"step[{index}].{forced}: a force needs [specimen] with width and thickness, or state stress")
+                needed = "a force needs [specimen] with width and thickness, or state stress"
+                raise InputError(needed, key=f"step[{index}].{forced}")
         return self

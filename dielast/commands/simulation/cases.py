@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from dielast.commands.simulation.comparison_recipe import Comparison
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.step_recipe import HistoryStep
-from dielast.errors import InputError, NumericsError, as_toml
+from dielast.errors import InputError, Problem, as_toml, placed
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
@@ -50,20 +50,18 @@ class CaseResult:
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulationBatch(Generic[Result]):
     """Cases whose histories are of one shape: `simulate` knows all that they take, `result` is given its history and a row of it,
-    and `in_recipe_terms` says an error in the words of the recipe.
+    and `in_recipe_terms` turns a problem of the solver into one of the recipe.
     """
 
     members: Sequence[int]
     simulate: partial[Any]
     result: partial[Result]
-    in_recipe_terms: partial[str]
+    in_recipe_terms: partial[Problem]
 
     def solve(self) -> list[Result]:
         """The result of each member."""
-        try:
+        with placed(self.in_recipe_terms):
             history = self.simulate()
-        except (InputError, NumericsError) as error:
-            raise type(error)(*map(self.in_recipe_terms, error.messages)) from None
         return [self.result(history, row) for row in range(len(self.members))]
 
 
@@ -164,7 +162,7 @@ def matches(
 def check_case(index: int, comparison: Comparison, cases: int) -> None:
     """`InputError` if there is no such case as the comparison, the recipe's `index`th, is about."""
     if comparison.case >= cases:
-        raise InputError(f"compare[{index}].case: {comparison.case}: cases are numbered from 0, and the last is {cases - 1}")
+        raise InputError(f"{comparison.case}: cases are numbered from 0, and the last is {cases - 1}", key=f"compare[{index}].case")
 
 
 def each(values: Sequence[float | int]) -> Any:
@@ -207,7 +205,7 @@ def axes_of(
         x, y = stated.x, stated.y
     for header in (x, y):
         if header not in columns and not (header == x and header in swept):
-            raise InputError(f'plot: "{header}" is no column of the result; there are {", ".join(columns)}')
+            raise InputError(f'"{header}" is no column of the result; there are {", ".join(columns)}', key="plot")
     if goes_on(recipe):
         time_scale = "linear"
     return x, y, (recipe.plot.x_scale or (time_scale if x == "time [s]" else "linear"), recipe.plot.y_scale)

@@ -90,7 +90,7 @@ class Gent(FirstInvariantLaw):
         Yeoh's constants are those of the series of W to the third power of I1 - 3: mu/2, mu/(4 J), mu/(6 J^2).
         """
         if np.ndim(self.J_lim):
-            raise InputError("export.formats: a card holds Gent springs of one J_lim only")
+            raise InputError("a card holds Gent springs of one J_lim only", argument="formats")
         limit = float(self.J_lim)
         needs = "J_lim" if math.isinf(limit) else ""
         match law:

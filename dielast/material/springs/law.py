@@ -112,7 +112,7 @@ class SpringLaw(Law):
         known = {constant.name for constant in self.constants}
         for name in constants:
             if name not in known:
-                raise InputError(f"export.{name}: the material's {self.title} springs have no {name}")
+                raise InputError(f"the material's {self.title} springs have no {name}", argument=name)
         return self.with_values(constants)
 
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
