@@ -33,7 +33,7 @@ from scipy.optimize import brentq
 Floats = NDArray[np.float64]
 Course = Callable[[Any], Any]  # a load over the time since its piece began, numbers or arrays
 
-NEWTON_STEPS, ROUNDING, ACCEPTABLE = 60, 4e-15, 1e-10  # steps; the ln l at which they end; at which they may stagnate
+NEWTON_STEPS, ENOUGH, ACCEPTABLE = 60, 1e-13, 1e-10  # steps; the change of ln l that is the last; at which they may stagnate
 LARGEST_STEP, SLOW = 0.2, 0.1  # in ln l; contraction a step above which the tangent is computed anew
 JUMP_PARTS, SAMPLES = 40, 4  # parts in which a load at once is applied; looks per step of the solver for roots of events
 FLOW = np.array([[2.0, -1.0], [-1.0, 2.0]]) / 6
@@ -189,16 +189,18 @@ class _Balance:
             if not np.all(np.isfinite(total)):  # beyond what a spring can bear: half the way
                 log, matrix, previous = 0.5 * (log + last), None, np.inf
                 continue
+            if not self.free:
+                break
             if matrix is None:
                 matrix = tangent(film, log, x, self.kind, loads[2])
             imbalance = total.copy()
             for axis in self.free:
                 imbalance[axis] -= loads[axis] * np.exp(log[axis])
             step = _solve(matrix, imbalance, self.free)
-            size = float(np.max(np.abs(step), initial=0.0))
-            if size < ROUNDING or previous / 2 < size < ACCEPTABLE:
-                break
+            size = float(np.max(np.abs(step)))
             log, last = log - np.clip(step, -LARGEST_STEP, LARGEST_STEP), log
+            if size < ENOUGH or previous / 2 < size < ACCEPTABLE:
+                break
             matrix = matrix if size < SLOW * previous else None
             previous = size
         else:
@@ -262,7 +264,8 @@ class _Segment:
 
     def _unpack(self, y: Floats) -> tuple[Floats, Floats, Floats]:
         n = self.count
-        return y[: 2 * n].reshape(2, n, -1), y[2 * n] * self.unit, y[2 * n + 1]
+        y = y.reshape(2 * n + 2, -1)
+        return y[: 2 * n].reshape(2, n, y.shape[1]), y[2 * n] * self.unit, y[2 * n + 1]
 
     def _field(self, t: Any, log: Floats, charge: Any) -> tuple[Any, Any]:
         """Nominal field and nominal charge."""
@@ -310,7 +313,7 @@ class _Segment:
             columns[:, 2 * n] = -2 * squeeze / charge[0] * self.unit  # U goes with d^2
         move = _solve(np.broadcast_to(matrix, (3, 2 * n + 2)), columns, self.balance.free)  # d ln l/dy
         self.reference, self.balance.matrix = (y, log, move), matrix
-        slope = np.einsum("ij,jln,lm->inm", FLOW, hard, move).reshape(2 * n, -1)
+        slope = np.einsum("ij,jln,lm->inm", FLOW, hard, move).reshape(2 * n, 2 * n + 2)
         own = np.einsum("ij,jln->iln", FLOW, hard)
         for branch in range(n):
             slope[np.ix_([branch, n + branch], [branch, n + branch])] -= own[:, :, branch]
