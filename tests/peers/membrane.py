@@ -423,7 +423,8 @@ class Run:
         for segment in self.segments:
             end = segment.start + segment.piece.duration
             here, left = left[left <= end], left[left > end]
-            parts.append(segment.determinant(here - segment.start, self.theta))
+            if here.size:
+                parts.append(segment.determinant(here - segment.start, self.theta))
         return np.concatenate(parts)
 
     def events(self, name: str) -> list[float]:

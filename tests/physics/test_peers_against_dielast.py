@@ -13,7 +13,7 @@ from dielast import Gent, Material, Spectrum, Step, TimeScale, VoltageStep, actu
 from dielast.material.shift import NoShift
 
 MU, EPS, THICKNESS, BREAKDOWN = 26e3, 4e-11, 0.5e-3, 2.9e7
-MODULUS, TIME = np.array([2e4, 5e4, 1e5]), np.array([30.0, 2.0, 0.1])
+MODULUS, TIME = np.array([3e4, 1e5, 3e6]), np.array([30.0, 1.0, 0.01])
 GENT = Material("gent", MU, Spectrum(TIME, MODULUS), NoShift(20.0), Gent(110.0), Gent(55.0), EPS)
 NEO_HOOKEAN = replace(GENT, equilibrium_law=Gent(), nonequilibrium_law=Gent())
 GENT_FILM = Film(
@@ -24,7 +24,7 @@ NEO_HOOKEAN_FILM = replace(
 )
 FREE = ("stress", constant(0.0))
 WITHIN = 1e-7  # of dielast's and the peer's results
-PEER, OURS = 1e-9, 1e-9  # tolerances asked of the two
+PEER, OURS = 1e-8, 1e-9  # tolerances asked of the two
 
 
 def test_uniaxial_relaxation_of_a_neo_hookean_film() -> None:
@@ -132,12 +132,14 @@ def test_actuation_of_clamped_films(boundary: tuple[str, str]) -> None:
 
 def test_the_literal_criterion_at_its_fold() -> None:
     held, voltage = ("stretch", constant(1.9)), 4.0e3
-    relaxed = Run(GENT_FILM, [Piece(60.0, (held, held))], rtol=PEER).final
+    slow = Spectrum(TIME[:2], MODULUS[:2])  # a fast branch would hold the film
+    film, material = replace(GENT_FILM, modulus=MODULUS[:2], time=TIME[:2]), replace(GENT, spectrum=slow)
+    relaxed = Run(film, [Piece(60.0, (held, held))], rtol=PEER).final
     load = ("stress", constant(relaxed.stress[0]))
     piece = Piece(100.0, (load, load), ("field", constant(voltage / THICKNESS)))
-    there = fold(GENT_FILM, piece, replace(relaxed, time=0.0))
+    there = fold(film, piece, replace(relaxed, time=0.0), rtol=PEER)
     here = actuate(
-        GENT,
+        material,
         [VoltageStep(voltage), VoltageStep.hold(100.0)],
         thickness=THICKNESS,
         prestretch=1.9,

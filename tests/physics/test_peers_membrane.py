@@ -248,5 +248,5 @@ def test_tolerances_hold() -> None:
     film = Film(stiffening, branch, MODULUS, TIME)
     load = [Piece(2.0, (("stress", ramp(0.0, 5e4, 2.0)), FREE)), Piece(50.0, (("stress", constant(5e4)), FREE))]
     times = np.geomspace(0.01, 52.0, 40)
-    loose, tight = (Run(film, load, at_rest(film), rtol=rtol).at(times).stretch[0] for rtol in (1e-6, 1e-9))
-    assert loose == pytest.approx(tight, rel=1e-6)
+    loose, tight = (Run(film, load, at_rest(film), rtol=rtol).at(times).stretch[0] for rtol in (1e-5, 1e-8))
+    assert loose == pytest.approx(tight, rel=1e-5)
