@@ -45,6 +45,11 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.handover.material_draws import read_draws as read_draws
     from dielast.handover.material_file import read_material as read_material, write_material as write_material
     from dielast.material.material import Breakdown as Breakdown, Material as Material
+    from dielast.material.measurement import (
+        CreepCurve as CreepCurve,
+        FrequencySweep as FrequencySweep,
+        RelaxationCurve as RelaxationCurve,
+    )
     from dielast.material.scatter import (
         NormalScatter as NormalScatter,
         Sample as Sample,
@@ -84,11 +89,6 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         bootstrap_master_curve as bootstrap_master_curve,
     )
     from dielast.superposition.mastercurve import MasterCurve as MasterCurve, build_master_curve as build_master_curve
-    from dielast.superposition.measurement import (
-        CreepCurve as CreepCurve,
-        FrequencySweep as FrequencySweep,
-        RelaxationCurve as RelaxationCurve,
-    )
 
 
 @cache

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.io.files import Inputs
+from dielast.material.measurement import FrequencySweep, Measurement
 from dielast.readings.read import Reading, read_all
 from dielast.readings.recipe import MeasurementData
 from dielast.recipe.validate import check
-from dielast.superposition.measurement import FrequencySweep, Measurement
 
 
 def table(header: str, rows: NDArray[np.float64]) -> str:

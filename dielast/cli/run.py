@@ -106,14 +106,14 @@ def compute(
             with working():
                 report = run_cases(cases, inputs, execution)
         except (InputError, NumericsError) as error:
-            own = (path, *inputs.names, execution.scheduler)
-            raise type(error)(*(_located(line, own) for line in error.messages)) from None
+            names = (path, *inputs.names, execution.scheduler)
+            raise type(error)(*(_located(line, names) for line in error.messages)) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught)
     if plots:
         import logging  # which a run without figures need not load
 
-        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where its cache lies is nothing to a user of this
+        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # a user need not know where its cache lies
     return contents(kind, report, summary, plots), summary, inputs, caught
 
 
@@ -143,9 +143,9 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _located(line: str, own: Sequence[Path | str | None]) -> str:
-    """The line with a name in front: that of what it speaks of, an input or a scheduler, or else the recipe's, the first."""
-    return line if line.startswith(tuple(f"{name}: " for name in own)) else f"{own[0]}: {line}"
+def _located(line: str, names: Sequence[Path | str | None]) -> str:
+    """The line with a name in front, that of an input or a scheduler, or else that of the recipe, the first of the `names`."""
+    return line if line.startswith(tuple(f"{name}: " for name in names)) else f"{names[0]}: {line}"
 
 
 def _check_scheduler(kind: str, options: Options) -> None:

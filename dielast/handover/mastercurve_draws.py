@@ -10,35 +10,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.handover.mastercurve_folder import Curve
+from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.handover.material_draws import draw_columns
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, number_columns
 from dielast.material.material import Material
+from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.toml import parse_toml
-from dielast.relaxation.fit import SpectrumFit
+from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
 from dielast.superposition.bootstrap import MasterCurveDraws
 
 Array = NDArray[np.float64]
 
 DRAWS, LAWS, CURVES = "draws.csv", "draw-laws.csv", "draw-curves.csv"
-ORDINATES = {
-    "relaxation": (("reduced_time", "s"), (("relaxation_modulus", "Pa"),)),
-    "creep": (("reduced_time", "s"), (("creep_compliance", "1/Pa"),)),
-    "oscillation": (("reduced_angular_frequency", "rad/s"), (("storage_modulus", "Pa"), ("loss_modulus", "Pa"))),
-}
 
 
-def curve_tables(draws: MasterCurveDraws, measurement: str) -> dict[str, Table]:
+def curve_tables(draws: MasterCurveDraws, kind: MeasurementKind) -> dict[str, Table]:
     """The tables of the draws of a master curve by file name: shift factors, law and smooth curve of each."""
-    (abscissa, unit), ordinates = ORDINATES[measurement]
-    curves = [Column(abscissa, unit, draws.smooth_abscissa)]
-    for channel, (name, own_unit) in enumerate(ordinates):
+    curves = [Column(*kind.reduced_abscissa, draws.smooth_abscissa)]
+    for channel, (name, unit) in enumerate(kind.ordinates):
         pairs = zip(draws.number, draws.smooth_ordinates[:, channel], strict=True)
-        curves += [Column(f"{name}_{number}", own_unit, values) for number, values in pairs]
+        curves += [Column(f"{name}_{number}", unit, values) for number, values in pairs]
     laws = [Column(name, unit, values) for (name, unit), values in zip(draws.law.drawn(), draws.law_parameters.T, strict=True)]
     return {
         DRAWS: draws.columns(),
@@ -68,7 +63,7 @@ class ReadDraws:
     shifts: tuple[ShiftLaw, ...]
 
 
-def read_curve_draws(folder: str, curve: Curve, inputs: Inputs) -> ReadDraws | None:
+def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDraws | None:
     """The draws in the folder that `mastercurve` wrote the `curve` into; none if its summary speaks of none."""
     name = f"{folder}/summary.toml"
     if "uncertainty" not in parse_toml(inputs.read(name), name):
@@ -84,18 +79,18 @@ def read_curve_draws(folder: str, curve: Curve, inputs: Inputs) -> ReadDraws | N
     if number.size < 2:
         raise InputError(f"{name}: {number.size} draws: at least 2 are needed")
     shifts = []
-    for row, own in enumerate(rows.tolist()):
+    for row, constants_of_draw in enumerate(rows.tolist()):
         try:
-            shifts.append(curve.shift.redrawn(own))
+            shifts.append(curve.shift.redrawn(constants_of_draw))
         except InputError as error:
             raise InputError(f"{name}: row {row + 2}: {error}") from None
     name = f"{folder}/{CURVES}"
-    (abscissa, unit), ordinates = ORDINATES[curve.test]
-    headers = [f"{abscissa} [{unit}]", *(f"{one}_{int(k)} [{own}]" for one, own in ordinates for k in number)]
+    abscissa, unit = curve.kind.reduced_abscissa
+    headers = [f"{abscissa} [{unit}]", *(f"{name}_{int(k)} [{unit}]" for name, unit in curve.kind.ordinates for k in number)]
     columns = np.array(number_columns(inputs.read(name), name, headers))
     for column, row in np.argwhere(~((columns > 0) & np.isfinite(columns)))[:1]:
         raise InputError(f'{name}: row {row + 2}: column "{headers[column]}": a positive number is needed')
-    first, values = columns[0], columns[1:].reshape(len(ordinates), number.size, -1)
+    first, values = columns[0], columns[1:].reshape(len(curve.kind.ordinates), number.size, -1)
     for row in np.flatnonzero(np.diff(first) <= 0)[:1]:
         raise InputError(f'{name}: row {row + 3}: column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}')
     if not first.size:
@@ -112,7 +107,7 @@ class DrawnMaterials:
 
 
 def drawn_materials(
-    material: Material, curve: Curve, read: ReadDraws, fit: SpectrumFit, refit: Callable[[Array, Array], SpectrumFit]
+    material: Material, curve: ReducedCurve, read: ReadDraws, fit: SpectrumFit, refit: Callable[[Array, Array], SpectrumFit]
 ) -> DrawnMaterials:
     """A material for each draw of the `curve`, whose whole spectrum is `fit`; `refit` fits other points the same way."""
     abscissa, *ordinates = curve.columns

@@ -13,61 +13,54 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns
+from dielast.material.measurement_kind import KINDS, MeasurementKind
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.readings.curve_recipe import CurveData
 from dielast.recipe.toml import parse_toml
-from dielast.relaxation.fit import Test
-from dielast.superposition.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 
 Array = NDArray[np.float64]
-SEVERAL = 1.25  # times as large at the same time is no scatter of one test
-
-# the columns of mastercurve.csv that are fitted, the abscissa first
-FITTED: dict[str, list[str]] = {
-    "relaxation": ["reduced_time [s]", "relaxation_modulus [Pa]"],
-    "oscillation": ["reduced_angular_frequency [rad/s]", "storage_modulus [Pa]", "loss_modulus [Pa]"],
-    "creep": ["reduced_time [s]", "creep_compliance [1/Pa]"],
-}
+NO_SCATTER = 1.25  # times as large a value at the same time is no scatter of one test
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
-    """A master curve to be fitted: its `test`, the shift law, and `columns` (n,) with the abscissa first.
+class ReducedCurve:
+    """A master curve to be fitted: its `kind`, the shift law, and `columns` (n,) with the abscissa first.
 
     Young's relaxation modulus (Pa) or tensile creep compliance (1/Pa) over reduced time (s), or Young's storage and loss modulus
     over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range it was measured in, if that is known, `data`
     what the summary says of an instrument's export.
     """
 
-    test: Test
+    kind: MeasurementKind
     columns: tuple[Array, ...]
     shift: ShiftLaw
     measured_temperature: tuple[float, float] | None = None
     data: Mapping[str, Any] | None = None
 
 
-def read_master_curve(folder: str, inputs: Inputs) -> Curve:
+def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
     """The master curve in a folder that `mastercurve` wrote; raises `InputError` if it is not one."""
     name = f"{folder}/summary.toml"
     summary = parse_toml(inputs.read(name), name)
     if summary.get("kind") != "mastercurve":
         raise InputError(f'{name}: kind: "{summary.get("kind")}": a folder written by mastercurve is needed')
     try:
-        test = summary.get("data", {}).get("measurement", "relaxation")
-        if test not in FITTED:
-            raise ValueError(f'[data] measurement is "{test}"')
+        measurement = summary.get("data", {}).get("measurement", "relaxation")
+        if measurement not in KINDS:
+            raise ValueError(f'[data] measurement is "{measurement}"')
         law = _shift_law(summary, folder, inputs)
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{folder}/summary.toml: {error}: a folder written by mastercurve is needed") from None
-    name = f"{folder}/mastercurve.csv"
-    temperature, *columns = number_columns(inputs.read(name), name, ["temperature [degC]", *FITTED[test]])
+    name, kind = f"{folder}/mastercurve.csv", KINDS[measurement]
+    headers = [f"{column} [{unit}]" for column, unit in (kind.reduced_abscissa, *kind.ordinates)]
+    temperature, *columns = number_columns(inputs.read(name), name, ["temperature [degC]", *headers])
     for row in np.flatnonzero(~np.all(np.isfinite([temperature, *columns]), axis=0))[:1]:
         raise InputError(f"{name}: row {row + 2}: an empty cell")
     if not temperature.size:
         raise InputError(f"{name}: no rows: a folder written by mastercurve is needed")
-    return Curve(test, tuple(columns), law, (float(temperature.min()), float(temperature.max())))
+    return ReducedCurve(kind, tuple(columns), law, (float(temperature.min()), float(temperature.max())))
 
 
 def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> ShiftLaw:
@@ -89,7 +82,7 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
     return SHIFTS[shift["law"]].from_summary(reference, shift, measured)
 
 
-def read_curve(data: CurveData | None, inputs: Inputs) -> Curve:
+def read_curve(data: CurveData | None, inputs: Inputs) -> ReducedCurve:
     """A test at one temperature, or a master curve from elsewhere, without a shift law; all runs of it together.
 
     Raises `InputError` naming file and line, column or step, or if there are several temperatures.
@@ -109,23 +102,12 @@ def read_curve(data: CurveData | None, inputs: Inputs) -> Curve:
         raise InputError(
             f"{data.file}: the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out"
         )
-    columns = _positive(np.concatenate([np.stack(_columns(one)) for one in reading.measurements], axis=1), data.file)
+    columns = _positive(np.concatenate([one.columns for one in reading.measurements], axis=1), data.file)
     _warn_of_several(columns, data.file)
     at = measured if stated is None else stated
     exported = set(reading.formats) != {TABLE}  # of a plain table the recipe says it all
     read = {**reading.summary, "temperature_degC": at, "points": int(columns.shape[1])} if exported else None
-    return Curve(reading.measurement, tuple(columns), NoShift(at), data=read)
-
-
-def _columns(measurement: Measurement) -> tuple[Array, ...]:
-    """Abscissa and ordinates."""
-    match measurement:
-        case RelaxationCurve():
-            return measurement.time, measurement.modulus
-        case CreepCurve():
-            return measurement.time, measurement.compliance
-        case FrequencySweep():
-            return measurement.angular_frequency, measurement.storage_modulus, measurement.loss_modulus
+    return ReducedCurve(reading.kind, tuple(columns), NoShift(at), data=read)
 
 
 def _warn_of_several(columns: Array, source: str) -> None:
@@ -134,7 +116,7 @@ def _warn_of_several(columns: Array, source: str) -> None:
     x, y = columns[0, order], np.log(columns[1, order])
     starts = np.flatnonzero(np.append(True, np.diff(x) > 0))
     apart = np.exp(np.maximum.reduceat(y, starts) - np.minimum.reduceat(y, starts))
-    if np.any(far := apart > SEVERAL):
+    if np.any(far := apart > NO_SCATTER):
         found = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
         warn(f"{source}: {found}: are these several tests? Leave the rows of one in the file")
 

@@ -14,7 +14,8 @@ from dielast.errors import InputError
 from dielast.handover.law_section import LawSection, law_section, stated_law
 from dielast.io.files import read_file, resolve
 from dielast.material.breakdown import BREAKDOWNS, Breakdown
-from dielast.material.material import VACUUM_PERMITTIVITY, Material
+from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
+from dielast.material.material import Material
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS
@@ -24,6 +25,9 @@ from dielast.recipe.toml import parse_toml
 from dielast.recipe.validate import check
 
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
+
+
+OPTIONAL = ("dielectric", "breakdown")  # tables of laws that a material file may lack
 
 
 class Equilibrium(LawSection):
@@ -63,6 +67,15 @@ class ShiftSection(LawSection):
         self.at(0.0)
 
 
+class DielectricSection(LawSection):
+    """Permittivity, absolute or relative to that of vacuum."""
+
+    def for_material(self) -> float | DielectricLaw | None:
+        """What `Material` takes; None if nothing is stated."""
+        law: DielectricLaw = self.stated()
+        return law.brief()
+
+
 class BreakdownSection(LawSection):
     """Breakdown field, one for every prestretch, or interpolated over prestretch and beyond its ends that of the nearest."""
 
@@ -78,7 +91,7 @@ class MaterialFile(Section):
     measured_temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] | None = Field(
         None, description="Lowest and highest that the shift law was measured at; simulations outside are warned of."
     )
-    dielectric: Dielectric = Field(Dielectric(), description="Needed for voltages.")
+    dielectric: DielectricSection | None = Field(None, description="Needed for voltages.")
     breakdown: BreakdownSection | None = Field(None, description="The field that the film breaks down at.")
     draws: str | None = Field(
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; a path relative to this file."
@@ -107,7 +120,7 @@ class MaterialFile(Section):
             shift=self.shift.at(self.reference_temperature),
             equilibrium_law=self.equilibrium.stated(),
             nonequilibrium_law=self.nonequilibrium.stated(),
-            permittivity=permittivity(self.dielectric),
+            permittivity=None if self.dielectric is None else self.dielectric.for_material(),
             breakdown=None if self.breakdown is None else self.breakdown.stated(),
             measured_temperature=None if measured is None else (measured[0], measured[1]),
         )
@@ -115,7 +128,7 @@ class MaterialFile(Section):
 
 def material_file() -> type[MaterialFile]:
     """The model of a material file, with the keys of the laws that are registered at present."""
-    return _model(SPRINGS.names, SHIFTS.names, BREAKDOWNS.names)
+    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names)
 
 
 @lru_cache(maxsize=1)
@@ -125,21 +138,20 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "equilibrium": law_section(Equilibrium, SPRINGS, "gent", spring),
         "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", "Law of the springs of all branches; left out: gent."),
         "shift": law_section(ShiftSection, SHIFTS, None, "How relaxation times change with temperature."),
+        "dielectric": law_section(DielectricSection, DIELECTRICS, "constant", "Law of the permittivity; left out: constant."),
         "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
     }
     # fields stand where they stand in the file: what a model states again keeps its place
     fields: dict[str, Any] = {
-        name: (section | None if name == "breakdown" else section, copy(MaterialFile.model_fields[name]))
+        name: (section | None if name in OPTIONAL else section, copy(MaterialFile.model_fields[name]))
         for name, section in sections.items()
     }
     return create_model("MaterialFile", __base__=MaterialFile, __doc__=MaterialFile.__doc__, **fields)
 
 
-def permittivity(dielectric: Dielectric) -> float | None:
+def permittivity(section: Dielectric) -> float | None:
     """Permittivity in F/m, if one is stated."""
-    if dielectric.relative_permittivity is not None:
-        return dielectric.relative_permittivity * VACUUM_PERMITTIVITY
-    return dielectric.permittivity
+    return ConstantPermittivity(section.permittivity or 0.0, section.relative_permittivity).permittivity or None
 
 
 def breakdown(section: BreakdownField | None) -> Breakdown | None:
@@ -186,8 +198,8 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         },
         "shift": stated_law(material.shift),
     }
-    if material.permittivity is not None:
-        document["dielectric"] = {"permittivity": f"{material.permittivity:.9g} F/m"}
+    if material.dielectric is not None:
+        document["dielectric"] = stated_law(material.dielectric, "constant")
     if material.breakdown is not None:
         document["breakdown"] = stated_law(material.breakdown, "table")
     return tomli_w.dumps(document).encode()

@@ -50,8 +50,8 @@ def doubt_material(material: Material) -> None:
     doubt_temperature(material.reference_temperature, "the reference temperature is")
     if reason := material.shift.doubt():
         warn(reason)
-    if material.permittivity is not None:
-        relative = material.permittivity / VACUUM_PERMITTIVITY
+    if material.dielectric is not None:
+        relative = float(material.dielectric.at(material.reference_temperature)) / VACUUM_PERMITTIVITY
         if not 1 <= relative <= LARGEST_PERMITTIVITY:
             warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
     if material.breakdown is not None:

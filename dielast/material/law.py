@@ -19,7 +19,8 @@ class Constant:
     """One constant of a law: the attribute `name` of the law, and how files state it.
 
     `dimension` is None for a bare number. A value lies `above` or is `at_least` a bound, where one is given. `many`: a list of
-    numbers. `key` is its key in a material file, if that is not the name. A file may leave out a constant with a value `left_out`.
+    numbers. `key` is its key in a material file, if that is not the name. A file may leave out a
+    constant with a value `left_out`, or one that is not `needed` at all.
     """
 
     name: str
@@ -30,11 +31,17 @@ class Constant:
     many: bool = False
     key: str = ""
     left_out: Any = None
+    needed: bool = True
 
     @property
     def file_key(self) -> str:
         """The key in a material file."""
         return self.key or self.name
+
+    @property
+    def is_needed(self) -> bool:
+        """Whether a file must state it."""
+        return self.needed and self.left_out is None
 
     @property
     def unit(self) -> str:
@@ -49,6 +56,16 @@ class Constant:
     def is_allowed(self, value: float) -> bool:
         """Whether a value lies within the bounds."""
         return (self.above is None or value > self.above) and (self.at_least is None or value >= self.at_least)
+
+    def value(self, stated: Any) -> Any:
+        """The attribute of a law from what is stated: None, a number, or several, as a law that shares the key may take them."""
+        if stated is None:
+            return self.left_out
+        if self.many or not isinstance(stated, tuple):
+            return tuple(stated) if self.many else stated
+        if len(stated) > 1:
+            raise InputError(f"{self.file_key}: one value is needed, not {len(stated)}")
+        return stated[0]
 
     def stated(self, value: Any) -> Any:
         """The value as a material file states it, with 9 significant digits."""
@@ -74,7 +91,7 @@ class Law:
         return {
             constant.file_key: constant.stated(value)
             for constant, value in values
-            if constant.left_out is None or value != constant.left_out
+            if constant.is_needed or value != constant.left_out
         }
 
     @classmethod
@@ -84,16 +101,12 @@ class Law:
         Raises `InputError` for a constant that is missing, and for a key that is no constant of this law.
         """
         given = {key for key, value in stated.items() if value is not None}
-        needed = {constant.file_key for constant in cls.constants if constant.left_out is None}
+        needed = {constant.file_key for constant in cls.constants if constant.is_needed}
         if needed - given:
             raise InputError(f'law "{cls.name}" needs {" and ".join(sorted(needed - given))}')
         if others := given - {constant.file_key for constant in cls.constants}:
             raise InputError(f'law "{cls.name}" does not take {" and ".join(sorted(others))}')
-        values = {constant: stated.get(constant.file_key) for constant in cls.constants}
-        return {
-            constant.name: constant.left_out if value is None else tuple(value) if constant.many else value
-            for constant, value in values.items()
-        }
+        return {constant.name: constant.value(stated.get(constant.file_key)) for constant in cls.constants}
 
 
 Entry = TypeVar("Entry", bound=Any)

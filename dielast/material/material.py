@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from dielast.io.result import Result
 from dielast.material.breakdown import Breakdown, BreakdownLaw
+from dielast.material.dielectric import VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, SpringLaw
@@ -16,7 +17,6 @@ from dielast.material.springs import Gent, SpringLaw
 __all__ = ["NEO_HOOKEAN", "VACUUM_PERMITTIVITY", "Breakdown", "Material"]
 
 NEO_HOOKEAN = Gent()
-VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -24,7 +24,8 @@ class Material(Result):
     """A viscoelastic dielectric elastomer; SI units, temperatures in degC.
 
     `equilibrium_modulus` is the shear modulus mu_eq in Pa of the spring `equilibrium_law`; `spectrum` holds the relaxation
-    processes at the reference temperature, each with the spring `nonequilibrium_law`; `permittivity` in F/m.
+    processes at the reference temperature, each with the spring `nonequilibrium_law`; `permittivity` is a
+    number in F/m or the law of a dielectric.
     `measured_temperature` is the range that the shift law was measured in, if that is known.
     """
 
@@ -34,7 +35,7 @@ class Material(Result):
     shift: ShiftLaw
     equilibrium_law: SpringLaw = NEO_HOOKEAN
     nonequilibrium_law: SpringLaw = NEO_HOOKEAN
-    permittivity: float | None = None
+    permittivity: float | DielectricLaw | None = None
     breakdown: BreakdownLaw | None = None
     measured_temperature: tuple[float, float] | None = None
 
@@ -42,6 +43,13 @@ class Material(Result):
     def reference_temperature(self) -> float:
         """Temperature in degC at which the spectrum holds."""
         return self.shift.reference_temperature
+
+    @property
+    def dielectric(self) -> DielectricLaw | None:
+        """The law of the permittivity, if one is known."""
+        if not self.permittivity:
+            return None
+        return self.permittivity if isinstance(self.permittivity, DielectricLaw) else ConstantPermittivity(self.permittivity)
 
     def relaxation_time(self, temperature: ArrayLike) -> NDArray[np.float64]:
         """Relaxation times in s at `temperature` (degC) of any shape; the branches are a new last axis.

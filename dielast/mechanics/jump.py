@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.material.springs import Floats
+from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 
@@ -26,7 +27,7 @@ def jump(
     with np.errstate(all="ignore"):
         log_squared = np.where(driven, 2 * np.log(np.where(driven, target[:2], 1.0)), log_squared_stretch)
         pull = np.where(driven, 0.0, target[:2])
-        carried, imbalance, tangent = _equations(points, driven, pull, target[2], internal, log_squared)
+        carried, imbalance, tangent = _equations(points, driven, pull, target[ELECTRIC], internal, log_squared)
         settled = np.zeros(log_squared.shape[1], dtype=bool)
         for _ in range(ITERATIONS):
             step = _solve(tangent, -imbalance)
@@ -38,7 +39,7 @@ def jump(
             share = np.where(settled, 0.0, 1.0)
             for _halving in range(60):
                 trial = log_squared + share * step
-                found = _equations(points, driven, pull, target[2], internal, trial)
+                found = _equations(points, driven, pull, target[ELECTRIC], internal, trial)
                 worse = ~(_merit(found[1], trial) < merit) & (share > 0)
                 if not worse.any():
                     break
@@ -55,13 +56,13 @@ def jump(
 
 
 def _equations(
-    points: Points, driven: NDArray[np.bool_], pull: Floats, field: Floats, internal: Floats, log_squared: Floats
+    points: Points, driven: NDArray[np.bool_], pull: Floats, electrical: Floats, internal: Floats, log_squared: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Mechanical true stress (2, cases), imbalance (2, cases), and the tangent (2, 2, cases) with driven axes taken out."""
     stress, half = points.law.tangent(points.springs(internal, log_squared))
-    maxwell = points.maxwell_stress(log_squared, field)
+    maxwell, by_area, _ = points.maxwell_tangent(log_squared.sum(axis=0), electrical)
     carried = np.einsum("nm,cnm->cm", points.modulus, stress) - maxwell
-    k11, k12, k22 = np.einsum("nm,cnm->cm", points.modulus, half) - maxwell
+    k11, k12, k22 = np.einsum("nm,cnm->cm", points.modulus, half) - by_area
     tangent = np.array(((k11 - 0.5 * carried[0], k12), (k12, k22 - 0.5 * carried[1])))
     imbalance = np.where(driven, 0.0, carried - pull * np.exp(0.5 * log_squared))
     for axis in range(2):

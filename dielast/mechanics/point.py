@@ -24,6 +24,7 @@ from dielast.errors import InputError
 from dielast.material.material import Material
 from dielast.material.springs import Floats, SpringLaw, gathered
 from dielast.mechanics.cases import of_case
+from dielast.mechanics.electric import ELECTRIC, FIELD, ElectricalLoad
 from dielast.mechanics.span import Control, Load
 
 Cases = NDArray[np.intp]
@@ -36,7 +37,7 @@ FOLLOWER_WEIGHT = 4.0
 class Points:
     """Material of the points: shear `modulus` (n, cases) in Pa and `rate` = 1/(3 tau) (n, cases) in 1/s, row 0 the equilibrium
     spring with rate 0; `law` acts on arrays (2, n, cases); `permittivity` (cases,) in F/m; `stress_floor` (cases,) in Pa: errors
-    of a smaller stress count as errors of this one.
+    of a smaller stress count as errors of this one; `electric` is the electrical quantity that loads prescribe.
     """
 
     modulus: Floats
@@ -44,6 +45,7 @@ class Points:
     law: SpringLaw
     permittivity: Floats
     stress_floor: Floats
+    electric: ElectricalLoad = FIELD
 
     @classmethod
     def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float) -> Points:
@@ -56,6 +58,7 @@ class Points:
         width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
         branches = max(int(np.count_nonzero(some)) for some in carrying)
         modulus, rate = np.zeros((2, branches + 1, width))
+        permittivity = np.zeros(width)
         laws: list[tuple[SpringLaw, SpringLaw]] = []
         for index, (each, some) in enumerate(zip(materials, carrying, strict=True)):
             cases = slice(None) if len(materials) == 1 else slice(index, index + 1)
@@ -63,26 +66,31 @@ class Points:
             modulus[0, cases] = each.equilibrium_modulus
             modulus[own, cases] = each.spectrum.shear_modulus[some, None]
             rate[own, cases] = 1 / (3 * _relaxation_time(each, temperature, index, cases)[:, some].T)
+            if each.dielectric is not None:
+                permittivity[cases] = each.dielectric.at(temperature[cases])
             laws.append((each.equilibrium_law, each.nonequilibrium_law))
-        permittivity = np.array([each.permittivity or 0.0 for each in materials])
         # no stress is known better than the rounding of the stiffest spring's share
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
-        return cls(modulus, rate, gathered(laws, modulus > 0), np.broadcast_to(permittivity, (width,)), floor)
+        return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor)
 
     def take(self, cases: Cases) -> Points:
         """The points of some cases."""
         # np.take keeps the cases contiguous in memory, which indexing does not
         modulus, rate = np.take(self.modulus, cases, axis=1), np.take(self.rate, cases, axis=1)
-        return Points(modulus, rate, self.law.take(cases), self.permittivity[cases], self.stress_floor[cases])
+        return Points(modulus, rate, self.law.take(cases), self.permittivity[cases], self.stress_floor[cases], self.electric)
 
     def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
         """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""
         elastic = log_squared_stretch[:, None] - internal
         return np.exp(elastic, out=elastic)
 
-    def maxwell_stress(self, log_squared_stretch: Floats, field: Floats) -> Floats:
-        """eps E^2 (cases,) in Pa at the nominal field V/L_3 (cases,) in V/m."""
-        return np.asarray(self.permittivity * field**2 * np.exp(log_squared_stretch[0] + log_squared_stretch[1]))
+    def maxwell_stress(self, log_area: Floats, electrical: Floats) -> Floats:
+        """eps E^2 (cases,) in Pa at Lambda_1 + Lambda_2 and the prescribed electrical quantity, each (cases,)."""
+        return self.electric.stress(self.permittivity, log_area, electrical)
+
+    def maxwell_tangent(self, log_area: Floats, electrical: Floats) -> tuple[Floats, Floats, Floats]:
+        """eps E^2 and its derivatives in Lambda_1 + Lambda_2 and in the prescribed electrical quantity, each (cases,)."""
+        return self.electric.linearised(self.permittivity, log_area, electrical)
 
 
 def _relaxation_time(material: Material, temperature: Floats, first: int, cases: slice) -> Floats:
@@ -215,10 +223,9 @@ class Arrowhead:
         tangent[(0, 1), (0, 1)] -= 0.5 * nominal * stretch
         self.known = np.zeros_like(stretch)
         if load.electric:
-            maxwell = points.maxwell_stress(log_squared, driven[2])
-            tangent -= maxwell
-            growth = 2 * points.permittivity * driven[2] * change[2] * np.exp(log_squared[0] + log_squared[1])
-            self.known += growth
+            _, by_area, by_load = points.maxwell_tangent(log_squared.sum(axis=0), driven[ELECTRIC])
+            tangent -= by_area
+            self.known += by_load * change[ELECTRIC]
         self.tangent = tangent
         self.given = np.zeros_like(stretch)
         matrix = tangent.copy()
@@ -249,7 +256,7 @@ class Arrowhead:
         residual -= np.einsum("nm,cnm->cm", points.modulus, stress)
         residual += nominal * np.exp(0.5 * log_squared)
         if load.electric:
-            residual += points.maxwell_stress(log_squared, driven[2])
+            residual += points.maxwell_stress(log_squared.sum(axis=0), driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.known
         np.einsum("bcm,cm->bm", self.inverse, residual, out=border)

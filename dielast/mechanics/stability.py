@@ -12,18 +12,19 @@ Taken literally every branch is frozen. Watched for a time theta, a branch holds
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.springs import Floats
+from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 
 FOLD_STEPS, FOLD_REACH = 6, 1e-2  # Newton steps to a fold, and how far, relatively, it may be
-HOLD = 1e4  # modulus of the damper, over the equilibrium spring's
-HASTE = 1e-12  # its relaxation time, over the fastest of the film's own
+DAMPER_MODULUS_RATIO = 1e4  # modulus of the damper, over the equilibrium spring's
+DAMPER_TIME_RATIO = 1e-12  # its relaxation time, over the fastest of the film's own
 # 1/s, stands for that of a film whose branches are all slower, or that has none: the damper must be fast beside the load, too
 SLOWEST_RATE = 1e4
 
@@ -86,15 +87,16 @@ def stability(
     internal: Floats,
     log_squared_stretch: Floats,
     nominal_stress: Floats,
-    field: Floats,
+    electrical: Floats,
 ) -> Stability:
-    """Stability at x (2, n, cases), or (1, n, cases) where both axes are alike, Lambda and nominal stress (2, cases), and nominal
-    field (cases,) in V/m.
+    """Stability at x (2, n, cases), or (1, n, cases) where both axes are alike, Lambda and nominal stress (2, cases), and the
+    prescribed `electrical` quantity (cases,), such as the nominal field in V/m.
 
     `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to.
     """
     k11, k12, k22 = _spring_tangent(points, weighted_modulus, internal, log_squared_stretch)
-    maxwell = 2 * points.maxwell_stress(log_squared_stretch, field)
+    _, by_area, _ = points.maxwell_tangent(log_squared_stretch.sum(axis=0), electrical)
+    maxwell = 2 * by_area
     stretch = np.exp(0.5 * log_squared_stretch)
     t11, t22 = k11 - maxwell - nominal_stress[0] * stretch[0], k22 - maxwell - nominal_stress[1] * stretch[1]
     free = [control is Control.STRESS for control in controls]
@@ -133,14 +135,13 @@ def damped(points: Points) -> Points:
     processes would let it take.
     """
     fastest = points.rate.max(axis=0)
-    rate = np.maximum(fastest, SLOWEST_RATE) / HASTE
-    modulus = np.maximum(HOLD * points.modulus[0], points.modulus.sum(axis=0))
-    return Points(
-        np.concatenate((points.modulus, modulus[None])),
-        np.concatenate((points.rate, rate[None])),
-        points.law.with_idle_spring(),
-        points.permittivity,
-        points.stress_floor,
+    rate = np.maximum(fastest, SLOWEST_RATE) / DAMPER_TIME_RATIO
+    modulus = np.maximum(DAMPER_MODULUS_RATIO * points.modulus[0], points.modulus.sum(axis=0))
+    return replace(
+        points,
+        modulus=np.concatenate((points.modulus, modulus[None])),
+        rate=np.concatenate((points.rate, rate[None])),
+        law=points.law.with_idle_spring(),
     )
 
 
@@ -201,7 +202,7 @@ class Fold:
         stretched = np.array([[control is Control.STRETCH] for control in self.controls])
         lacking = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
         off = np.where(stretched, log_squared - self.log_squared_stretch, lacking)
-        margin = stability(self.points, self.held(time), self.controls, internal, log_squared, nominal, driven[2]).margin
+        margin = stability(self.points, self.held(time), self.controls, internal, log_squared, nominal, driven[ELECTRIC]).margin
         return np.concatenate((off, margin[None]))
 
     def _film(self, place: Floats, rate: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -209,6 +210,8 @@ class Fold:
         log_squared, time = place[:2], place[2]
         internal, driven = self.internal + rate * (time - self.time), self.driven(time)
         stress = self.points.law.stress(self.points.springs(internal, log_squared))
-        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[2])
+        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(
+            log_squared.sum(axis=0), driven[ELECTRIC]
+        )
         stretched = np.array([[control is Control.STRETCH] for control in self.controls])
         return internal, driven, np.where(stretched, carried * np.exp(-0.5 * log_squared), driven[:2]), carried

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Cases, Floats, Symmetry
+from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
 
@@ -116,9 +117,9 @@ class SymmetricArrowhead:
         tangent -= (0.5 * nominal) * stretch
         self.known = 0.0 * stretch
         if load.electric:
-            squeeze = 2 * points.permittivity * driven[2] * np.exp(2 * log_squared)
-            tangent -= squeeze * driven[2]
-            self.known += squeeze * change[2]
+            _, by_area, by_load = points.maxwell_tangent(2 * log_squared, driven[ELECTRIC])
+            tangent -= 2 * by_area
+            self.known += by_load * change[ELECTRIC]
         if load.controls[0] is Control.STRESS:
             self.given = None
             self.known += stretch * change[0]
@@ -146,7 +147,7 @@ class SymmetricArrowhead:
         residual -= np.einsum("nm,nm->m", points.modulus, stress)
         residual += nominal * np.exp(0.5 * log_squared)
         if load.electric:
-            residual += points.permittivity * np.square(driven[2]) * np.exp(2 * log_squared)
+            residual += points.maxwell_stress(2 * log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.known
         residual *= self.border

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullFormatter
 
-from dielast.plots.oscillation import plot_oscillation
+from dielast.material.measurement import Measurement
 from dielast.plots.style import TEMPERATURES, degrees, log_axis, sheet, style
 from dielast.plots.superposition import (
     MOST_IN_LEGEND,
@@ -21,56 +25,93 @@ from dielast.plots.superposition import (
     where_determined,
 )
 from dielast.superposition.mastercurve import MasterCurve
-from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
-
-Measurement = RelaxationCurve | FrequencySweep | CreepCurve
-# label, and the factor from SI into the unit shown
-AXES = {
-    RelaxationCurve: ("Young's relaxation modulus [MPa]", 1e-6),
-    CreepCurve: ("tensile creep compliance [1/MPa]", 1e6),
-}
 
 
 def plot_master_curve(result: MasterCurve, curves: Sequence[Measurement], title: str | None = None) -> Figure:
-    """The measured `curves`, the shift factors with error bars and fitted law, and the master curve with the fitted one."""
-    sweeps = [curve for curve in curves if isinstance(curve, FrequencySweep)]
-    if sweeps:
-        return plot_oscillation(result, sweeps, title)
-    return _plot_over_time(result, [curve for curve in curves if not isinstance(curve, FrequencySweep)], title)
+    """The measured `curves`, the shift factors with error bars and fitted law, and the master curve with the fitted one.
 
-
-def _plot_over_time(result: MasterCurve, curves: Sequence[RelaxationCurve | CreepCurve], title: str | None) -> Figure:
+    The storage and loss moduli of frequency sweeps have tan delta below them.
+    """
+    kind = result.kind
+    swept, factor = len(kind.ordinates) > 1, kind.label_factor
+    label = "Young's moduli [MPa]" if swept else kind.label
+    along, unit = kind.abscissa[0].replace("_", " "), kind.abscissa[1]
     with style():
-        figure = sheet(captioned(title, result), 2.0, 4.95)
-        up, factor = AXES.get(type(curves[0]), AXES[RelaxationCurve]) if curves else AXES[RelaxationCurve]
-        parts = figure.subplot_mosaic([["raw", "shift"], ["master", "master"]], height_ratios=(1.0, 1.15))
-        raw, shift, master = (parts[name] for name in ("raw", "shift", "master"))
+        figure = sheet(captioned(title, result), 2.0, 6.15 if swept else 4.95)
+        ratios = (1.0, 1.15, 0.7) if swept else (1.0, 1.15)
+        parts = figure.subplot_mosaic("rs;mm;tt" if swept else "rs;mm", height_ratios=ratios)
+        raw, shift, master = (parts[name] for name in "rsm")
+        below = [parts["t"]] if swept else []
+        for tangent in below:
+            tangent.sharex(master)
         colour = ScalarMappable(Normalize(result.temperature.min(), result.temperature.max()), TEMPERATURES)
         for curve in sorted(curves, key=lambda curve: curve.temperature):
             index = int(np.argmin(np.abs(result.temperature - curve.temperature)))
-            value = curve.compliance if isinstance(curve, CreepCurve) else curve.modulus
-            points(raw, curve.time, factor * value, colour, curve.temperature, index)
-        few = result.temperature.size <= MOST_IN_LEGEND
-        for index, temperature in enumerate(result.temperature):
-            here = result.point_temperature == temperature
-            most = max(8, POINTS // result.temperature.size)
-            position, value = result.reduced_abscissa[here], factor * result.ordinates[0][here]
-            points(master, position, value, colour, float(temperature), index, most)
-        seen = where_determined(result)
-        smooth = factor * result.smooth_ordinates[0][seen]
-        fitted = master.plot(result.smooth_abscissa[seen], smooth, "-", color="black", linewidth=0.8, label="fitted curve")
+            abscissa, *ordinates = curve.columns
+            for channel, values in enumerate(ordinates):
+                points(raw, abscissa, factor * values, colour, curve.temperature, index, filled=channel == 0)
+        fitted = _superposed([master, *below], result, colour)
         for axes in (raw, master):
             log_axis(axes, "x")
             log_axis(axes, "y")
-        raw.set_xlabel("time [s]")
-        raw.set_ylabel(up)
-        master.set_xlabel(f"reduced time at {degrees(result.reference_temperature)} [s]")
+        raw.set_xlabel(f"{along} [{unit}]")
+        raw.set_ylabel(label)
         shifted = not np.all(result.vertical_shift == 1)
-        master.set_ylabel(up.replace(" [", ", shifted [") if shifted else up)
-        legend_above(master, fitted, result)
-        if not few:
-            figure.colorbar(colour, ax=master, label="temperature [°C]", pad=0.01, aspect=25)
+        master.set_ylabel(label.replace(" [", ", shifted [") if shifted else label)
+        for tangent in below:
+            _tangent_axis(tangent)
+            tangent.set_ylabel("tan δ")
+            master.tick_params(labelbottom=False)
+        [master, *below][-1].set_xlabel(f"reduced {along} at {degrees(result.reference_temperature)} [{unit}]")
+        legend_above(master, _entries() if swept else fitted, result)
+        if result.temperature.size > MOST_IN_LEGEND:
+            beside = [master, *below]
+            figure.colorbar(colour, ax=beside, label="temperature [°C]", pad=0.01, aspect=40 if swept else 25)
         shift_factors(shift, result)
-        for letter, axes in zip("abc", (raw, shift, master), strict=True):
+        if swept:
+            figure.align_ylabels([raw, master, *below])
+        for letter, axes in zip("abcd", (raw, shift, master, *below), strict=False):
             axes.set_title(f"({letter})", loc="left")
     return figure
+
+
+def _superposed(panels: Sequence[Axes], result: MasterCurve, colour: ScalarMappable) -> list[Artist]:
+    """Draw the shifted points and the fitted curves, of sweeps with their ratio in the second panel; returns the fitted curves."""
+
+    def rows(ordinates: np.ndarray) -> list[tuple[Axes, np.ndarray, bool]]:
+        drawn = [(panels[0], result.kind.label_factor * values, k == 0) for k, values in enumerate(ordinates)]
+        return drawn + [(tangent, ordinates[1] / ordinates[0], True) for tangent in panels[1:]]
+
+    most = max(8, POINTS // result.temperature.size)
+    for index, temperature in enumerate(result.temperature):
+        here = result.point_temperature == temperature
+        for axes, values, filled in rows(result.ordinates):
+            points(axes, result.reduced_abscissa[here], values[here], colour, float(temperature), index, most, filled=filled)
+    seen, lines = where_determined(result), []
+    for axes, values, _ in rows(result.smooth_ordinates):
+        lines += axes.plot(result.smooth_abscissa[seen], values[seen], "-", color="black", linewidth=0.8, label="fitted curve")
+    return list(lines)
+
+
+def _tangent_axis(axes: Axes) -> None:
+    """A log axis with labels at 1, 2 and 5 if there are few decades, and a linear one if it is too short for two of them."""
+    log_axis(axes, "y")
+    low, high = axes.get_ylim()
+    if high / low >= 100:
+        return
+    locator = LogLocator(subs=(1, 2, 5))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    if np.count_nonzero([low <= tick <= high for tick in locator.tick_values(low, high)]) < 2:
+        axes.set_yscale("linear")
+        return
+    axes.yaxis.set_major_locator(locator)
+    axes.yaxis.set_major_formatter("{x:g}")
+
+
+def _entries() -> list[Artist]:
+    """What full and open markers mean."""
+    return [
+        Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", label="storage"),
+        Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", markerfacecolor="white", label="loss"),
+        Line2D([], [], color="black", linewidth=0.8, label="fitted"),
+    ]

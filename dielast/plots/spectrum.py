@@ -8,17 +8,11 @@ from matplotlib.figure import Figure
 
 from dielast.plots.style import COLOURS, degrees, log_axis, panels, row_legend, spread, style
 from dielast.relaxation.continuous import ContinuousSpectrum
-from dielast.relaxation.fit import SpectrumFit
-from dielast.relaxation.interconversion import retardation_from_relaxation
+from dielast.relaxation.interconversion import answer
 from dielast.relaxation.reduce import Reduction
+from dielast.relaxation.result import SpectrumFit
 
 MEGA = 1e-6  # from Pa
-# label, and the factor from SI into the unit shown
-ORDINATES = {
-    "relaxation": ("Young's relaxation modulus [MPa]", MEGA),
-    "oscillation": ("Young's storage and loss modulus [MPa]", MEGA),
-    "creep": ("tensile creep compliance [1/MPa]", 1 / MEGA),
-}
 
 
 def plot_spectrum(
@@ -74,11 +68,10 @@ def plot_spectrum(
 
 def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | None) -> None:
     """The measured curve and the model's, over reduced time or angular frequency."""
-    sweep = result.test == "oscillation"
-    abscissa = 1 / result.reduced_time if sweep else result.reduced_time
+    abscissa, kind = result.reduced_abscissa, result.kind
     shown = spread(np.log10(abscissa), 80)
-    label, factor = ORDINATES[result.test]
-    names = ("storage", "loss") if sweep else ("master curve",)
+    factor = kind.label_factor
+    names = ("storage", "loss") if len(kind.ordinates) > 1 else ("master curve",)
     for index, (measured, name) in enumerate(zip(np.atleast_2d(result.measured), names, strict=True)):
         axes.plot(
             abscissa[shown],
@@ -94,8 +87,8 @@ def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | No
     for index, model in enumerate(np.atleast_2d(result.model)):
         axes.plot(abscissa, factor * model, "-", color=COLOURS[0], label=None if index else "discrete model")
     at = "" if reference_temperature is None else f" at {degrees(reference_temperature)}"
-    axes.set_xlabel(f"reduced angular frequency{at} [rad/s]" if sweep else f"reduced time{at} [s]")
-    axes.set_ylabel(label)
+    axes.set_xlabel(f"reduced {kind.abscissa[0].replace('_', ' ')}{at} [{kind.abscissa[1]}]")
+    axes.set_ylabel(kind.label)
 
 
 def _draw_reduced(axes: Axes, result: SpectrumFit, reduction: Reduction) -> None:
@@ -107,15 +100,9 @@ def _draw_reduced(axes: Axes, result: SpectrumFit, reduction: Reduction) -> None
     within = (full <= reduction.full.max() * slack) & (full >= reduction.full.min() / slack)
     if not within.any():
         return
-    seen = time[within]
-    match result.test:
-        case "relaxation":
-            model = 3 * spectrum.relaxation_modulus(seen, equilibrium)
-        case "oscillation":
-            model = 3 * np.stack([spectrum.storage_modulus(1 / seen, equilibrium), spectrum.loss_modulus(1 / seen)])
-        case "creep":
-            model = retardation_from_relaxation(spectrum, equilibrium).creep_compliance(seen) / 3
-    abscissa = 1 / seen if result.test == "oscillation" else seen
+    kind = result.kind
+    model = kind.label_factor * 3.0**kind.stiffness_power * answer(kind, spectrum, equilibrium, time[within])
     label = f"reduced to {len(spectrum)}, in its window"
-    for index, each in enumerate(np.atleast_2d(model)):
-        axes.plot(abscissa, ORDINATES[result.test][1] * each, "--", color=COLOURS[3], linewidth=1.6, label=None if index else label)
+    for index, channel in enumerate(model):
+        abscissa = result.reduced_abscissa[within]
+        axes.plot(abscissa, channel, "--", color=COLOURS[3], linewidth=1.6, label=None if index else label)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from dielast.errors import InputError
+from dielast.material.measurement_kind import KindName
 from dielast.readings.specimen_recipe import Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of
 from dielast.recipe.fields import (
@@ -35,8 +36,6 @@ from dielast.units import (
     TIME,
     VISCOSITY,
 )
-
-MeasurementName = Literal["relaxation", "oscillation", "creep"]
 
 ROLES = {
     "temperature": TEMPERATURE,
@@ -95,7 +94,7 @@ class Columns(Section):
         return {role: column for role in (*ROLES, "set") if (column := getattr(self, role)) is not None}
 
     @property
-    def measurement(self) -> MeasurementName:
+    def measurement(self) -> KindName:
         """What the columns say was measured; strain and stress are taken for relaxation unless the recipe says creep."""
         given = self.by_role
         if any(role in given for role in OVER_FREQUENCY):
@@ -157,7 +156,7 @@ class MeasuredData(TextTable):
     """What was measured in a test: which column is what, in which units, of which specimen."""
 
     file: InputFile | None = Field(None, description="A table of numbers or an instrument's export.")
-    measurement: MeasurementName | None = Field(None, description="What was measured; told from the columns if left out.")
+    measurement: KindName | None = Field(None, description="What was measured; told from the columns if left out.")
     columns: Columns | None = Field(None, description="Which column is what; an instrument's export says it itself.")
     steps: list[Step] | None = Field(
         None, description="Steps of an instrument's export to take, by name (with * and ?) or number; left out: all that fit."
@@ -190,6 +189,15 @@ class MeasuredData(TextTable):
     def first_time(self) -> float:
         """Points before this time in s, as measured, are dropped; at 0 none are."""
         return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
+
+    @property
+    def time_offset(self) -> float:
+        """What is taken from the times as measured, in s.
+
+        A ramp acts like a step at its middle, to second order in ramp/time: L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur.
+        Stand. A 75 (1971) 33. With times from its start, shift factors would come out wrong by tenths of a decade.
+        """
+        return 0.5 * (self.ramp or 0.0)
 
     @property
     def is_plain(self) -> bool:

@@ -14,19 +14,19 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, shown
 from dielast.io.text_table import MeasuredTable, decode, is_number, read_measured
 from dielast.io.workbook import is_workbook
+from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.readings.curve_recipe import CurveColumns, CurveData
-from dielast.readings.instruments import Segment, recognise
-from dielast.readings.instruments.names import Test, columns_by_role, plain
-from dielast.readings.recipe import MODULI, Columns, MeasuredData, MeasurementData, MeasurementName
+from dielast.readings.instruments import ExportedStep, recognise
+from dielast.readings.instruments.names import Deformation, columns_by_role, plain
+from dielast.readings.recipe import MODULI, Columns, MeasuredData, MeasurementData
 from dielast.readings.wide import by_temperature
 
-Measured: TypeAlias = tuple[MeasurementName, Mapping[str, str | int]]
-"""What was measured, and the columns by role."""
+Measured: TypeAlias = tuple[MeasurementKind, Mapping[str, str | int]]
+"""The kind of measurement, and the columns by role."""
 
 TABLE = "table"
-MANY = {"relaxation": "relaxation tests", "oscillation": "frequency sweeps", "creep": "creep tests"}
 
-_OVER_TIME: tuple[tuple[MeasurementName, str, str], ...] = (("relaxation", "modulus", "relax"), ("creep", "compliance", "creep"))
+_OVER_TIME = ((RELAXATION, "relax"), (CREEP, "creep"))  # and what a step of such a test is called
 _NOTHING = ("", "n/a", "n.a.", "nan")
 _SWEPT = 1.5  # between highest and lowest frequency: less is a sweep of something else
 _TEMPERATURE = re.compile(r"(?<!\d)([+-]?\d++(?:[.,]\d++)?)\s*+°\s*C")
@@ -34,17 +34,17 @@ _TEMPERATURE = re.compile(r"(?<!\d)([+-]?\d++(?:[.,]\d++)?)\s*+°\s*C")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A table of readings of one `measurement` with its `columns` by role; `file` is its file's place, `format` what wrote it.
+    """A table of readings of one `kind` with its `columns` by role; `file` is its file's place, `format` what wrote it.
 
     `temperature` in degC is that of all its readings, where the headers of its columns state it.
     """
 
     table: MeasuredTable
     columns: Mapping[str, str | int]
-    measurement: MeasurementName
+    kind: MeasurementKind
     file: int
     format: str
-    test: Test | None
+    deformation: Deformation | None
     step: str = ""
     temperature: float | None = None
 
@@ -82,33 +82,32 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
     if known is None:
         return _plain_parts(content, source, file, data), []
     try:
-        segments = known.read(text, source)
+        steps = known.read(text, source)
     except InputError as error:
         if data.columns is None:
             raise
         raise InputError(f'{error} (or is it no {known.NAME} export? say format = "table")') from None
     decimal = None if is_workbook(content) else data.decimal
     steps = [
-        replace(segment, table=replace(segment.table, stated_units=data.units, decimal=decimal or segment.table.decimal))
-        for segment in segments
+        replace(step, table=replace(step.table, stated_units=data.units, decimal=decimal or step.table.decimal)) for step in steps
     ]
     _check_chosen(steps, source, data.steps)
     parts, left_out = [], []
-    for number, segment in enumerate(steps, start=1):
-        chosen = data.steps is None or any(_is_meant(entry, number, segment.name) for entry in data.steps)
-        found = _measured(segment, data, data.steps is not None) if chosen else None
+    for number, step in enumerate(steps, start=1):
+        chosen = data.steps is None or any(_is_meant(entry, number, step.name) for entry in data.steps)
+        found = _measured(step, data, data.steps is not None) if chosen else None
         if found is None:
             if chosen and data.steps is not None:
-                raise InputError(f"{source}: {_what_is_there(segment)}")
-            left_out.append(segment.name)
+                raise InputError(f"{source}: {_what_is_there(step)}")
+            left_out.append(step.name)
             continue
-        measurement, columns = found
-        if measurement != "oscillation" and number > 1:
-            _refuse_running_clock(segment, steps[number - 2], columns)
-        parts.append(Part(segment.table, columns, measurement, file, known.NAME, segment.test, segment.name))
+        kind, columns = found
+        if not kind.over_frequency and number > 1:
+            _refuse_running_clock(step, steps[number - 2], columns)
+        parts.append(Part(step.table, columns, kind, file, known.NAME, step.deformation, step.name))
     if not parts:
-        wanted = MANY[data.measurement] if data.measurement else "frequency sweep, relaxation or creep test"
-        there = "; ".join(_what_is_there(segment) for segment in steps[:3]) + (" ..." if len(steps) > 3 else "")
+        wanted = KINDS[data.measurement].tests if data.measurement else "frequency sweep, relaxation or creep test"
+        there = "; ".join(_what_is_there(step) for step in steps[:3]) + (" ..." if len(steps) > 3 else "")
         raise InputError(f"{source}: no {wanted} found in this {known.NAME} export: {there or 'it has no steps'}")
     return parts, left_out
 
@@ -122,81 +121,80 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
         unit = data.units.get("temperature") if data.layout == "wide" else None
         tables = by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
         if len(tables) >= least:
-            return [_of_wide(own, file, data, columns, temperature) for temperature, own in tables]
+            return [_of_wide(part, file, data, columns, temperature) for temperature, part in tables]
         if data.layout == "wide":
             raise InputError(f'{source}: layout = "wide", but no header states a temperature, such as "E (20 °C) [MPa]"')
     if columns is None:
         raise InputError(f"{source}: columns are needed: this is no instrument's export that dielast knows")
     if data.steps is not None:
         raise InputError(f"{source}: steps are wanted, but this is no instrument's export that dielast knows")
-    measurement, roles = _said(data, columns)
-    return [Part(table, roles, measurement, file, TABLE, "tension")]
+    kind, roles = _stated(data, columns)
+    return [Part(table, roles, kind, file, TABLE, "tension")]
 
 
 def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Columns | None, temperature: float) -> Part:
     """The part of one temperature; columns that the recipe does not name are told by their names."""
-    found = _said(data, columns) if columns is not None else _measured(Segment("", table, None), data, True)
+    found = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
     if found is None:
         there = ", ".join(f'"{name}"' for name in table.names)
         raise InputError(f"{table.source}: columns are needed: at {temperature:g} degC there are {there}")
-    measurement, roles = found
-    return Part(table, roles, measurement, file, TABLE, "tension", temperature=temperature)
+    kind, roles = found
+    return Part(table, roles, kind, file, TABLE, "tension", temperature=temperature)
 
 
-def _said(data: MeasuredData, columns: Columns) -> Measured:
+def _stated(data: MeasuredData, columns: Columns) -> Measured:
     """What the recipe says was measured, and its columns by role; a time column that it does not name is called time."""
-    measurement = data.measurement or columns.measurement
-    return measurement, ({} if measurement == "oscillation" else {"time": "time"}) | columns.by_role
+    kind = KINDS[data.measurement or columns.measurement]
+    return kind, ({} if kind.over_frequency else {"time": "time"}) | columns.by_role
 
 
 def _is_meant(entry: str | int, number: int, name: str) -> bool:
     return entry == number if isinstance(entry, int) else fnmatch.fnmatch(name.casefold(), entry.casefold())
 
 
-def _check_chosen(steps: Sequence[Segment], source: str, chosen: Sequence[str | int] | None) -> None:
+def _check_chosen(steps: Sequence[ExportedStep], source: str, chosen: Sequence[str | int] | None) -> None:
     for entry in chosen or ():
-        if not any(_is_meant(entry, number, segment.name) for number, segment in enumerate(steps, start=1)):
-            there = ", ".join(f'{number} "{segment.name}"' for number, segment in enumerate(steps, start=1))
+        if not any(_is_meant(entry, number, step.name) for number, step in enumerate(steps, start=1)):
+            there = ", ".join(f'{number} "{step.name}"' for number, step in enumerate(steps, start=1))
             raise InputError(f"{source}: no step {shown(entry)}; there are {there[:300]}")
 
 
-def _what_is_there(segment: Segment) -> str:
-    if not segment.table.lines.size:
-        return f'step "{segment.name}" is empty'
-    names = ", ".join(segment.table.names[:8]) + (" ..." if len(segment.table.names) > 8 else "")
-    return f'step "{segment.name}" has {names}'
+def _what_is_there(step: ExportedStep) -> str:
+    if not step.table.lines.size:
+        return f'step "{step.name}" is empty'
+    names = ", ".join(step.table.names[:8]) + (" ..." if len(step.table.names) > 8 else "")
+    return f'step "{step.name}" has {names}'
 
 
-def _measured(segment: Segment, data: MeasuredData, chosen: bool) -> Measured | None:
+def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured | None:
     """What was measured in a step, and its columns by role; None if no master curve is made of it.
 
     Strain and stress alone are in the export of every kind of test: they count where the step's name says relaxation or creep, or
     where the recipe names the step and says what it is.
     """
-    if not segment.table.lines.size:
+    if not step.table.lines.size:
         return None
     if data.columns is not None:
-        return _said(data, data.columns)
-    found = columns_by_role(segment.table)
-    name = segment.name.casefold()
-    kept: dict[MeasurementName, Sequence[str]] = {}
+        return _stated(data, data.columns)
+    found = columns_by_role(step.table)
+    name = step.name.casefold()
+    possible: dict[MeasurementKind, Sequence[str]] = {}
     moduli = next((roles for roles in MODULI if roles <= found.keys()), None)
     swept = [role for role in ("frequency", "angular_frequency") if role in found]
-    if moduli and swept and _varies(segment.table, found[swept[0]] - 1):
-        kept["oscillation"] = [*swept, *moduli, "complex_viscosity"]
-    if "time" in found:
-        for measurement, role, hint in _OVER_TIME:
-            hinted = hint in name and "recover" not in name
-            if role in found and (hinted or "oscillation" not in kept):
-                kept[measurement] = ["time", role]
-            elif {"strain", "stress"} <= found.keys() and (hinted or (chosen and data.measurement == measurement)):
-                kept[measurement] = ["time", "strain", "stress"]
-    wanted = [data.measurement] if data.measurement else list(kept)
-    if data.measurement is None and len(kept) > 1:
-        wanted = [measurement for measurement in kept if measurement[:5] in name] or wanted
-    for measurement in wanted:
-        if measurement in kept:
-            return measurement, {role: found[role] for role in ("temperature", *kept[measurement]) if role in found}
+    if moduli and swept and _varies(step.table, found[swept[0]] - 1):
+        possible[OSCILLATION] = [*swept, *moduli, "complex_viscosity"]
+    for kind, hint in _OVER_TIME if "time" in found else ():
+        hinted = hint in name and "recover" not in name
+        if kind.value in found and (hinted or OSCILLATION not in possible):
+            possible[kind] = ["time", kind.value]
+        elif {"strain", "stress"} <= found.keys() and (hinted or (chosen and data.measurement == kind.name)):
+            possible[kind] = ["time", "strain", "stress"]
+    wanted = [KINDS[data.measurement]] if data.measurement else list(possible)
+    if data.measurement is None and len(possible) > 1:
+        wanted = [kind for kind in possible if kind.name[:5] in name] or wanted
+    for kind in wanted:
+        if kind in possible:
+            return kind, {role: found[role] for role in ("temperature", *possible[kind]) if role in found}
     return None
 
 
@@ -205,12 +203,12 @@ def _varies(table: MeasuredTable, index: int) -> bool:
     return len(values) > 1 and max(values) > _SWEPT * min(values)
 
 
-def _refuse_running_clock(segment: Segment, before: Segment, columns: Mapping[str, str | int]) -> None:
+def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Mapping[str, str | int]) -> None:
     """A clock that is the test's, not the step's, would make every time of a step too long."""
-    table = segment.table
+    table = step.table
     index = table.find(columns["time"], "time")
     name = table.names[index]
-    same = [k for k, own in enumerate(before.table.names) if own == name]
+    same = [k for k, earlier in enumerate(before.table.names) if earlier == name]
     if plain(name) not in ("time", "zeit") or not same:
         return
     earlier, later = (
@@ -219,6 +217,6 @@ def _refuse_running_clock(segment: Segment, before: Segment, columns: Mapping[st
     )
     if earlier and later and 0 < earlier[-1] <= later[0]:
         raise InputError(
-            f'{table.source}: line {table.lines[0]}: column "{name}" runs on from the step before into step "{segment.name}": '
+            f'{table.source}: line {table.lines[0]}: column "{name}" runs on from the step before into step "{step.name}": '
             "export the step time as well"
         )

@@ -1,4 +1,4 @@
-"""Paths of keys as `--set` and sweeps have them, `step.0.rate` or `step[0].rate`: read as TOML reads dotted keys, and followed."""
+"""Paths of keys as `--set` and sweeps state them, `step.0.rate` or `step[0].rate`: read as TOML reads dotted keys."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from dielast.errors import InputError, shown_path
 
 DEEPEST = 64  # parts of a dotted key
-# a part in quotes may hold anything; one without, more than TOML's bare keys: what is wrong with a key is told where it leads
+# a part in quotes may hold anything; a part without may hold more than TOML allows: its mistake is stated where it leads
 _PART = r"""\s*+("(?:[^"\\]|\\.)*+"|'[^']*+'|[^."'=][^.=]*+)\s*+"""
 _PATH = rf"{_PART}(?:\.{_PART})*+"
 _INDEXED = re.compile(r"(?P<name>[^\[\]]+)(?P<indices>(?:\[\d+\])+)")
@@ -18,17 +18,17 @@ _SETTING = re.compile(rf"(?P<path>{_PATH})=(?P<value>.*)", re.DOTALL)
 
 
 def read_path(text: str) -> tuple[str, ...] | None:
-    """The keys of a path; None if it is none."""
+    """The keys of a path; None if the text is no path."""
     if not re.fullmatch(_PATH, text):
         return None
     try:
         return tuple(key for part in re.findall(_PART, text) for key in _keys_of(part))
-    except tomllib.TOMLDecodeError:  # an escape that there is not
+    except tomllib.TOMLDecodeError:  # an unknown escape
         return None
 
 
 def read_setting(text: str) -> tuple[tuple[str, ...], str] | None:
-    """The keys and the value of `PATH=VALUE`; None if it is none."""
+    """The keys and the value of `PATH=VALUE`; None if the text has another form."""
     match = _SETTING.fullmatch(text)
     keys = match and read_path(match["path"])
     return (keys, match["value"].strip()) if match and keys else None

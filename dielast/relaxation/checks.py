@@ -1,44 +1,52 @@
-"""What is asked of a measured curve and of the arguments of its fit, and what is said of the result."""
+"""Checks of a measured curve, of the arguments of its fit and of the result: `check_*` raises `InputError`, `warn_*` warns."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError, warn
+from dielast.material.measurement_kind import MeasurementKind
 from dielast.relaxation.ends import End
 
 Array = NDArray[np.float64]
 Ends = tuple[float | None, float | None]
 
 TOLERATED = 0.02  # of G(t): what clipping negative moduli may change; and the equilibrium modulus above the curve without a word
-_ABOVE = 0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused; likewise a glassy one that is lower
-_BELOW = 0.1  # of the end of a curve that has levelled off, continued by _MORE_DECADES: an equilibrium modulus below is doubted
-_MORE_DECADES = 2.0
-_THIRD = (2.5, 3.5)  # ratio of the two that looks like Young's against shear
+ABOVE_CURVE = (
+    0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused; likewise a glassy one that is lower
+)
+BELOW_CURVE = (
+    0.1  # of the end of a curve that has levelled off, continued by DECADES_BEYOND: an equilibrium modulus below is doubted
+)
+DECADES_BEYOND = 2.0
+LOOKS_LIKE_SHEAR = (2.5, 3.5)  # ratio of the two that looks like Young's against shear
 LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
-_POOR_FIT = 0.10  # relative rms
-_NEXT_TO = 10**0.1  # a tenth of a decade: that close to its end, a curve still tells
+POOR_FIT = 0.10  # relative rms
+NEAR_END = 10**0.1  # a tenth of a decade: that close to its end, a curve still tells
 
 
-def sorted_points(*columns: tuple[str, str, ArrayLike]) -> list[Array]:
-    """The columns (name, unit, values) of a curve as arrays, by the first of them; all must be positive and of one length."""
-    arrays = [np.asarray(values, dtype=float) for _, _, values in columns]
+def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Array]:
+    """Abscissa and ordinates of a master curve as arrays (n,), by the abscissa; all must be positive and of one length."""
+    names = [(name.replace("_", " "), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
+    arrays = [np.asarray(values, dtype=float) for values in columns]
     abscissa = arrays[0]
-    for (name, _, _), own in zip(columns, arrays, strict=True):
-        if own.ndim != 1 or own.shape != abscissa.shape:
-            raise InputError(f"{columns[0][0]} {abscissa.shape} and {name} {own.shape}: lists of the same length are needed")
-    for (name, unit, _), own in zip(columns, arrays, strict=True):
-        bad = np.flatnonzero(~(np.isfinite(own) & (own > 0)))
+    for (name, _), values in zip(names, arrays, strict=True):
+        if values.ndim != 1 or values.shape != abscissa.shape:
+            raise InputError(f"{names[0][0]} {abscissa.shape} and {name} {values.shape}: lists of the same length are needed")
+    for (name, unit), values in zip(names, arrays, strict=True):
+        bad = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
         if bad.size:
             more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
-            raise InputError(f"{name}[{bad[0]}] = {own[bad[0]]:g} {unit}{more}: a positive, finite number is needed")
+            raise InputError(f"{name}[{bad[0]}] = {values[bad[0]]:g} {unit}{more}: a positive, finite number is needed")
     if np.unique(abscissa).size < 2:
-        one = columns[0][0].removeprefix("reduced ")
+        one = kind.abscissa[0].replace("_", " ")
         several = one[:-1] + "ies" if one.endswith("y") else one + "s"
         raise InputError(f"a curve of {abscissa.size} point(s) at a single {one}: at least two different {several} are needed")
     order = np.lexsort((*arrays[:0:-1], abscissa))
-    return [own[order] for own in arrays]
+    return [values[order] for values in arrays]
 
 
 def check_counts(method: str, branches: int, fewest: int, keep: int | None) -> None:
@@ -59,7 +67,7 @@ def check_ends(relaxation_time: Ends) -> None:
         raise InputError(f"relaxation_time min = {shortest:g} s must be shorter than max = {longest:g} s")
 
 
-def of_liquid(liquid: bool, equilibrium: float | None) -> float | None:
+def check_liquid(liquid: bool, equilibrium: float | None) -> float | None:
     """The equilibrium modulus that is known: zero of a liquid."""
     if liquid and equilibrium:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa: that of a liquid is 0")
@@ -74,12 +82,12 @@ def check_moduli(equilibrium: float | None, glassy: float | None, smallest: floa
         raise InputError(f"glassy_modulus = {glassy:g} Pa: it must be finite and positive")
     if equilibrium is not None and glassy is not None and equilibrium >= glassy:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa must be smaller than glassy_modulus = {glassy:g} Pa")
-    if glassy is not None and glassy < (1 - _ABOVE) * largest:
+    if glassy is not None and glassy < (1 - ABOVE_CURVE) * largest:
         raise InputError(
             f"glassy_modulus = {glassy:g} Pa is below the start of the curve, {largest:.4g} Pa: raise it, or leave it out"
         )
     excess = 0.0 if equilibrium is None else equilibrium / smallest - 1
-    if excess > _ABOVE:
+    if excess > ABOVE_CURVE:
         raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa is above the end of the curve, {smallest:.4g} Pa: lower it")
     if excess > TOLERATED:
         warn(f"equilibrium_modulus = {equilibrium:g} Pa is {excess:.1%} above the end of the curve, {smallest:.4g} Pa")
@@ -95,11 +103,11 @@ def range_of_times(
 ) -> tuple[float, float]:
     """Shortest and longest time of a process in s; warns where the times at which these two are seen, in units of their own, are
     off the curve, but for the shorter ones of which only a share, `kept`, of the decades is left."""
-    shortest, longest = (float(own if end is None else end) for end, own in zip(wanted, default, strict=True))
+    shortest, longest = (float(usual if end is None else end) for end, usual in zip(wanted, default, strict=True))
     if shortest >= longest:
         raise InputError(f"no relaxation time lies between min = {shortest:.3g} s and max = {longest:.3g} s: state both")
     least = longest * (shortest / longest) ** kept
-    if seen_at[0] * least < time[0] / _NEXT_TO or seen_at[1] * longest > time[-1] * _NEXT_TO:
+    if seen_at[0] * least < time[0] / NEAR_END or seen_at[1] * longest > time[-1] * NEAR_END:
         warn(
             f"relaxation times from {least:.3g} to {longest:.3g} s reach farther than the curve, from {time[0]:.3g} to "
             f"{time[-1]:.3g} s, can tell: the spectrum is extrapolated"
@@ -107,20 +115,20 @@ def range_of_times(
     return shortest, longest
 
 
-def judge_equilibrium(known: float | None, found: float, plateau: End) -> None:
-    """Warn of an equilibrium modulus (shear, Pa) that was `found` where there is no plateau, or is `known` and far below one."""
+def warn_of_equilibrium(known: float | None, fitted: float, plateau: End) -> None:
+    """Warn of an equilibrium modulus (shear, Pa) that was `fitted` where there is no plateau, or is `known` and far below one."""
     if known is None and -plateau.slope > LEVEL_SLOPE:
         warn(
             f"the curve has not levelled off: it falls by {1 - 10**plateau.slope:.0%} in its last decade, so that the equilibrium "
-            f"modulus of {3 * found:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
+            f"modulus of {3 * fitted:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
         )
     # A curve that has levelled off shows its equilibrium modulus, but for some decades of its last slope.
-    level, equilibrium = 3 * plateau.modulus, 3 * found
-    doubtful = (1 - _BELOW) * level * 10 ** (_MORE_DECADES * plateau.slope)
+    level, equilibrium = 3 * plateau.modulus, 3 * fitted
+    doubtful = (1 - BELOW_CURVE) * level * 10 ** (DECADES_BEYOND * plateau.slope)
     if known is None or -plateau.slope > LEVEL_SLOPE or equilibrium >= doubtful:
         return
     third = ""
-    if equilibrium > 0 and _THIRD[0] < level / equilibrium < _THIRD[1]:
+    if equilibrium > 0 and LOOKS_LIKE_SHEAR[0] < level / equilibrium < LOOKS_LIKE_SHEAR[1]:
         third = ", a third of that: it is Young's modulus that is meant, three times the shear modulus"
     warn(f"the curve has levelled off at {level:.4g} Pa, far above equilibrium_modulus = {equilibrium:g} Pa{third}")
 
@@ -130,13 +138,13 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def judge_fit(error: Array, time: Array, shortest_kept: float | None) -> tuple[float, float]:
+def fit_errors(error: Array, time: Array, shortest_kept: float | None) -> tuple[float, float]:
     """Rms and greatest magnitude of relative errors (channels, n) at `time`; of a truncated spectrum, where it is meant to hold."""
     if shortest_kept is not None:
         error = error[:, time >= shortest_kept]
         if error.size == 0:
             raise InputError(f"the curve ends before {shortest_kept:.3g} s, the shortest relaxation time kept: keep more branches")
     mean, worst = rms(error), float(np.max(np.abs(error)))
-    if mean > _POOR_FIT:
+    if mean > POOR_FIT:
         warn(f"the spectrum misses the curve by {mean:.1%} rms and {worst:.1%} at worst: try more branches or another method")
     return mean, worst

@@ -16,15 +16,14 @@ from dielast.errors import InputError, warn
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.relaxation.ends import votes
-from dielast.relaxation.fit import SpectrumFit
-from dielast.relaxation.nnls import Curve, fit_strengths
-from dielast.relaxation.response import OSCILLATION, RELAXATION
+from dielast.relaxation.nnls import WeightedCurve, fit_strengths
+from dielast.relaxation.result import SpectrumFit
 
 Array = NDArray[np.float64]
 
-_LEAST_SMOOTHING = 1e-2  # no measurement is so exact that less would tell anything: without noise, less breaks H up into lines
-_PIECES = 4  # separate processes, of which a material may have some
-_PAST = (0.5, 1.0)  # decades by which H reaches past the curve's shortest and longest time: such processes still show
+LEAST_SMOOTHING = 1e-2  # no measurement is so exact that less would tell anything: without noise, less breaks H up into lines
+MOST_PIECES = 4  # separate processes, of which a material may have some
+PAST_ENDS = (0.5, 1.0)  # decades by which H reaches past the curve's shortest and longest time: such processes still show
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -57,21 +56,21 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     Warns where H falls apart into many pieces. Raises `InputError` for a creep curve, which gives no relaxation spectrum but by
     way of a discrete one.
     """
-    if fit.test == "creep":
+    if fit.retardation is not None:
         raise InputError("a creep curve has no continuous relaxation spectrum of its own: only its discrete one is converted")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade} points per decade: at least one is needed")
     time, tau = fit.reduced_time, fit.spectrum.relaxation_time
-    shortest, longest = min(time[0] / 10 ** _PAST[0], tau[-1]), max(time[-1] * 10 ** _PAST[1], tau[0])
+    shortest, longest = min(time[0] / 10 ** PAST_ENDS[0], tau[-1]), max(time[-1] * 10 ** PAST_ENDS[1], tau[0])
     count = int(np.ceil(points_per_decade * np.log10(longest / shortest))) + 1
     grid = np.geomspace(longest, shortest, max(count, 2))
-    response = OSCILLATION if fit.test == "oscillation" else RELAXATION
-    curve = Curve(time, np.atleast_2d(fit.measured) / 3, votes(np.log10(time)), response)
+    kind = fit.kind
+    curve = WeightedCurve(time, np.atleast_2d(fit.measured) / 3, votes(np.log10(time)), kind)
     known = (fit.equilibrium_shear_modulus,)
-    solution = fit_strengths(curve, grid, known, least=_LEAST_SMOOTHING)
-    model = response.processes(time, grid) @ solution.strength + response.constants(time)[0] * fit.equilibrium_shear_modulus
+    solution = fit_strengths(curve, grid, known, least=LEAST_SMOOTHING)
+    model = kind.processes(time, grid) @ solution.strength + kind.constants(time)[0] * fit.equilibrium_shear_modulus
     pieces = int(np.count_nonzero(np.diff((solution.strength > 0).astype(int)) > 0)) + int(solution.strength[0] > 0)
-    if pieces > _PIECES:
+    if pieces > MOST_PIECES:
         warn(
             f"the continuous spectrum falls apart into {pieces} pieces: the curve's errors are alike from point to point, or it "
             "was made of a discrete spectrum; only the course of H on average means something"

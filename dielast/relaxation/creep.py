@@ -12,31 +12,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import warn
+from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
-from dielast.relaxation.checks import (
-    LEVEL_SLOPE,
-    Ends,
-    check_counts,
-    check_ends,
-    check_moduli,
-    judge_equilibrium,
-    judge_fit,
-    of_liquid,
-    sorted_points,
-)
-from dielast.relaxation.ends import extremes, long_time_end, votes
-from dielast.relaxation.fit import SpectrumFit, placed_times
+from dielast.relaxation.checks import LEVEL_SLOPE, Ends
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
-from dielast.relaxation.nnls import Curve, Known, Solution, Total, fit_strengths
-from dielast.relaxation.response import CREEP
+from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths
+from dielast.relaxation.result import SpectrumFit
+from dielast.relaxation.task import FitTask
 
 Array = NDArray[np.float64]
 
-_LEAST_GLASSY = 0.01  # of the first compliance: a glassy compliance found smaller than this is not to be told from none
-_FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises as steeply is that of a melt, and needs no word
-_CHANCE = 1e-4  # that noise alone makes a solid's flow as significant
-_EXACT = 1e-9  # relative error of values as tables hold them
-_SLOWER = 10.0  # times the length of the curve: processes so slow still show on it
+LEAST_GLASSY = 0.01  # of the first compliance: a glassy compliance found smaller than this is not to be told from none
+FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises as steeply is that of a melt, and needs no word
+LEAST_CHANCE = 1e-4  # that noise alone makes a solid's flow as significant
+EXACT = 1e-9  # relative error of values as tables hold them
+SLOWER = 10.0  # times the length of the curve: processes so slow still show on it
 
 
 def fit_creep(
@@ -64,82 +54,68 @@ def fit_creep(
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not tell
     whether the material flows, and where it does not tell the glassy compliance: the fastest branch is then a guess.
     """
-    time, measured = sorted_points(("reduced time", "s", reduced_time), ("creep compliance", "1/Pa", creep_compliance))
-    equilibrium_modulus = of_liquid(liquid, equilibrium_modulus)
-    check_counts("nnls", branches, 1, keep)
-    check_ends(retardation_time)
-    curve = Curve(time, 3 * measured[None], votes(np.log10(time)), CREEP)
-    softest = long_time_end(np.log10(time), 1 / curve.size)
-    check_moduli(equilibrium_modulus, glassy_modulus, *extremes(np.log10(time), 3 / curve.size))
-    own_time, known, total, is_open = _what_to_fit(curve, branches, retardation_time, equilibrium_modulus, glassy_modulus, flows)
-    solution = _fit(curve, own_time, known, total)
+    task = FitTask.of(
+        CREEP,
+        (reduced_time, creep_compliance),
+        branches=branches,
+        times=retardation_time,
+        equilibrium_modulus=equilibrium_modulus,
+        glassy_modulus=glassy_modulus,
+        keep=keep,
+        liquid=liquid,
+    )
+    curve, softest, prescribed = task.curve, task.plateau, task.equilibrium
+    own_time, known, total, is_open = _what_to_fit(task, flows)
+    solution = _with_glassy(curve, own_time, known, total)
     retardation = RetardationSpectrum(own_time, solution.strength, *solution.constants.tolist())
     if solution.strength.any() or retardation.fluidity > 0:
         spectrum, equilibrium = relaxation_from_retardation(retardation)
     else:  # an elastic solid
         spectrum, equilibrium = Spectrum(own_time, np.zeros(own_time.size)), 1 / retardation.glassy_compliance
-    if equilibrium_modulus is not None:
-        equilibrium = equilibrium_modulus / 3
-    share = float(retardation.fluidity * time[-1] / curve.values[0, -1])
+    if prescribed is not None:
+        equilibrium = prescribed
+    share = float(retardation.fluidity * curve.time[-1] / curve.values[0, -1])
     if is_open:
         warn(
             "the end of the curve does not tell flow from processes slower than the curve: it is taken for that of a solid, whose "
             f"equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
         )
-    elif equilibrium_modulus is None and equilibrium == 0 and softest.slope >= -LEVEL_SLOPE:
+    elif prescribed is None and equilibrium == 0 and softest.slope >= -LEVEL_SLOPE:
         warn(
             f"the material flows, by which its compliance hardly rises yet ({share:.1%} of it at the end of the curve): a solid of "
             "far slower processes would look alike: state equilibrium_modulus (0 for a melt)"
         )
-    elif not liquid and (equilibrium_modulus is not None or equilibrium > 0 or softest.slope >= _FLOWS):
-        judge_equilibrium(None if equilibrium_modulus is None else equilibrium_modulus / 3, equilibrium, softest)
+    elif prescribed is not None or equilibrium > 0 or softest.slope >= FLOWS:
+        task.warn_of_equilibrium(equilibrium)
 
     truncated = keep is not None and keep < len(spectrum)
     if truncated:
         spectrum = spectrum.slowest(keep or 1)
     kept = retardation_from_relaxation(spectrum, equilibrium) if truncated else retardation
-    model = kept.creep_compliance(time)
-    shortest = float(spectrum.relaxation_time[-1]) if truncated else None
-    mean, worst = judge_fit(model / curve.values - 1, time, shortest)
-    return SpectrumFit(
-        method="nnls",
-        spectrum=spectrum,
-        equilibrium_shear_modulus=equilibrium,
-        rms_relative_error=mean,
-        max_relative_error=worst,
-        reduced_time=time,
-        measured=measured,
-        model=model / 3,
-        smoothing=solution.smoothing,
-        test="creep",
-        retardation=kept,
-    )
+    model = kept.creep_compliance(curve.time)[None]
+    return task.finish("nnls", spectrum, equilibrium, model, truncated, smoothing=solution.smoothing, retardation=kept)
 
 
-def _what_to_fit(
-    curve: Curve, branches: int, wanted: Ends, equilibrium: float | None, glassy: float | None, flows: bool | None
-) -> tuple[Array, Known, Total | None, bool]:
-    """Retardation times (s, slowest first), the constants that are known, a sum to keep to, and whether flow is left open.
-
-    Moduli are Young's, Pa.
-    """
-    glassy_compliance = None if glassy is None else 3 / glassy
+def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Array, Known, Total | None, bool]:
+    """Retardation times (s, slowest first), the constants that are known, a sum to keep to, and whether flow is left open."""
+    curve, equilibrium = task.curve, task.equilibrium
+    glassy_compliance = None if task.glassy is None else 1 / task.glassy
     fluid, solid = (glassy_compliance, None), (glassy_compliance, 0.0)
     if equilibrium is not None and equilibrium > 0:  # a solid's compliances add up to the one after infinite time
-        return placed_times(curve, branches, wanted, solid), solid, Total(3 / equilibrium, (1.0, 0.0)), False
+        return task.place(solid, kept=1.0), solid, Total(1 / equilibrium, (1.0, 0.0)), False
+    own_time = task.place(fluid, kept=1.0)
     if equilibrium == 0 or flows:
-        return placed_times(curve, branches, wanted, fluid), fluid, None, False
-    own_time = placed_times(curve, branches, wanted, fluid)
+        return own_time, fluid, None, False
     if flows is False or not _demands_flow(curve, own_time, glassy_compliance):
         return own_time, solid, None, False
-    if wanted[1] is None:
-        slower = placed_times(curve, branches, (wanted[0], _SLOWER * float(curve.time[-1])), solid)
+    if task.times[1] is None:
+        slower = task.place(solid, times=(task.times[0], SLOWER * float(curve.time[-1])), kept=1.0)
         if not _demands_flow(curve, slower, glassy_compliance):
             return slower, solid, None, True
     return own_time, fluid, None, False
 
 
-def _demands_flow(curve: Curve, own_time: Array, glassy_compliance: float | None) -> bool:
+def _demands_flow(curve: WeightedCurve, own_time: Array, glassy_compliance: float | None) -> bool:
     """Whether a fluidity beside processes at these times (s) improves the fit by more than noise can."""
     from scipy.special import stdtr
 
@@ -148,18 +124,18 @@ def _demands_flow(curve: Curve, own_time: Array, glassy_compliance: float | None
         return False
     solid = fit_strengths(curve, own_time, (glassy_compliance, 0.0), smoothing=fluid.smoothing)
     freedom = max(fluid.freedom, 1e-6)
-    variance = max(fluid.misfit / freedom, _EXACT**2)
+    variance = max(fluid.misfit / freedom, EXACT**2)
     improvement = max(solid.objective - fluid.objective, 0.0)
-    return float(stdtr(freedom, -np.sqrt(improvement / variance))) < _CHANCE
+    return float(stdtr(freedom, -np.sqrt(improvement / variance))) < LEAST_CHANCE
 
 
-def _fit(curve: Curve, own_time: Array, known: Known, total: Total | None) -> Solution:
+def _with_glassy(curve: WeightedCurve, own_time: Array, known: Known, total: Total | None) -> Solution:
     """The strengths, of a glassy compliance that the curve may not tell."""
     solution = fit_strengths(curve, own_time, known, total)
-    least = _LEAST_GLASSY * float(curve.size[0])
+    least = LEAST_GLASSY * float(curve.size[0])
     if known[0] is None and solution.constants[0] < least:
         warn(
-            f"the curve does not tell the glassy compliance, taken to be {_LEAST_GLASSY:.0%} of its first point: the branches that "
+            f"the curve does not tell the glassy compliance, taken to be {LEAST_GLASSY:.0%} of its first point: the branches that "
             f"relax before {curve.time[0]:.3g} s are a guess; state glassy_modulus"
         )
         solution = fit_strengths(curve, own_time, (least, known[1]), total)

@@ -1,96 +1,29 @@
-"""From a master curve to the discrete relaxation spectrum of a generalised Maxwell solid."""
+"""From a master curve of relaxation to the discrete relaxation spectrum of a generalised Maxwell solid."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.polynomial import Chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError, warn
-from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.material.measurement_kind import RELAXATION
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation import schwarzl_staverman as ss
-from dielast.relaxation.checks import (
-    TOLERATED,
-    Ends,
-    check_counts,
-    check_ends,
-    check_moduli,
-    judge_equilibrium,
-    judge_fit,
-    of_liquid,
-    range_of_times,
-    rms,
-    share_kept,
-    sorted_points,
-)
-from dielast.relaxation.ends import extremes, long_time_end, short_time_end, votes
-from dielast.relaxation.interconversion import RetardationSpectrum
-from dielast.relaxation.nnls import Curve, Known, Total, fit_strengths, place_times
+from dielast.relaxation.checks import TOLERATED, Ends, range_of_times, rms
+from dielast.relaxation.ends import short_time_end
+from dielast.relaxation.nnls import WeightedCurve
+from dielast.relaxation.result import Method, SpectrumFit
+from dielast.relaxation.task import FitTask
+
+__all__ = ["Method", "SpectrumFit", "fit_spectrum"]
 
 Array = NDArray[np.float64]
-Method = Literal["schwarzl-staverman", "nnls"]
-Test = Literal["relaxation", "oscillation", "creep"]
 
-_ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
-_POOR_POLYNOMIAL = 0.05  # relative rms
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SpectrumFit(TabularResult):
-    """A fitted relaxation spectrum and how well it gives the curve of its `test` back.
-
-    `spectrum` and `equilibrium_shear_modulus` (Pa) are shear; `reduced_time` (s) is (n,), ascending, and `measured` and `model` are
-    Young's moduli of relaxation (n,), storage and loss (2, n) in Pa, or tensile creep compliances (n,) in 1/Pa. An oscillation's
-    reduced time is one over its angular frequency. The errors are those of model/measured - 1 over all points, each counting once;
-    where only the slowest branches are kept, over the points from the shortest relaxation time kept onwards, which is what they
-    are meant for.
-
-    `clipped_branches` counts the processes whose modulus came out negative and was set to zero. `polynomial_rms_relative_error`
-    belongs to schwarzl-staverman, `smoothing` to nnls, and `retardation` to creep, which is fitted by a retardation spectrum first;
-    None otherwise.
-    """
-
-    method: Method
-    spectrum: Spectrum
-    equilibrium_shear_modulus: float
-    rms_relative_error: float
-    max_relative_error: float
-    reduced_time: Array
-    measured: Array
-    model: Array
-    clipped_branches: int = 0
-    polynomial_rms_relative_error: float | None = None
-    smoothing: float | None = None
-    test: Test = "relaxation"
-    retardation: RetardationSpectrum | None = None
-
-    def columns(self) -> Table:
-        """The curve beside the model."""
-        if self.test == "oscillation":
-            ascending = slice(None, None, -1)
-            return [
-                Column("reduced_angular_frequency", "rad/s", 1 / self.reduced_time[ascending]),
-                Column("measured_storage", "Pa", self.measured[0, ascending]),
-                Column("model_storage", "Pa", self.model[0, ascending]),
-                Column("measured_loss", "Pa", self.measured[1, ascending]),
-                Column("model_loss", "Pa", self.model[1, ascending]),
-            ]
-        unit = "1/Pa" if self.test == "creep" else "Pa"
-        return [
-            Column("reduced_time", "s", self.reduced_time),
-            Column("measured", unit, self.measured),
-            Column("model", unit, self.model),
-        ]
-
-    @property
-    def branches(self) -> int:
-        """Number of processes in the spectrum."""
-        return len(self.spectrum)
+ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
+POOR_POLYNOMIAL = 0.05  # relative rms
 
 
 def fit_spectrum(
@@ -124,72 +57,50 @@ def fit_spectrum(
     warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau, of a plateau far above the given
     equilibrium modulus and of a poor fit.
     """
-    time, measured = sorted_points(("reduced time", "s", reduced_time), ("modulus", "Pa", modulus))
-    equilibrium_modulus = of_liquid(liquid, equilibrium_modulus)
-    _check_arguments(method, branches, polynomial_degree, keep)
-    check_ends(relaxation_time)
-    curve = Curve(time, measured[None] / 3, votes(np.log10(time)))
-    plateau = long_time_end(np.log10(time), curve.size)
-    check_moduli(equilibrium_modulus, glassy_modulus, *extremes(np.log10(time), 3 * curve.size))
-    known = None if equilibrium_modulus is None else equilibrium_modulus / 3
-
-    polynomial_error = smoothing = None
-    if method == "nnls":
-        tau = placed_times(curve, branches, relaxation_time, (known,), kept=share_kept(branches, keep))
-        solution = fit_strengths(curve, tau, (known,), None if glassy_modulus is None else Total(glassy_modulus / 3, (1.0,)))
-        moduli, equilibrium, smoothing = solution.strength, float(solution.constants[0]), solution.smoothing
-    else:
-        own, kept = (time[0] / 2, time[-1] / 2), share_kept(branches, keep)
-        shortest, longest = range_of_times(relaxation_time, own, time, seen_at=(2, 2), kept=kept)
-        tau = ss.relaxation_times(longest, shortest, branches)
-        equilibrium = plateau.modulus if known is None else known
-        polynomial = ss.fit_polynomial(np.log10(time), np.log10(curve.size), polynomial_degree, curve.weight)
-        polynomial_error = _judge_polynomial(polynomial, curve)
-        cumulative = _cumulative(polynomial, equilibrium, tau, time)
-        total = _nonequilibrium(curve, equilibrium, cumulative) if glassy_modulus is None else glassy_modulus / 3 - equilibrium
-        moduli = ss.discrete_moduli(cumulative, total)
-    if not liquid:
-        judge_equilibrium(known, equilibrium, plateau)
-
-    truncated = keep is not None and keep < branches
-    tau, moduli = tau[:keep], moduli[:keep]
-    spectrum = Spectrum(tau, np.maximum(moduli, 0.0))
-    model = spectrum.relaxation_modulus(time, equilibrium)
-    clipped = _judge_clipping(tau, moduli, branches, time, model)
-    mean, worst = judge_fit(model / curve.values - 1, time, tau[-1] if truncated else None)
-    return SpectrumFit(
-        method=method,
-        spectrum=spectrum,
-        equilibrium_shear_modulus=equilibrium,
-        rms_relative_error=mean,
-        max_relative_error=worst,
-        reduced_time=time,
-        measured=measured,
-        model=3 * model,
-        clipped_branches=clipped,
-        polynomial_rms_relative_error=polynomial_error,
-        smoothing=smoothing,
-    )
-
-
-def placed_times(curve: Curve, branches: int, wanted: Ends, known: Known, past: float = 1.0, kept: float = 1.0) -> Array:
-    """Times of the processes for nnls in s, slowest first, by default up to so many times `past` the curve's own ends; `kept` as in
-    `range_of_times`."""
-    # A process still shows a decade away from its own time, hardly farther.
-    own = curve.time[0] / past, curve.time[-1] * past
-    shortest, longest = range_of_times(wanted, own, curve.time, seen_at=(10, 0.1), kept=kept)
-    return place_times(curve, branches, shortest, longest, (wanted[0] is None, wanted[1] is None), known)
-
-
-def _check_arguments(method: str, branches: int, degree: int, keep: int | None) -> None:
     if method not in get_args(Method):
         raise InputError(f'method "{method}": "schwarzl-staverman" or "nnls" is needed')
-    if method != "nnls" and degree < 1:
-        raise InputError(f"polynomial_degree = {degree}: at least 1 is needed")
-    check_counts(method, branches, 1 if method == "nnls" else 3, keep)
+    if method != "nnls" and polynomial_degree < 1:
+        raise InputError(f"polynomial_degree = {polynomial_degree}: at least 1 is needed")
+    task = FitTask.of(
+        RELAXATION,
+        (reduced_time, modulus),
+        branches=branches,
+        times=relaxation_time,
+        equilibrium_modulus=equilibrium_modulus,
+        glassy_modulus=glassy_modulus,
+        keep=keep,
+        liquid=liquid,
+        method=method,
+        fewest=1 if method == "nnls" else 3,
+    )
+    if method == "nnls":
+        tau, solution = task.fit_moduli(past=1.0)
+        equilibrium = float(solution.constants[0])
+        task.warn_of_equilibrium(equilibrium)
+        return task.finish(method, Spectrum(tau[:keep], solution.strength[:keep]), equilibrium, smoothing=solution.smoothing)
+    return _schwarzl_staverman(task, polynomial_degree)
 
 
-def _nonequilibrium(curve: Curve, equilibrium: float, cumulative: Array) -> float:
+def _schwarzl_staverman(task: FitTask, degree: int) -> SpectrumFit:
+    """The spectrum read off a polynomial of the `degree` through log modulus over log time."""
+    curve, time = task.curve, task.curve.time
+    # Eq. 16 reads the curve at t = 2 tau
+    shortest, longest = range_of_times(task.times, (time[0] / 2, time[-1] / 2), time, seen_at=(2, 2), kept=task.kept)
+    tau = ss.relaxation_times(longest, shortest, task.branches)
+    equilibrium = task.plateau.modulus if task.equilibrium is None else task.equilibrium
+    polynomial = ss.fit_polynomial(np.log10(time), np.log10(curve.size), degree, curve.weight)
+    error = _polynomial_error(polynomial, curve)
+    cumulative = _cumulative(polynomial, equilibrium, tau, time)
+    total = _nonequilibrium(curve, equilibrium, cumulative) if task.glassy is None else task.glassy - equilibrium
+    moduli = ss.discrete_moduli(cumulative, total)
+    task.warn_of_equilibrium(equilibrium)
+    tau, moduli = tau[: task.keep], moduli[: task.keep]
+    spectrum = Spectrum(tau, np.maximum(moduli, 0.0))
+    clipped = _clipped(tau, moduli, task.branches, time, spectrum.relaxation_modulus(time, equilibrium))
+    return task.finish("schwarzl-staverman", spectrum, equilibrium, clipped_branches=clipped, polynomial_rms_relative_error=error)
+
+
+def _nonequilibrium(curve: WeightedCurve, equilibrium: float, cumulative: Array) -> float:
     """mu_neq from the curve. Where it falls from its first point on, faster processes than that are in it: then H is more."""
     largest = short_time_end(np.log10(curve.time), curve.size).modulus
     return max(largest - equilibrium, float(cumulative[-1]))
@@ -206,9 +117,9 @@ def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Array, time: Arr
     return cumulative
 
 
-def _judge_polynomial(polynomial: Chebyshev, curve: Curve) -> float:
+def _polynomial_error(polynomial: Chebyshev, curve: WeightedCurve) -> float:
     error = rms(10 ** polynomial(np.log10(curve.time)) / curve.size - 1)
-    if error > _POOR_POLYNOMIAL:
+    if error > POOR_POLYNOMIAL:
         warn(
             f"the polynomial of degree {polynomial.degree()} misses the curve by {error:.1%} rms: try another polynomial_degree, "
             f'or method = "nnls"'
@@ -216,9 +127,9 @@ def _judge_polynomial(polynomial: Chebyshev, curve: Curve) -> float:
     return error
 
 
-def _judge_clipping(tau: Array, moduli: Array, branches: int, time: Array, model: Array) -> int:
+def _clipped(tau: Array, moduli: Array, branches: int, time: Array, model: Array) -> int:
     """Number of negative moduli; refuses where setting them to zero changes G(t) too much."""
-    negative = moduli < -_ROUNDING * float(model.max())
+    negative = moduli < -ROUNDING * float(model.max())
     if not negative.any():
         return 0
     count = int(negative.sum())

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.spectrum import Spectrum
 
 Array = NDArray[np.float64]
@@ -97,6 +98,19 @@ def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float =
     zeros, compliance = _reciprocal(tau, moduli * tau, equilibrium_modulus)
     fluidity = 0.0 if equilibrium_modulus > 0 else float(1 / (moduli @ tau))
     return RetardationSpectrum(zeros, compliance, 1 / total, fluidity)
+
+
+def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Array) -> Array:
+    """What a solid of that `spectrum` and `equilibrium_modulus` (shear, Pa) shows in a test of that `kind`, shear, (channels, n).
+
+    `time` (n,) in s is one over the angular frequency of an oscillation.
+    """
+    own_time, strength, constants = spectrum.relaxation_time, spectrum.shear_modulus, np.array([equilibrium_modulus])
+    if kind.stiffness_power < 0:
+        creep = retardation_from_relaxation(spectrum, equilibrium_modulus)
+        own_time, strength = creep.retardation_time, creep.compliance
+        constants = np.array([creep.glassy_compliance, creep.fluidity])
+    return np.asarray(kind.processes(time, own_time) @ strength + np.tensordot(constants, kind.constants(time), axes=1))
 
 
 def _reciprocal(poles: Array, weights: Array, constant: float) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import NumericsError
-from dielast.relaxation.response import RELAXATION, Response
+from dielast.material.measurement_kind import RELAXATION, MeasurementKind
 
 Array = NDArray[np.float64]
 Known = tuple[float | None, ...]
@@ -32,21 +32,26 @@ _WORTHWHILE = 0.98  # of the misfit: a move of the processes must bring it below
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
-    """Points of a measured `response`: `time` s and `weight`, both (n,), times ascending, and `values` (channels, n) in Pa or 1/Pa.
+class WeightedCurve:
+    """Points of a measurement of a `kind`: `time` s and `weight`, both (n,), times ascending, and `values` (channels, n).
 
-    Of an oscillation, `time` is 1/omega and the channels are storage and loss; every modulus or compliance is shear.
+    Of an oscillation, `time` is 1/omega and the channels are storage and loss; moduli (Pa) and compliances (1/Pa) are shear.
     """
 
     time: Array
     values: Array
     weight: Array
-    response: Response = RELAXATION
+    kind: MeasurementKind = RELAXATION
 
     @property
     def size(self) -> Array:
         """The size of the answer over all channels, (n,)."""
         return self.values[0] if len(self.values) == 1 else np.asarray(np.linalg.norm(self.values, axis=0))
+
+    @property
+    def stiffness(self) -> Array:
+        """The modulus, storage modulus or inverse compliance (n,) in Pa."""
+        return np.asarray(self.values[0] ** self.kind.stiffness_power)
 
     @property
     def row_weight(self) -> Array:
@@ -55,17 +60,17 @@ class Curve:
 
     @property
     def constant_scale(self) -> Array:
-        """What the constants of the response, (constants,), are of the order of: each alone makes up the last point, which it is
+        """What the constants of the answer, (constants,), are of the order of: each alone makes up the last point, which it is
         seen at best."""
-        return np.asarray(self.size[-1] / np.max(np.abs(self.response.constants(self.time[-1:])), axis=(1, 2)))
+        return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
 
-    def averaged(self) -> Curve:
+    def averaged(self) -> WeightedCurve:
         """The curve with one point for each 0.05 decade that holds any: the log means there, and the weights' sum."""
         x = np.log10(self.time)
         cell = np.unique(np.floor((x - x[0]) / _CELL + 1e-6), return_inverse=True)[1]  # not at the mercy of rounding
         weight = np.bincount(cell, self.weight).astype(float)
         time, *values = (10 ** (np.bincount(cell, self.weight * y) / weight) for y in (x, *np.log10(self.values)))
-        return Curve(time, np.array(values), weight, self.response)
+        return WeightedCurve(time, np.array(values), weight, self.kind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +83,7 @@ class Total:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """Strengths of the processes (m,) and the response's `constants`, in Pa or 1/Pa, and the smoothing s that was chosen.
+    """Strengths of the processes (m,) and the kind's `constants`, in Pa or 1/Pa, and the smoothing s that was chosen.
 
     `objective` is the sum that they minimise, `misfit` its first part, and `freedom` the number of points, by weight, that the
     answers at the points do not use up.
@@ -93,7 +98,12 @@ class Solution:
 
 
 def fit_strengths(
-    curve: Curve, own_time: Array, known: Known, total: Total | None = None, least: float = 0.0, smoothing: float | None = None
+    curve: WeightedCurve,
+    own_time: Array,
+    known: Known,
+    total: Total | None = None,
+    least: float = 0.0,
+    smoothing: float | None = None,
 ) -> Solution:
     """Strengths of processes on `own_time` (s, shape (m,)), and of the constants that are not `known` (None for each of those).
 
@@ -143,7 +153,9 @@ def fit_strengths(
     return Solution(strength[:processes] * scale, found, float(best), misfit + best**2 * rough, misfit, freedom)
 
 
-def place_times(curve: Curve, branches: int, shortest: float, longest: float, movable: tuple[bool, bool], known: Known) -> Array:
+def place_times(
+    curve: WeightedCurve, branches: int, shortest: float, longest: float, movable: tuple[bool, bool], known: Known
+) -> Array:
     """Log-spaced times of processes (s) of shape (branches,), slowest first, between `shortest` and `longest`.
 
     An end that is `movable` (shortest, longest) is taken inwards, by fractions of the spacing, to where the curve is met best: a
@@ -182,11 +194,11 @@ def _unknown(known: Known) -> NDArray[np.bool_]:
     return np.array([own is None for own in known], dtype=bool)
 
 
-def _relative_rows(curve: Curve, own_time: Array, scale: Array, known: Known) -> tuple[Array, Array]:
+def _relative_rows(curve: WeightedCurve, own_time: Array, scale: Array, known: Known) -> tuple[Array, Array]:
     """Design matrix and target of the relative error, channel below channel: the unknowns are strengths over `scale` and the
     constants that are not `known` over the curve's own scale of them."""
-    design = curve.response.processes(curve.time, own_time) * scale / curve.values[..., None]
-    constants = curve.response.constants(curve.time)
+    design = curve.kind.processes(curve.time, own_time) * scale / curve.values[..., None]
+    constants = curve.kind.constants(curve.time)
     target = 1 - sum(own * answer for own, answer in zip(known, constants, strict=True) if own is not None) / curve.values
     unknown = _unknown(known)
     alone = constants[unknown] * curve.constant_scale[unknown, None, None] / curve.values

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from dielast.errors import DielastWarning, InputError, NumericsError, warn
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.random_streams import stream
-from dielast.relaxation.fit import SpectrumFit
+from dielast.relaxation.result import SpectrumFit
 
 Array = NDArray[np.float64]
 
@@ -80,21 +80,20 @@ def draw_spectra(
     """
     whole = fit.spectrum
     change = _Change.of(whole, fit)
+    at_points = curves.deviations(fit.reduced_abscissa)
     rows: list[tuple[int, float, Array, Array]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)
             try:
-                own = refit(abscissa, ordinates * np.exp(deviation))
+                drawn = refit(abscissa, ordinates * np.exp(deviation))
             except (InputError, NumericsError):
                 continue
-        level, moduli = own.equilibrium_shear_modulus, own.spectrum.shear_modulus
-        if not _starts(own.spectrum, whole):
-            stiffer = own.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1
+        level, moduli = drawn.equilibrium_shear_modulus, drawn.spectrum.shear_modulus
+        if not _starts(drawn.spectrum, whole):
+            stiffer = drawn.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1
             level, moduli = change.added(fit.equilibrium_shear_modulus, whole.shear_modulus, stiffer)
-        follows = np.log(np.atleast_2d(own.model)[0] / np.atleast_2d(fit.model)[0]) - np.interp(
-            np.log(fit.reduced_time), *_ascending(np.log(abscissa), deviation[0], fit)
-        )
+        follows = np.log(np.atleast_2d(drawn.model)[0] / np.atleast_2d(fit.model)[0]) - at_points[place, 0]
         rows.append((place, level, moduli[: len(whole)], follows))
     if 2 * len(rows) < len(curves.ordinates):
         raise InputError(
@@ -118,8 +117,10 @@ def draw_spectra(
         moduli = moduli[:, : len(spectrum)]
     elif spectrum is not None:
         change = _Change.of(spectrum, fit)
-        drawn = equilibrium[:, None] + moduli @ np.exp(-change.time / whole.relaxation_time[:, None])
-        equilibrium, moduli = change.added(fit.equilibrium_shear_modulus, spectrum.shear_modulus, drawn / change.modulus - 1)
+        whole_modulus = equilibrium[:, None] + moduli @ np.exp(-change.time / whole.relaxation_time[:, None])
+        equilibrium, moduli = change.added(
+            fit.equilibrium_shear_modulus, spectrum.shear_modulus, whole_modulus / change.modulus - 1
+        )
     return SpectrumDraws(used, equilibrium, moduli, misfit, scatter)
 
 
@@ -158,16 +159,7 @@ class _Change:
         return np.maximum(equilibrium + more[..., -1], 0.0), np.maximum(moduli + more[..., :-1], 0.0)
 
 
-def _ascending(log_abscissa: Array, values: Array, fit: SpectrumFit) -> tuple[Array, Array]:
-    """Values over ascending log time."""
-    log_time = -log_abscissa if fit.test == "oscillation" else log_abscissa
-    order = np.argsort(log_time, kind="stable")
-    return log_time[order], values[order]
-
-
 def _missed(fit: SpectrumFit, curves: CurveDraws) -> tuple[Array, Array]:
     """Times (k,) in s and ln of the model's stiffness over that of the mean draw there."""
-    time, model = fit.reduced_time, np.atleast_2d(fit.model)[0]
-    abscissa = 1 / time if fit.test == "oscillation" else time
-    missed = np.log(model / curves.centre(abscissa)[0])
-    return time, -missed if fit.test == "creep" else missed
+    model = np.atleast_2d(fit.model)[0]
+    return fit.reduced_time, fit.kind.stiffness_power * np.log(model / curves.centre(fit.reduced_abscissa)[0])

@@ -105,10 +105,16 @@ def _slope(group: Index, x: Array, y: Array, valid: NDArray[np.bool_]) -> Array:
     return np.divide(rise, run, out=np.zeros(x.size), where=run > 0)
 
 
+def windows(group: Index, width: int) -> tuple[Index, Index]:
+    """First and last but one of the points (n,) within `width` on either side in the same group; groups stand together."""
+    here = np.arange(group.size)
+    low = np.maximum(here - width, np.searchsorted(group, group))
+    return low, np.minimum(here + width + 1, np.searchsorted(group, group, side="right"))
+
+
 def _pooled(group: Index, square: Array, freedom: Index) -> tuple[Array, Index]:
     """Variance of one reading in each bin, pooled over `POOL` bins on either side in the same curve, and its degrees of freedom."""
-    low = np.maximum(np.arange(group.size) - POOL, np.searchsorted(group, group))
-    high = np.minimum(np.arange(group.size) + POOL + 1, np.searchsorted(group, group, side="right"))
+    low, high = windows(group, POOL)
     squares = np.concatenate(([0.0], np.cumsum(square)))
     freedoms = np.concatenate(([0], np.cumsum(freedom)))
     pooled = freedoms[high] - freedoms[low]

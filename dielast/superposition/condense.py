@@ -22,7 +22,7 @@ class Condensed:
 
     `log_modulus` (c, k) is log10 of Pa, of an inverse compliance for creep; `log_time` log10 of s, of the inverse of the angular
     frequency for a sweep. `variance` (c, k) is the measured variance of `log_modulus`. `bin_of_point` (n,) maps each raw point to
-    its bin in any order, -1 where it was dropped as noise floor.
+    its bin, -1 where it was dropped as noise floor.
     """
 
     curve: Index
@@ -31,23 +31,26 @@ class Condensed:
     variance: Array
     bin_of_point: Index
 
+    @property
+    def bounds(self) -> Index:
+        """Where the points of each curve begin, and the last ones end (m + 1,)."""
+        return np.searchsorted(self.curve, np.arange(self.curve[-1] + 2))
+
 
 def condense(data: Gathered) -> Condensed:
-    """Bin what was gathered. A compliance is averaged as such, from its end to its beginning: there it falls into the noise."""
-    one, *others = (bin_curves(data.curve, data.position, ordinate) for ordinate in data.ordinates)
-    if data.measurement == "creep":
-        back = np.lexsort((-one.log_time, one.curve))
-        time, modulus = -one.log_time[back], -one.log_modulus[back]
-        return Condensed(one.curve[back], time, modulus[None], one.variance[back][None], one.bin_of_point)
-    if not others:
-        return Condensed(one.curve, one.log_time, one.log_modulus[None], one.variance[None], one.bin_of_point)
-    # the same bins, but noise floor may have been dropped from either channel: what is left of both goes on
-    (other,) = others
-    both = (one.bin_of_point >= 0) & (other.bin_of_point >= 0)
-    here, bin_of_point = np.unique(one.bin_of_point[both], return_inverse=True)
-    there = np.unique(other.bin_of_point[both])
-    number = np.full(both.size, -1, dtype=np.intp)
-    number[both] = bin_of_point
-    variance = np.stack((one.variance[here], other.variance[there]))
-    modulus = np.stack((one.log_modulus[here], other.log_modulus[there]))
-    return Condensed(one.curve[here], one.log_time[here], modulus, np.maximum(variance, FINEST**2), number)
+    """Bin what was gathered, along what the ordinates fall along: a compliance is averaged as such, and falls into the noise at its
+    beginning. Bins that are noise floor in one channel are left out of all channels."""
+    channels = [bin_curves(data.curve, data.position, ordinate) for ordinate in data.ordinates]
+    kept = np.all([channel.bin_of_point >= 0 for channel in channels], axis=0)
+    places = [np.unique(channel.bin_of_point[kept]) for channel in channels]
+    curve, log_position = channels[0].curve[places[0]], channels[0].log_time[places[0]]
+    log_ordinate = np.array([channel.log_modulus[place] for channel, place in zip(channels, places, strict=True)])
+    variance = np.array([channel.variance[place] for channel, place in zip(channels, places, strict=True)])
+    if len(channels) > 1:
+        variance = np.maximum(variance, FINEST**2)
+    power = data.kind.stiffness_power
+    order = np.lexsort((power * log_position, curve))
+    bin_of_point = np.full(kept.size, -1)
+    bin_of_point[kept] = np.argsort(order)[np.unique(channels[0].bin_of_point[kept], return_inverse=True)[1]]
+    rows = (power * log_position[order], power * log_ordinate[:, order], variance[:, order], bin_of_point)
+    return Condensed(curve[order], *rows)

@@ -1,7 +1,7 @@
-"""What sets whole curves apart: vertical offsets and tilts as random effects, whose spread the curves themselves tell.
+"""What sets whole curves apart: vertical offsets and tilts as random effects, whose spread the curves themselves show.
 
 Specimens, load cells and a drift between two temperatures slide a curve up or down; what a test does to its first or last points
-tilts it. Neither can be told from a shift factor by the noise, only by how all curves together fail to superpose. The spreads are
+tilts it. Neither can be likely from a shift factor by the noise, only by how all curves together fail to superpose. The spreads are
 those of greatest restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545), found by the update of
 S. N. Wood and M. Fasiolo, Biometrics 73 (2017) 1071. A few curves hardly tell a spread, and what is likeliest is then often zero,
 or absurd: a prior keeps it from both (Y. Chung et al., Psychometrika 78 (2013) 685, with the tail of A. Gelman, Bayesian Anal. 1
@@ -24,7 +24,7 @@ SETTLED = 0.02  # relative change of a spread that no longer matters
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class Effect:
     """One kind of effect: the scale of its spreads' prior, and where it begins and ends at most, all in decades of modulus."""
 
     usual: float
@@ -33,12 +33,12 @@ class Kind:
 
 
 # Offsets of 12 % and more are no scatter of specimens, and curves tilted by more than 2 % from end to end do not superpose.
-OFFSET = Kind(0.01, 0.01, 0.05)
-TILT = Kind(0.005, 0.002, 0.01)
+OFFSET = Effect(0.01, 0.01, 0.05)
+TILT = Effect(0.005, 0.002, 0.01)
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class LikelySpread:
     """The likeliest spread, how many parameters the effects count for, and their part of -2 ln likelihood."""
 
     spread: float
@@ -46,27 +46,28 @@ class Told:
     evidence: float
 
 
-def likeliest(kind: Kind, normal: Array, right: Array, spread: float, rounds: int, known: Array | None = None) -> Told:
+def likeliest(effect: Effect, normal: Array, right: Array, spread: float, rounds: int, known: Array | None = None) -> LikelySpread:
     """The likeliest spread, in so many `rounds` from `spread` on, of effects (m,) with normal equations `normal` (m, m) and `right`
     (m,) by the data alone. `known` (m, m) is a covariance that they have besides.
     """
-    told, counted = spread, 0.0
+    likely, counted = spread, 0.0
     for _ in range(rounds):
-        precision = precision_of(told, normal.shape[0], known)
+        precision = precision_of(likely, normal.shape[0], known)
         covariance = np.linalg.inv(normal + precision)
         pulled = precision @ covariance @ right
         counted = float(np.sum(normal * covariance))
-        shown = float(pulled @ pulled) + AVOID / told**2
-        expected = float(np.trace(precision - precision @ covariance @ precision)) + 2 / (kind.usual**2 + told**2)
-        fresh = min(max(told * float(np.sqrt(np.clip(shown / expected, 0.01, 100.0))), LEAST), kind.most)
-        settled, told = abs(fresh - told) <= SETTLED * told, fresh
+        shown = float(pulled @ pulled) + AVOID / likely**2
+        expected = float(np.trace(precision - precision @ covariance @ precision)) + 2 / (effect.usual**2 + likely**2)
+        fresh = min(max(likely * float(np.sqrt(np.clip(shown / expected, 0.01, 100.0))), LEAST), effect.most)
+        settled, likely = abs(fresh - likely) <= SETTLED * likely, fresh
         if settled:
             break
-    precision = precision_of(told, normal.shape[0], known)
+    precision = precision_of(likely, normal.shape[0], known)
     effects = np.linalg.solve(normal + precision, right)
     volume = np.linalg.slogdet(normal + precision)[1] - np.linalg.slogdet(precision)[1]
-    share = told / kind.usual
-    return Told(told, counted, float(effects @ precision @ effects + volume + 2 * np.log1p(share**2) - 2 * AVOID * np.log(share)))
+    share = likely / effect.usual
+    prior = 2 * np.log1p(share**2) - 2 * AVOID * np.log(share)
+    return LikelySpread(likely, counted, float(effects @ precision @ effects + volume + prior))
 
 
 def precision_of(spread: float, curves: int, known: Array | None = None) -> Array:

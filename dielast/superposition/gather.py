@@ -4,44 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
-from dielast.superposition.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
+from dielast.material.measurement import Measurement
+from dielast.material.measurement_kind import MeasurementKind
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-MeasurementName = Literal["relaxation", "creep", "oscillation"]
 
-DIFFERENCE = 1.05  # factor of modulus between two runs at one temperature that is worth a warning,
-CONTRADICTION = 1.25  # and that is an error
-
-_NAMES: dict[type, tuple[MeasurementName, str]] = {
-    RelaxationCurve: ("relaxation", "relaxation curves"),
-    CreepCurve: ("creep", "creep curves"),
-    FrequencySweep: ("oscillation", "frequency sweeps"),
-}
+NOTABLE_DIFFERENCE = 1.05  # factor of modulus between two runs at one temperature that is warned of,
+CONTRADICTION = 1.25  # and factor that is an error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gathered:
     """All points (n,), sorted by temperature, position and ordinate; `curve` is the place in the ascending `temperature` (m,).
 
-    `abscissa` is the time in s or the angular frequency in rad/s; `ordinates` (c, n) are the relaxation modulus, the creep
-    compliance, or storage and loss modulus. `position` is what they fall along: time, the inverse of the frequency, and for a
-    compliance, which rises with time, the inverse of the time. `order` (m,) lists the temperatures as they were measured, which is
-    as the curves were given.
+    `abscissa` is the time in s, `offset` s less than measured, or the angular frequency in rad/s; `ordinates` (c, n) are the
+    relaxation modulus, the creep compliance, or storage and loss modulus. `position` is what the ordinates fall along: time, the
+    inverse of the frequency, and for a compliance, which rises with time, the inverse of the time. `order` (m,) lists the
+    temperatures as they were measured, which is as the curves were given.
     """
 
-    measurement: MeasurementName
+    kind: MeasurementKind
     temperature: Array
     curve: Index
     position: Array
     abscissa: Array
     ordinates: Array
+    offset: Array
     order: Index
 
     @property
@@ -49,65 +44,54 @@ class Gathered:
         """Points whose ordinates are all positive (n,)."""
         return np.asarray(np.all(self.ordinates > 0, axis=0))
 
+    @property
+    def log_time(self) -> Array:
+        """log10 of the time in s, or of the inverse of the angular frequency, of each point (n,)."""
+        return self.kind.time_power * np.log10(self.abscissa)
+
 
 def gather(curves: Sequence[Measurement]) -> Gathered:
     """Check `curves`, merge those of one temperature, and sort; raises `InputError` as `build_master_curve` says."""
-    name = _kind(curves)
-    stated = [float(curve.temperature) for curve in curves]
-    temperature, first, run_curve = np.unique(stated, return_index=True, return_inverse=True)
+    kinds = list(dict.fromkeys(curve.KIND for curve in curves))
+    if len(kinds) > 1:
+        both = " and ".join(kind.curves for kind in kinds)
+        raise InputError(f"{both} cannot be shifted together: give the curves of one kind of measurement")
+    temperature, first, run_curve = np.unique(
+        [float(curve.temperature) for curve in curves], return_index=True, return_inverse=True
+    )
     if temperature.size < 2:
-        raise InputError(f"a master curve needs at least two temperatures, but {_said(temperature)}")
-    columns = [_columns(curve) for curve in curves]
+        found = f"all curves are at {temperature[0]:g} degC" if temperature.size else "there are no curves"
+        raise InputError(f"a master curve needs at least two temperatures, but {found}")
+    kind, columns = kinds[0], [curve.columns for curve in curves]
+    for k in np.flatnonzero(np.bincount(run_curve) > 1):
+        _check_runs(float(temperature[k]), [columns[i] for i in np.flatnonzero(run_curve == k)], kind)
     run = np.repeat(np.arange(len(curves)), [column.shape[1] for column in columns])
     abscissa, *rest = np.concatenate(columns, axis=1)
-    ordinates = np.array(rest)
-    for k in np.flatnonzero(np.bincount(run_curve) > 1):
-        _check_runs(float(temperature[k]), [columns[int(i)] for i in np.flatnonzero(run_curve == k)], _what(name)[0])
-    curve = run_curve[run]
-    _check_signs(temperature, curve, run, np.any(ordinates <= 0, axis=0), _what(name)[1])
-    position = abscissa if name == "relaxation" else 1 / abscissa
+    ordinates, curve = np.array(rest), run_curve[run]
+    _check_signs(temperature, curve, run, np.any(ordinates <= 0, axis=0), kind)
+    position = abscissa**kind.falling_power
     order = np.lexsort((ordinates[0], position, curve))
-    order = order[~_copies(name, temperature, curve[order], run[order], abscissa[order], ordinates[:, order])]
-    return Gathered(name, temperature, curve[order], position[order], abscissa[order], ordinates[:, order], np.argsort(first))
+    order = order[~_repeated(kind, temperature, curve[order], run[order], abscissa[order], ordinates[:, order])]
+    offset = np.array([measured.time_offset for measured in curves])[run]
+    rows = (curve[order], position[order], abscissa[order], ordinates[:, order], offset[order])
+    return Gathered(kind, temperature, *rows, np.argsort(first))
 
 
-def _copies(
-    name: MeasurementName, temperature: Array, curve: Index, run: Index, abscissa: Array, ordinates: Array
+def _repeated(
+    kind: MeasurementKind, temperature: Array, curve: Index, run: Index, abscissa: Array, ordinates: Array
 ) -> NDArray[np.bool_]:
-    """Rows (n,) that the one before says already; warns of them, and of an abscissa that stands twice in a run."""
+    """Rows (n,) equal to the row before; warns of them, and of an abscissa that stands twice in a run with other values."""
     again = (np.diff(curve, prepend=-1) == 0) & (np.diff(abscissa, prepend=np.nan) == 0)
     same = again & np.all(np.diff(ordinates, prepend=np.nan) == 0, axis=0)
     other = again & ~same & (np.diff(run, prepend=-1) == 0)
-    what, unit = ("angular frequency", "rad/s") if name == "oscillation" else ("time", "s")
-    for rows, said in ((same, "with the same values: each is taken once"), (other, "with different values: all are taken")):
+    name, unit = kind.abscissa
+    for rows, outcome in ((same, "with the same values: each is taken once"), (other, "with different values: all are taken")):
         if np.any(rows):
             k, count = int(np.flatnonzero(rows)[0]), int(np.count_nonzero(rows))
             many = f"; {count - 1} more such row{'s' if count > 2 else ''}" if count > 1 else ""
-            warn(f"{temperature[curve[k]]:g} degC: {what} {abscissa[k]:g} {unit} stands there twice, {said}{many}")
+            place = f"{temperature[curve[k]]:g} degC: {name.replace('_', ' ')} {abscissa[k]:g} {unit}"
+            warn(f"{place} stands there twice, {outcome}{many}")
     return np.asarray(same)
-
-
-def _kind(curves: Sequence[Measurement]) -> MeasurementName:
-    kinds = list(dict.fromkeys(type(curve) for curve in curves))
-    if len(kinds) > 1:
-        both = " and ".join(_NAMES[kind][1] for kind in kinds)
-        raise InputError(f"{both} cannot be shifted together: give the curves of one kind of measurement")
-    return _NAMES[kinds[0]][0] if kinds else "relaxation"
-
-
-def _what(name: MeasurementName) -> tuple[str, str]:
-    """What is measured, one and many."""
-    return ("compliance", "compliances") if name == "creep" else ("modulus", "moduli")
-
-
-def _columns(curve: Measurement) -> Array:
-    match curve:
-        case RelaxationCurve():
-            return np.stack((curve.time, curve.modulus))
-        case CreepCurve():
-            return np.stack((curve.time, curve.compliance))
-        case FrequencySweep():
-            return np.stack((curve.angular_frequency, curve.storage_modulus, curve.loss_modulus))
 
 
 def where(curves: Sequence[Measurement], temperature: float) -> str:
@@ -117,45 +101,38 @@ def where(curves: Sequence[Measurement], temperature: float) -> str:
     return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if known else "")
 
 
-def _said(temperature: Array) -> str:
-    return f"all curves are at {temperature[0]:g} degC" if temperature.size else "there are no curves"
-
-
-def _check_signs(temperature: Array, curve: Index, run: Index, wrong: NDArray[np.bool_], many: str) -> None:
-    """Some values at a noise floor may be zero or negative, not most."""
+def _check_signs(temperature: Array, curve: Index, run: Index, wrong: NDArray[np.bool_], kind: MeasurementKind) -> None:
+    """Raise `InputError` where most values of a curve are zero or negative; warn of fewer, as a noise floor gives them."""
     total = np.bincount(curve, minlength=temperature.size)
     below = np.bincount(curve[wrong], minlength=temperature.size)
     for k in np.flatnonzero(below):
         first = int(np.flatnonzero((curve == k) & wrong)[0] - np.searchsorted(run, run[np.flatnonzero(curve == k)[0]]))
+        found = f"{temperature[k]:g} degC: {below[k]} of {total[k]} {kind.values} are zero or negative"
         if 2 * below[k] > total[k]:
+            raise InputError(f"{found}, the first at point {first}: positive {kind.values} are needed")
+        warn(f"{found} (noise floor)")
+
+
+def _check_runs(temperature: float, runs: list[Array], kind: MeasurementKind) -> None:
+    """Two runs at one temperature are one measurement if they agree where their abscissas overlap; runs are (1 + c, n)."""
+    for one, other in combinations(map(_sorted_log, runs), 2):
+        if not one[0].size or not other[0].size:
+            continue
+        gap = np.concatenate((_gap(one, other), -_gap(other, one)))
+        factor = 10 ** abs(float(np.median(gap))) if gap.size else 1.0
+        if factor > CONTRADICTION:
             raise InputError(
-                f"{temperature[k]:g} degC: {below[k]} of {total[k]} {many} are zero or negative, the first at point {first}: "
-                f"positive {many} are needed"
+                f"{temperature:g} degC was measured twice and the runs contradict each other: "
+                f"their {kind.values} differ by a factor of {factor:.3g}; leave one out"
             )
-        warn(f"{temperature[k]:g} degC: {below[k]} of {total[k]} {many} are zero or negative (noise floor)")
+        if factor > NOTABLE_DIFFERENCE:
+            warn(f"{temperature:g} degC: two runs differ by a factor of {factor:.3g} in {kind.value}; they are taken together")
 
 
-def _check_runs(temperature: float, runs: list[Array], what: str) -> None:
-    """Two runs at one temperature are one measurement if they agree where their abscissas overlap; rows as of `_columns`."""
-    for i, one in enumerate(runs):
-        for other in runs[i + 1 :]:
-            here, there = (_sorted_log(run) for run in (one, other))
-            if not here[0].size or not there[0].size:
-                continue
-            inside = (here[0] >= there[0][0]) & (here[0] <= there[0][-1])
-            back = (there[0] >= here[0][0]) & (there[0] <= here[0][-1])
-            gap = np.concatenate(
-                (here[1][inside] - np.interp(here[0][inside], *there), np.interp(there[0][back], *here) - there[1][back])
-            )
-            factor = 10 ** abs(float(np.median(gap))) if gap.size else 1.0
-            many = "moduli" if what == "modulus" else "compliances"
-            if factor > CONTRADICTION:
-                raise InputError(
-                    f"{temperature:g} degC was measured twice and the runs contradict each other: "
-                    f"their {many} differ by a factor of {factor:.3g}; leave one out"
-                )
-            if factor > DIFFERENCE:
-                warn(f"{temperature:g} degC: two runs differ by a factor of {factor:.3g} in {what}; they are taken together")
+def _gap(run: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+    """log10 of the ordinates of a run over those of another, where it lies within the other's abscissas."""
+    inside = (run[0] >= other[0][0]) & (run[0] <= other[0][-1])
+    return np.asarray(run[1][inside] - np.interp(run[0][inside], *other))
 
 
 def _sorted_log(run: Array) -> tuple[Array, Array]:

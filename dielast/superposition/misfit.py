@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import warn
-from dielast.superposition.gather import MeasurementName
+from dielast.material.measurement_kind import MeasurementKind
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -18,11 +18,6 @@ VISIBLE = 0.01  # decades of modulus: a misfit below is below what specimens and
 SURE = 4.0  # standard errors of the correlation of neighbours
 WORST = 3  # temperatures named
 STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves is named
-CHECKS: dict[MeasurementName, str] = {
-    "relaxation": "check that time is counted from the strain step and that no ramp is left in (ramp, discard_before)",
-    "creep": "check that time is counted from the stress step and that no ramp is left in (ramp, discard_before)",
-    "oscillation": "check that the highest frequencies are free of resonance and inertia, and the stiffest readings of compliance",
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,17 +61,16 @@ def _root(square: Array | float) -> Array:
     return np.sqrt(np.maximum(square, 0.0))
 
 
-def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool, measurement: MeasurementName) -> None:
+def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool, kind: MeasurementKind) -> None:
     """Say how far the curves fail to superpose, where most, and what may mend it."""
     if not misfit.matters:
         return
     worst = sorted(k for k in np.argsort(-misfit.by_curve, kind="stable")[:WORST] if misfit.by_curve[k] > misfit.rms)
     where = "most at " + ", ".join(f"{temperature[k]:g}" for k in worst) + " degC" if worst else "at all temperatures alike"
     early, late = misfit.by_part[0] > STANDS_OUT * misfit.rms, misfit.by_part[-1] > STANDS_OUT * misfit.rms
-    ends = ("high frequencies", "low frequencies") if measurement == "oscillation" else ("short times", "long times")
-    where += f" and at {ends[0]}" if early else f" and at {ends[1]}" if late else ""
+    where += f" and at {kind.regions[0]}" if early else f" and at {kind.regions[1]}" if late else ""
     remedies = [
-        CHECKS[measurement],
+        kind.remedy,
         "" if vertical else 'try vertical = "free"',
         "one shift factor for a temperature may be too little for this material",
     ]

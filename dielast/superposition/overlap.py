@@ -3,33 +3,31 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.superposition.gather import MeasurementName
+from dielast.material.measurement_kind import RELAXATION, MeasurementKind
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+Monotone: TypeAlias = tuple[Array, Array]
+"""Ascending levels of log modulus, and the log times at which a falling curve passes them."""
 
 TOUCH = 0.02  # decades of modulus that a gap may measure and still count as touching: two plateaus a few percent apart
 JUMP = 0.3  # decades of modulus by which one point must exceed the point before to be a slip of the instrument
 LEVELS = 32  # moduli at which the distance of two curves is taken
 NEIGHBOURS = 3  # placed curves that a new one is compared with
-STEP = 0.05  # decades between shifts that are tried
+TRIAL_STEP = 0.05  # decades between shifts that are tried
 LEAST_NOISE = 0.005  # decades: a match to 1 % is good
 USUAL_OFFSET = 0.02  # decades by which two specimens may differ
 REFUTED = 12.0  # squared standard deviations at which a point speaks against a shift as much as one that fits speaks for it
-SAID: dict[MeasurementName, tuple[str, str]] = {
-    "relaxation": ("modulus", "longer"),
-    "creep": ("inverse compliance", "longer"),
-    "oscillation": ("storage modulus", "over more frequencies"),
-}
 
 
 def starting_shifts(
-    temperature: Array, curve: Index, log_time: Array, log_modulus: Array, anchor: int, measurement: MeasurementName = "relaxation"
+    temperature: Array, curve: Index, log_time: Array, log_modulus: Array, anchor: int, kind: MeasurementKind = RELAXATION
 ) -> Array:
     """log10 a of each curve, relative to the curve numbered `anchor`, from the distance of the curves at equal modulus.
 
@@ -37,18 +35,15 @@ def starting_shifts(
     monotonically (isotonic regression), so that noise and bumps do no harm, and the distance is a median, so that a bad
     stretch does none either. Raises `InputError` if the curves fall into groups with no modulus in common.
     """
-    bounds = np.searchsorted(curve, np.arange(temperature.size + 1))
-    falling = [_monotone(log_time[a:b], _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)]
-    bottom, top = _ends(falling)
+    falling, bottom, top, common = _falling(temperature.size, curve, log_time, log_modulus)
     shift = np.zeros(temperature.size)
     placed = np.zeros(temperature.size, dtype=bool)
     placed[anchor] = True
-    common = np.minimum(top[:, None], top) - np.maximum(bottom[:, None], bottom)
     by_distance = np.argsort(np.abs(temperature - temperature[anchor]), kind="stable")
     while not np.all(placed):
         reachable = [int(k) for k in by_distance if not placed[k] and np.any(common[k, placed] > -TOUCH)]
         if not reachable:
-            raise _no_overlap(temperature, bottom, top, common, placed, measurement)
+            raise _no_overlap(temperature, bottom, top, common, placed, kind)
         new = reachable[0]
         known = np.flatnonzero(placed & (common[new] > -TOUCH))
         nearest = known[np.argsort(np.abs(temperature[known] - temperature[new]), kind="stable")[:NEIGHBOURS]]
@@ -59,32 +54,32 @@ def starting_shifts(
     return shift
 
 
-def find_isolated(temperature: Array, curve: Index, log_modulus: Array, measurement: MeasurementName) -> dict[int, str]:
+def find_isolated(curves: int, curve: Index, log_modulus: Array, kind: MeasurementKind) -> dict[int, str]:
     """Single curves, by number, that share no modulus with any other, and why they cannot be shifted; none if there are groups.
 
     The points (n,) are sorted by curve, then time.
     """
-    bounds = np.searchsorted(curve, np.arange(temperature.size + 1))
-    bottom, top = _ends([_monotone(np.arange(b - a, dtype=float), _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)])
-    common = np.minimum(top[:, None], top) - np.maximum(bottom[:, None], bottom)
+    _, bottom, top, common = _falling(curves, curve, np.arange(curve.size, dtype=float), log_modulus)
     joined = common > -TOUCH
     alone = np.count_nonzero(joined, axis=1) == 1
     main = joined & ~alone
-    for _ in range(temperature.size):  # who can be reached
+    for _ in range(curves):  # which curves can be reached
         main = (main.astype(int) @ main.astype(int)) > 0
     if not np.any(alone) or np.count_nonzero(~alone) < 2 or not np.all(main[np.ix_(~alone, ~alone)]):
         return {}
-    what, more = SAID[measurement]
     return {
-        int(k): f"its {what}, {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa, is that of no other curve: measure {more}, or at a "
-        "temperature in between"
+        int(k): f"its {kind.stiffness}, {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa, is that of no other curve: "
+        f"measure {kind.more_overlap}, or at a temperature in between"
         for k in np.flatnonzero(alone)
     }
 
 
-def _ends(falling: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Lowest and highest level of each curve."""
-    return np.array([level[0] for level, _ in falling]), np.array([level[-1] for level, _ in falling])
+def _falling(curves: int, curve: Index, log_time: Array, log_modulus: Array) -> tuple[list[Monotone], Array, Array, Array]:
+    """The falling fit to each curve, its lowest and its highest level (m,), and how many decades any two have in common (m, m)."""
+    bounds = np.searchsorted(curve, np.arange(curves + 1))
+    falling = [_monotone(log_time[a:b], _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)]
+    bottom, top = np.array([(level[0], level[-1]) for level, _ in falling]).T
+    return falling, bottom, top, np.minimum(top[:, None], top) - np.maximum(bottom[:, None], bottom)
 
 
 def _without_jumps(y: Array) -> Array:
@@ -98,8 +93,11 @@ def _without_jumps(y: Array) -> Array:
     return np.where(rises, middle, y)
 
 
-def _monotone(x: Array, y: Array) -> tuple[Array, Array]:
-    """Ascending levels and the log times at which the best falling fit to the curve passes them (pool adjacent violators)."""
+def _monotone(x: Array, y: Array) -> Monotone:
+    """The best falling fit to a curve, by pooling adjacent violators.
+
+    SciPy's isotonic_regression gives the same, but loading scipy.optimize takes half a second, which nothing else here needs.
+    """
     blocks: list[tuple[float, float, int]] = []  # mean y, mean x, count
     for here, value in zip(x.tolist(), y.tolist(), strict=True):
         level, centre, count = value, here, 1
@@ -113,7 +111,7 @@ def _monotone(x: Array, y: Array) -> tuple[Array, Array]:
     return table[:, 0], table[:, 1]
 
 
-def _distance(curve: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+def _distance(curve: Monotone, other: Monotone) -> Array:
     """Log time of `curve` less that of `other` at equal modulus, at evenly spaced levels: steep stretches count for more."""
     low, high = max(curve[0][0], other[0][0]), min(curve[0][-1], other[0][-1])
     levels = np.linspace(low, high, LEVELS + 2)[1:-1] if high > low else np.array([(low + high) / 2])
@@ -127,14 +125,14 @@ def _weighted_median(value: Array, weight: Array) -> float:
 
 
 def _no_overlap(
-    temperature: Array, bottom: Array, top: Array, common: Array, placed: NDArray[np.bool_], measurement: MeasurementName
+    temperature: Array, bottom: Array, top: Array, common: Array, placed: NDArray[np.bool_], kind: MeasurementKind
 ) -> InputError:
+    """The error that names the two curves, one of them placed, that are nearest in modulus."""
     inside, outside = np.flatnonzero(placed), np.flatnonzero(~placed)
     near = np.unravel_index(np.argmax(common[np.ix_(inside, outside)]), (inside.size, outside.size))
     pair = sorted((int(inside[near[0]]), int(outside[near[1]])))
-    what, more = SAID[measurement]
-    said = " and ".join(f"{temperature[k]:g} degC ({what} {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa)" for k in pair)
-    return InputError(f"no overlap between {said}: measure {more}, or at a temperature in between")
+    both = " and ".join(f"{temperature[k]:g} degC ({kind.stiffness} {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa)" for k in pair)
+    return InputError(f"no overlap between {both}: measure {kind.more_overlap}, or at a temperature in between")
 
 
 def matching_shifts(curves: int, curve: Index, log_time: Array, log_modulus: Array, anchor: int) -> Array:
@@ -161,12 +159,12 @@ def _best_match(curve: tuple[Array, Array], other: tuple[Array, Array], sign: in
     variance = np.array([max(_noise(channel), _noise(beside), LEAST_NOISE) ** 2 for channel, beside in zip(y, values, strict=True)])
     width = float(max(x[-1] - there[0], there[-1] - x[0]))
     best, found = np.inf, 0.0
-    for shift in sign * np.arange(0.0, max(width, STEP), STEP):
+    for shift in sign * np.arange(0.0, max(width, TRIAL_STEP), TRIAL_STEP):
         moved = x - shift
         inside = (moved >= there[0]) & (moved <= there[-1])
         if np.count_nonzero(inside) < 2:
             break
-        away = np.array([own[inside] - np.interp(moved[inside], there, beside) for own, beside in zip(y, values, strict=True)])
+        away = np.array([row[inside] - np.interp(moved[inside], there, beside) for row, beside in zip(y, values, strict=True)])
         weight = 1 / variance[:, None]
         level = float(np.sum(weight * away) / (np.sum(weight * np.ones_like(away)) + USUAL_OFFSET**-2))
         score = float(np.sum(np.minimum((away - level) ** 2 * weight, REFUTED)) + (level / USUAL_OFFSET) ** 2)

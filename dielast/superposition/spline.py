@@ -1,4 +1,7 @@
-"""Cubic B-splines on even knots: value, slope, and the normal equations of a fit, gathered by counting."""
+"""Cubic B-splines on even knots: value, slope, and penalised fits, their normal equations gathered by counting.
+
+SciPy has such splines, but loading scipy.interpolate takes longer than a whole master curve, which needs nothing else of it.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+FINEST, WIDEST = 0.15, 1.6  # decades between knots that are tried,
+LEAST_POINTS, LEAST_INTERVALS = 3, 3  # but with about so many points to an interval, and so many intervals
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,10 +31,65 @@ class Spline:
         index, basis, _ = spline_basis(x, self.origin, self.spacing, self.coefficient.size)
         return np.asarray(np.sum(basis * self.coefficient[index + np.arange(4)[:, None]], axis=0))
 
-    def slope(self, x: Array) -> Array:
-        """First derivative at `x` (n,)."""
-        index, _, slope = spline_basis(x, self.origin, self.spacing, self.coefficient.size)
-        return np.asarray(np.sum(slope * self.coefficient[index + np.arange(4)[:, None]], axis=0))
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SplineProblem:
+    """Splines to be fitted to points (n,), one for each channel: the coefficients `rows` (4, n) that matter to each point, with the
+    values `basis` and derivatives `slope` (4, n) of their functions. Channel after channel has `size` coefficients.
+    """
+
+    rows: Index
+    basis: Array
+    slope: Array
+    origin: float
+    spacing: float
+    end: float
+    size: int
+    channels: int
+
+    @classmethod
+    def of(cls, x: Array, spacing: float, channel: Index | None = None, channels: int = 1) -> SplineProblem:
+        """The problem for points at `x` (n,), with knots `spacing` apart."""
+        origin, end = float(x.min()), float(x.max())
+        size = int(np.ceil((end - origin) / spacing + 1e-9)) + 3
+        index, basis, slope = spline_basis(x, origin, spacing, size)
+        if channel is not None and channels > 1:  # one block of coefficients after the other: no interval straddles two
+            index = index + channel * size
+        rows = np.asarray(index + np.arange(4)[:, None], dtype=np.intp)
+        return cls(rows, basis, slope, origin, spacing, end, size, channels)
+
+    def fit(self, weight: Array, target: Array) -> tuple[Array, Array, Array]:
+        """Inverse of the normal matrix, coefficients, and fitted values (n,) for a `target` (n,) with `weight` (n,)."""
+        inverse = self._inverse(gram(self.rows[0], self.basis, weight, self.size * self.channels))
+        coefficient = inverse @ self.gather(self.basis * weight * target)
+        return inverse, coefficient, np.sum(self.basis * coefficient[self.rows], axis=0)
+
+    def gather(self, values: Array) -> Array:
+        """Sum of `values` (4, n) by the coefficient that they belong to."""
+        return np.asarray(np.bincount(self.rows.ravel(), values.ravel(), minlength=self.size * self.channels), dtype=float)
+
+    def leverage(self, inverse: Array) -> Array:
+        """Variance (n,) of the fitted values for weights that are inverse variances."""
+        return np.asarray(np.einsum("an,abn,bn->n", self.basis, inverse[self.rows[:, None], self.rows[None]], self.basis))
+
+    def splines(self, coefficient: Array) -> tuple[Spline, ...]:
+        """The spline of each channel."""
+        return tuple(Spline(self.origin, self.spacing, part, self.end) for part in np.split(coefficient, self.channels))
+
+    def _inverse(self, matrix: Array) -> Array:
+        """Inverse of the block-diagonal `matrix` with the prior of smoothness added to every block."""
+        prior, inverse = roughness(self.size, self.spacing), np.zeros(matrix.shape)
+        for first in range(0, len(matrix), self.size):
+            block = slice(first, first + self.size)
+            inverse[block, block] = np.linalg.inv(matrix[block, block] + prior)
+        return inverse
+
+
+def spacing_bounds(span: float, points: float) -> tuple[float, float]:
+    """The widest and the finest knot spacing to try for so many `points` over a `span`, all in decades."""
+    finest = max(FINEST, LEAST_POINTS * span / max(points, 1))
+    widest = max(min(WIDEST, span / LEAST_INTERVALS), finest)
+    return widest, finest
 
 
 def spline_basis(x: Array, origin: float, spacing: float, size: int) -> tuple[Index, Array, Array]:

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.superposition.condense import Condensed
-from dielast.superposition.masterfit import MasterFit, Points, fit_held, fit_master
+from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.overlap import matching_shifts
+from dielast.superposition.points import FitPoints, loss_tangent, one_channel, points_of
 from dielast.superposition.spline import Spline
 from dielast.superposition.undetermined import have_shape
 
@@ -33,12 +34,12 @@ CORRELATED = 3.0  # standard errors of a correlation that is believed
 OUTLIER = 3.0  # standard deviations at which a residual is cut off
 DISAGREE = 3.0  # joint standard errors,
 NOTABLE = 0.02  # and decades, by which two bases contradict each other
-SAID: dict[Basis, str] = {"moduli": "both moduli", "tan-delta": "tan delta", "storage": "the storage modulus alone"}
+BASIS_WORDS: dict[Basis, str] = {"moduli": "both moduli", "tan-delta": "tan delta", "storage": "the storage modulus alone"}
 MISSED = 1.5  # mean square, in variances, by which left-out points are missed where curves do not superpose
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Superposition:
+class BasisFit:
     """A fit of all channels, storage before loss modulus, and what its shifts were taken from: `on`, points and smooth curves.
 
     `others` are the shifts from other bases, to compare with.
@@ -46,32 +47,19 @@ class Superposition:
 
     fit: MasterFit
     on: Basis
-    points: Points
+    points: FitPoints
     splines: tuple[Spline, ...]
-    others: tuple[Other, ...] = ()
+    others: tuple[OtherShifts, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Other:
+class OtherShifts:
     """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases have a shape to go by."""
 
     on: Basis
     shift: Array
     covariance: Array
     comparable: NDArray[np.bool_]
-
-
-def points_of(data: Condensed, curves: int, beta: float = 0.0) -> Points:
-    """The channels of `data` one after the other, the second less `beta` times the first."""
-    value, variance, lift = data.log_modulus, data.variance, np.ones(len(data.log_modulus))
-    if beta:
-        value = np.stack((value[0], value[1] - beta * value[0]))
-        variance = np.stack((variance[0], variance[1] + beta**2 * variance[0]))
-        lift = np.array([1.0, 1 - beta])
-    channels, size = value.shape
-    channel = np.repeat(np.arange(channels), size)
-    curve, log_time = np.tile(data.curve, channels), np.tile(data.log_time, channels)
-    return Points(curve, log_time, value.ravel(), variance.ravel(), curves, channel, lift[channel], channels)
 
 
 def fit_sweeps(
@@ -82,16 +70,16 @@ def fit_sweeps(
     vertical: bool,
     on: Basis | Literal["auto"],
     drift: Array | None = None,
-) -> Superposition:
+) -> BasisFit:
     """Fit frequency sweeps on what `on` says, or with "auto" on what predicts points left out and has most to go by.
 
     Every basis starts from the shifts of both moduli, from the starting values `start` (m,) of the storage moduli, and from where
-    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the bases that were not taken are told of,
-    too. `drift` is that of `fit_master`.
+    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the result has the bases that were not
+    taken, too. `drift` is that of `fit_master`.
     """
     m = temperature.size
-    raw, ratio = points_of(data, m), _ratio(data, m)
-    storage, loss = _channel(raw, 0), _channel(raw, 1)
+    raw, ratio = points_of(data, m), loss_tangent(data, m)
+    storage, loss = one_channel(raw, 0), one_channel(raw, 1)
     starts = [matching_shifts(m, data.curve, data.log_time, data.log_modulus, anchor), start]
     together = fit_master(raw, starts, anchor, vertical, drift)
     alone = fit_master(storage, [together.shift, start], anchor, vertical, drift)
@@ -101,10 +89,11 @@ def fit_sweeps(
         if 2 <= rest.size < m:
             part = None if drift is None else drift[np.ix_(rest, rest)]
             place = int(np.searchsorted(rest, anchor))
-            own = fit_sweeps(temperature[rest], _only(data, rest), start[rest], place, vertical, on, part)
-            whole = {"moduli": raw, "tan-delta": ratio, "storage": storage}[own.on]
-            others = tuple(_other_of_all(other, rest, m) for other in own.others)
-            return replace(own, fit=_spread(own.fit, rest, start), points=whole, others=others)
+            joined = fit_sweeps(temperature[rest], _only(data, rest), start[rest], place, vertical, on, part)
+            whole = {"moduli": raw, "tan-delta": ratio, "storage": storage}[joined.on]
+            others = tuple(_other_of_all(other, rest, m) for other in joined.others)
+            inside = np.tile(np.isin(data.curve, rest), len(data.log_modulus))
+            return replace(joined, fit=_spread(joined.fit, rest, inside, start), points=whole, others=others)
     if on == "storage":
         return _on_storage(alone, storage, loss, anchor)
     beta = _common(raw, together.residual)
@@ -114,14 +103,14 @@ def fit_sweeps(
         fit = fit_master(points, [together.shift], anchor, vertical, drift)
     if on == "moduli":
         moduli = _uncombined(fit, beta)
-        return Superposition(moduli, on, raw, moduli.splines)
+        return BasisFit(moduli, on, raw, moduli.splines)
     tangent = fit_master(ratio, [fit.shift, starts[0]], anchor, False)
     shaped = have_shape(ratio, tangent.splines, tangent.shift, True)
     fits: dict[Basis, MasterFit] = {"moduli": fit, "tan-delta": tangent, "storage": alone}
     taken = on if on != "auto" else _choose(fits, bool(np.all(shaped)))
     comparable = {"moduli": firm | shaped, "tan-delta": shaped, "storage": firm}
     others = tuple(
-        Other(basis, other.shift, other.covariance[:m, :m], comparable[basis] & comparable[taken])
+        OtherShifts(basis, other.shift, other.covariance[:m, :m], comparable[basis] & comparable[taken])
         for basis, other in fits.items()
         if basis != taken and on == "auto"
     )
@@ -129,9 +118,9 @@ def fit_sweeps(
         return replace(_on_storage(alone, storage, loss, anchor), others=others)
     if taken == "moduli":
         moduli = _uncombined(fit, beta)
-        return Superposition(moduli, "moduli", raw, moduli.splines, others)
+        return BasisFit(moduli, "moduli", raw, moduli.splines, others)
     held = _uncombined(fit_held(points, tangent, anchor, vertical), beta)
-    return Superposition(replace(held, offset_spread=fit.offset_spread), "tan-delta", ratio, tangent.splines, others)
+    return BasisFit(replace(held, offset_spread=fit.offset_spread), "tan-delta", ratio, tangent.splines, others)
 
 
 def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
@@ -147,12 +136,13 @@ def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
     if taken != "moduli":
         warn(
             f"storage and loss modulus do not shift together: points that are left out are missed by {missed['moduli'] ** 0.5:.2g} "
-            f"standard deviations, from {SAID[taken]} by {missed[taken] ** 0.5:.2g}; the shift factors are those of {SAID[taken]}"
+            f"standard deviations, from {BASIS_WORDS[taken]} by {missed[taken] ** 0.5:.2g}; "
+            f"the shift factors are those of {BASIS_WORDS[taken]}"
         )
     return taken
 
 
-def warn_of_others(temperature: Array, found: Superposition, weight: Array) -> None:
+def warn_of_others(temperature: Array, found: BasisFit, weight: Array) -> None:
     """Say where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
     m = temperature.size
     relative = np.eye(m) - weight
@@ -168,33 +158,22 @@ def warn_of_others(temperature: Array, found: Superposition, weight: Array) -> N
         k = far[np.argmax(score[far])]
         more = f" (and so at {far.size - 1} more temperature{'s' if far.size > 2 else ''})" if far.size > 1 else ""
         warn(
-            f"at {temperature[k]:g} degC {SAID[other.on]} gives another shift factor: log10 a = {beside[k]:.3g} +- {error[k]:.2g}, "
-            f"but {shift[k]:.3g} +- {own[k]:.2g} from {SAID[found.on]}, which is taken, both relative to "
+            f"at {temperature[k]:g} degC {BASIS_WORDS[other.on]} gives another shift factor: "
+            f"log10 a = {beside[k]:.3g} +- {error[k]:.2g}, "
+            f"but {shift[k]:.3g} +- {own[k]:.2g} from {BASIS_WORDS[found.on]}, which is taken, both relative to "
             f"{temperature[np.argmax(weight)]:g} degC{more}"
         )
 
 
-def _other_of_all(other: Other, curves: NDArray[np.intp], m: int) -> Other:
+def _other_of_all(other: OtherShifts, curves: NDArray[np.intp], m: int) -> OtherShifts:
     """Shifts of some curves as ones of all (m,), of which nothing else is comparable."""
     shift, comparable = np.zeros(m), np.zeros(m, dtype=bool)
     covariance = np.zeros((m, m))
     shift[curves], comparable[curves], covariance[np.ix_(curves, curves)] = other.shift, other.comparable, other.covariance
-    return Other(other.on, shift, covariance, comparable)
+    return OtherShifts(other.on, shift, covariance, comparable)
 
 
-def _channel(points: Points, channel: int) -> Points:
-    here = points.channel == channel
-    parts = (points.curve[here], points.log_time[here], points.log_modulus[here], points.variance[here])
-    return Points(*parts, points.curves, np.zeros_like(parts[0]), np.ones(parts[0].size))
-
-
-def _ratio(data: Condensed, curves: int) -> Points:
-    """Tan delta, which no vertical shift moves."""
-    ratio = _channel(points_of(data, curves, 1.0), 1)
-    return replace(ratio, lift=np.zeros(ratio.curve.size))
-
-
-def _apart(storage: Points, loss: Points, shaped: NDArray[np.bool_], anchor: int) -> NDArray[np.bool_]:
+def _apart(storage: FitPoints, loss: FitPoints, shaped: NDArray[np.bool_], anchor: int) -> NDArray[np.bool_]:
     """Curves (m,) that nothing joins to the others: the storage modulus is level, not `shaped`, and the loss modulus has no value
     in common with that of the next curve towards the anchor. Wherever such a curve is put, it contradicts one modulus."""
     apart = np.zeros(storage.curves, dtype=bool)
@@ -216,20 +195,27 @@ def _only(data: Condensed, curves: NDArray[np.intp]) -> Condensed:
     )
 
 
-def _spread(fit: MasterFit, curves: NDArray[np.intp], elsewhere: Array) -> MasterFit:
-    """The fit of some curves as one of all (m,): the others stay where they are, which nothing tells."""
+def _spread(fit: MasterFit, curves: NDArray[np.intp], inside: NDArray[np.bool_], elsewhere: Array) -> MasterFit:
+    """The fit of some curves as one of all (m,): the others stay `elsewhere` (m,), with errors without bounds.
+
+    `inside` (n,) says which points the fitted curves have; the residuals of the others are NaN.
+    """
     m = elsewhere.size
     whole = (elsewhere.copy(), np.zeros(m), np.full(m, np.inf), np.zeros(m))
-    for values, own in zip(whole, (fit.shift, fit.vertical, fit.noise_stderr, fit.misfit.by_curve), strict=True):
-        values[curves] = own
+    for values, part in zip(whole, (fit.shift, fit.vertical, fit.noise_stderr, fit.misfit.by_curve), strict=True):
+        values[curves] = part
     shift, vertical, stderr, by_curve = whole
+    residual = np.full(inside.size, np.nan)
+    residual[inside] = fit.residual
     covariance = np.zeros((2 * m, 2 * m))
     covariance[np.ix_(*2 * (np.concatenate((curves, m + curves)),))] = fit.covariance
     misfit = replace(fit.misfit, by_curve=by_curve)
-    return replace(fit, shift=shift, vertical=vertical, covariance=covariance, noise_stderr=stderr, misfit=misfit)
+    return replace(
+        fit, shift=shift, vertical=vertical, covariance=covariance, noise_stderr=stderr, residual=residual, misfit=misfit
+    )
 
 
-def _on_storage(alone: MasterFit, storage: Points, loss: Points, anchor: int) -> Superposition:
+def _on_storage(alone: MasterFit, storage: FitPoints, loss: FitPoints, anchor: int) -> BasisFit:
     other = fit_held(loss, alone, anchor, False)
     both = replace(
         alone,
@@ -237,10 +223,10 @@ def _on_storage(alone: MasterFit, storage: Points, loss: Points, anchor: int) ->
         placed=alone.placed + other.splines,
         residual=np.concatenate((alone.residual, other.residual)),
     )
-    return Superposition(both, "storage", storage, alone.splines)
+    return BasisFit(both, "storage", storage, alone.splines)
 
 
-def _common(points: Points, residual: Array) -> float:
+def _common(points: FitPoints, residual: Array) -> float:
     """How much of the first channel's scatter the second shares: the slope of a line through their residuals, or zero."""
     series = points.series
     middle = np.array([np.median(residual[series == k]) for k in range(series[-1] + 1)])

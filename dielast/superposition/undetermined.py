@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import warn
-from dielast.superposition.gather import MeasurementName
-from dielast.superposition.masterfit import MasterFit, Points
+from dielast.material.measurement_kind import MeasurementKind
+from dielast.superposition.joint_fit import MasterFit
+from dielast.superposition.points import FitPoints
 from dielast.superposition.spline import Spline
 
 Array = NDArray[np.float64]
@@ -38,7 +39,7 @@ class Undetermined:
 
 
 def find_undetermined(
-    temperature: Array, points: Points, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
+    temperature: Array, points: FitPoints, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
 ) -> tuple[Undetermined, ...]:
     """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
 
@@ -64,7 +65,7 @@ def find_undetermined(
     return tuple(found)
 
 
-def have_shape(points: Points, splines: Sequence[Spline], shift: Array, peaks: bool) -> NDArray[np.bool_]:
+def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Array, peaks: bool) -> NDArray[np.bool_]:
     """Whether a channel of each curve has a slope, or with `peaks` a curvature, beyond what noise makes (m,)."""
     return np.array(
         [
@@ -74,7 +75,7 @@ def have_shape(points: Points, splines: Sequence[Spline], shift: Array, peaks: b
     )
 
 
-def _channels(points: Points, curve: int) -> list[tuple[Array, Array]]:
+def _channels(points: FitPoints, curve: int) -> list[tuple[Array, Array]]:
     """Log time and log modulus of one curve in every channel."""
     series = curve + points.curves * np.arange(points.channels)
     first, last = (np.searchsorted(points.series, series, side=side).tolist() for side in ("left", "right"))
@@ -136,18 +137,17 @@ def warn_if_law_misses(temperature: Array, shift: Array, stderr: Array, by_law: 
         )
 
 
-def warn_if_no_plateau(curve: Spline, measurement: MeasurementName) -> None:
+def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
     """The equilibrium modulus is read off the long end, which should be level; `curve` is that of a storage modulus for a sweep."""
     stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
     slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
     if abs(slope) > PLATEAU_SLOPE:
-        what, where = ("a relaxing", "long") if measurement != "oscillation" else ("a storage", "low-frequency")
-        said = "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound"
+        meaning = "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound"
         if slope > 0:
-            said = f"{what} modulus does not rise, and the equilibrium modulus, its last value, is not to be trusted"
+            meaning = "no modulus rises in the course of time, and the equilibrium modulus, its last value, is not to be trusted"
         warn(
-            f"the master curve has no plateau at its {where} end, where it changes by {slope:.2g} decades of modulus per decade of "
-            f"time: {said}"
+            f"the master curve has no plateau at its {kind.ends[1]} end, where it changes by {slope:.2g} decades of modulus per "
+            f"decade of time: {meaning}"
         )
 
 

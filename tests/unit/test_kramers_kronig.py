@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from dielast.errors import DielastWarning, InputError
-from dielast.superposition.kramers_kronig import frequency_factor, viscosity_factor, warn_if_inconsistent
-from dielast.superposition.measurement import FrequencySweep, RelaxationCurve
+from dielast.material.measurement import FrequencySweep, RelaxationCurve
+from dielast.readings.kramers_kronig import frequency_factor, viscosity_factor, warn_if_inconsistent
 
 OMEGA = np.geomspace(0.01, 100, 25)
 

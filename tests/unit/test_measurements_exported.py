@@ -13,8 +13,8 @@ from readings import expect_sweeps, model, read
 
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
+from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.readings.read import read_curves, read_measurements
-from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 USUAL = ("Temperature", "Angular frequency", "Storage modulus", "Loss modulus"), ("°C", "rad/s", "Pa", "Pa")
 RELAXING = ("Temperature", "Step time", "Relaxation modulus"), ("°C", "s", "Pa")

@@ -13,10 +13,10 @@ from dielast.errors import InputError
 from dielast.handover.mastercurve_folder import read_curve
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
+from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.instruments import recognise
 from dielast.recipe.validate import check
-from dielast.superposition.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.units import ANGULAR_FREQUENCY, STRESS
 
 NAMES = "w\tG'\tG\"\tTemp\tg\td\th*\tTorque\td\ttan(d)\tNormalStress"

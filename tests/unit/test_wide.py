@@ -13,7 +13,7 @@ from readings import expect_sweeps, read
 
 from dielast.errors import InputError
 from dielast.io.header import temperature_in
-from dielast.superposition.measurement import RelaxationCurve
+from dielast.material.measurement import RelaxationCurve
 
 TIME = np.geomspace(1, 1000, 8)
 TEMPERATURES = (20.0, 30.0, -10.0)

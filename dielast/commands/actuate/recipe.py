@@ -84,8 +84,8 @@ class ActuateRecipe(SimulationRecipe):
     @model_validator(mode="after")
     def _a_diameter_for_axes(self) -> Self:
         asked = [("plot.x", self.plot.x), ("plot.y", self.plot.y)]
-        for index, one in enumerate(self.compare):
-            asked += [(f"compare[{index}].x", one.x), (f"compare[{index}].y", one.y)]
+        for index, comparison in enumerate(self.compare):
+            asked += [(f"compare[{index}].x", comparison.x), (f"compare[{index}].y", comparison.y)]
         for key, header in asked:
             if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
                 raise InputError(f'{key}: "{header}" is of the electrode: state film.electrode_diameter')

@@ -13,15 +13,14 @@ from dielast.handover.mastercurve_draws import curve_tables, draws_headline
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import doubt_curve, doubt_temperature
-from dielast.readings.read import ONE_TEMPERATURE, Reading, read_all, read_curves
+from dielast.readings.read import Reading, read_all
+from dielast.readings.values import ONE_TEMPERATURE
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.superposition.bootstrap import bootstrap_master_curve
-from dielast.superposition.mastercurve import FrequencySweep, MasterCurve, build_master_curve
+from dielast.superposition.mastercurve import MasterCurve, build_master_curve
 from dielast.superposition.undetermined import LAST_STRETCH, PLATEAU_SLOPE
-
-__all__ = ["headline", "read_curves", "run", "tables"]
 
 ONE_ALONE = "a master curve needs at least two temperatures"
 # what an error about an argument begins with -> the key of [shift] that it is
@@ -62,11 +61,6 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
         )
 
     def figure() -> Any:
-        if result.measurement == "oscillation":
-            from dielast.plots.oscillation import plot_oscillation
-
-            sweeps = [curve for curve in reading.measurements if isinstance(curve, FrequencySweep)]
-            return plot_oscillation(result, sweeps, recipe.title)
         from dielast.plots.mastercurve import plot_master_curve
 
         return plot_master_curve(result, reading.measurements, recipe.title)
@@ -74,14 +68,13 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     if drawn is None or uncertainty is None:
         return Report(tables(result), headline(result, recipe, reading), figure)
     found = {**headline(result, recipe, reading), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
-    return Report({**tables(result), **curve_tables(drawn, result.measurement)}, found, figure)
+    return Report({**tables(result), **curve_tables(drawn, result.kind)}, found, figure)
 
 
 def _levels_off(result: MasterCurve) -> bool:
     """Whether the smooth curve has a plateau where its equilibrium modulus is read."""
-    where, smooth = np.log10(result.smooth_abscissa), np.log10(result.smooth_ordinates[0])
-    where, smooth = (-where[::-1], smooth[::-1]) if result.measurement == "oscillation" else (where, smooth)
-    end = smooth[where >= where[-1] - LAST_STRETCH]
+    log_time = result.kind.time_power * np.log10(result.smooth_abscissa)
+    end = np.log10(result.smooth_ordinates[0])[log_time >= np.max(log_time) - LAST_STRETCH]
     return float(np.ptp(end)) <= PLATEAU_SLOPE * LAST_STRETCH
 
 
@@ -111,10 +104,11 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -
             "reference_temperature_degC": result.reference_temperature,
             "law": recipe.shift.law,
             "vertical": recipe.shift.vertical,
-            **({"on": result.shifted_on} if result.measurement == "oscillation" else {}),
+            **({"on": result.shifted_on} if len(result.ordinates) > 1 else {}),
             **fit.law.summary(fit.covariance),
             "law_misfit": fit.misfit,
             "rms_residual_decades": result.rms_residual_decades,
+            **({"outlying_points_left_out": result.outlying_points} if result.outlying_points else {}),
             "offset_spread_decades": result.offset_spread,
             "tilt_spread_decades": result.tilt_spread,
         },

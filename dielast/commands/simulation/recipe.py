@@ -16,11 +16,11 @@ from dielast.recipe.paths import read_path
 
 
 def _kept_cycles(value: Any) -> str | tuple[int, ...]:
-    """All cycles, the last one, or some by their numbers."""
+    """All cycles, the last cycle, or cycles by their numbers."""
     if value in ("all", "last"):
         return str(value)
     numbers = value if isinstance(value, list) else []
-    if not numbers or any(isinstance(one, bool) or not isinstance(one, int) or one < 1 for one in numbers):
+    if not numbers or any(isinstance(number, bool) or not isinstance(number, int) or number < 1 for number in numbers):
         raise InputError(f'{shown(value)}: "all", "last" or a list of numbers from 1 is needed, such as [1, 10, 100]')
     return tuple(numbers)
 

@@ -22,12 +22,12 @@ class Aim(NamedTuple):
     unit: str = ""
 
     def missed(self, present: float | None) -> str | None:
-        """What is wrong with a rate that never leads here from `present`, which is None where the recipe does not tell."""
+        """The mistake in a rate that never leads here from `present`, None where the recipe leaves the start open; or None."""
         name = self.quantity if self.unit else "target"
         if self.rate == 0:
             return f"rate 0 never reaches the {name}"
         move = 0.0 if present is None else self.value - present
-        # what is reached already, but for rounding, can be reached at any rate
+        # a target that is reached already, but for rounding, allows any rate
         if self.rate is None or move * self.rate >= 0 or abs(move) <= 1e-12 * abs(self.value):
             return None
         rate, way = f"{self.rate:g} {self.unit}/s" if self.unit else f"{self.rate:g}", "positive" if move > 0 else "negative"
@@ -100,10 +100,10 @@ def starting(start: float) -> AfterValidator:
                 continue
             aim = step.aim()
             if aim is not None:
-                told = aim.missed(start if present is None else present.get(aim.quantity))
-                if told is not None:
-                    wrong.append({"type": "value_error", "loc": (index,), "input": step, "ctx": {"error": InputError(told)}})
-            # where a table or a waveform ends is not asked
+                mistake = aim.missed(start if present is None else present.get(aim.quantity))
+                if mistake is not None:
+                    wrong.append({"type": "value_error", "loc": (index,), "input": step, "ctx": {"error": InputError(mistake)}})
+            # the end of a table or a waveform is not worked out
             present = {} if aim is None else {aim.quantity: aim.value}
         if wrong:
             raise ValidationError.from_exception_data("steps", wrong)

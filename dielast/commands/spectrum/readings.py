@@ -8,7 +8,7 @@ from dielast.commands.command import Reading
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.commands.spectrum.run import characterise
 from dielast.handover.mastercurve_draws import read_curve_draws
-from dielast.handover.mastercurve_folder import Curve, read_curve, read_master_curve
+from dielast.handover.mastercurve_folder import ReducedCurve, read_curve, read_master_curve
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 
@@ -17,7 +17,7 @@ def readings(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Iterator[
     """The master curve or the test, and its fit: without the fit it is not known what a card or fewer branches can hold."""
     recipe = cases[0].recipe
     folder = recipe.mastercurve
-    curves: list[Curve] = []
+    curves: list[ReducedCurve] = []
 
     def read() -> None:
         curves.append(read_curve(recipe.data, inputs) if folder is None else read_master_curve(folder, inputs))

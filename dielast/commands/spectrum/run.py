@@ -17,24 +17,24 @@ from dielast.commands.spectrum.recipe import Fit, MaterialConstants, Reduce, Rel
 from dielast.errors import DielastWarning, InputError, warn
 from dielast.export.card import export_cards
 from dielast.handover.mastercurve_draws import DRAWS, DrawnMaterials, drawn_materials, read_curve_draws
-from dielast.handover.mastercurve_folder import Curve, read_curve, read_master_curve
+from dielast.handover.mastercurve_folder import ReducedCurve, read_curve, read_master_curve
 from dielast.handover.material_file import breakdown, permittivity, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import doubt_material
 from dielast.material.material import Material
+from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
 from dielast.material.springs import Gent
 from dielast.recipe.cases import Case
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
 from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.oscillation import fit_oscillation
 from dielast.relaxation.reduce import Reduction, reduce_spectrum
+from dielast.relaxation.result import SpectrumFit
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-
-__all__ = ["Curve", "headline", "make_material", "read_curve", "read_master_curve", "run", "tables"]
 
 Array = NDArray[np.float64]
 Result = TypeVar("Result")
@@ -75,7 +75,7 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     return Report({**found, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
 
 
-def characterise(recipe: SpectrumRecipe, curve: Curve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
+def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
     """The spectrum of the curve, what it is reduced to, its material, and the cards (name -> text) that the recipe asks for.
 
     Raises `InputError` with a line for everything, draws apart, that the recipe asks of the curve and that cannot be had.
@@ -89,7 +89,7 @@ def characterise(recipe: SpectrumRecipe, curve: Curve) -> tuple[SpectrumFit, Red
             wrong.extend(error.messages)
             return None
 
-    if recipe.fit.continuous and curve.test == "creep":
+    if recipe.fit.continuous and curve.kind is CREEP:
         wrong.append("fit.continuous: a creep curve has no relaxation spectrum of its own: only its discrete one is converted")
     result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
     reduce, export = recipe.reduce, recipe.export
@@ -106,7 +106,7 @@ def characterise(recipe: SpectrumRecipe, curve: Curve) -> tuple[SpectrumFit, Red
     return result, reduction, material, cards or {}
 
 
-def fit_curve(curve: Curve, fit: Fit, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
+def fit_curve(curve: ReducedCurve, fit: Fit, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
     """The spectrum of a master curve of any kind; raises `InputError` where the method does not go with it.
 
     `flows` is that of `fit_creep`.
@@ -134,7 +134,7 @@ def _keys_of_the_recipe() -> Iterator[None]:
         warnings.warn(said(str(own.message)), own.category, stacklevel=2)
 
 
-def _fitted(curve: Curve, fit: Fit, keep: int | None, flows: bool | None) -> SpectrumFit:
+def _fitted(curve: ReducedCurve, fit: Fit, keep: int | None, flows: bool | None) -> SpectrumFit:
     ends = fit.relaxation_time.min, fit.relaxation_time.max
     wanted: dict[str, Any] = {
         "branches": fit.branches,
@@ -143,18 +143,18 @@ def _fitted(curve: Curve, fit: Fit, keep: int | None, flows: bool | None) -> Spe
         "glassy_modulus": fit.glassy_modulus,
         "keep": keep,
     }
-    if curve.test == "relaxation":
+    if curve.kind is RELAXATION:
         method, degree = fit.method or "schwarzl-staverman", fit.polynomial_degree
         return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, **wanted)
     if fit.method == "schwarzl-staverman":
-        raise InputError(f'fit.method: "schwarzl-staverman" reads a relaxation modulus; {curve.test} needs "nnls"')
-    if curve.test == "creep":
+        raise InputError(f'fit.method: "schwarzl-staverman" reads a relaxation modulus; {curve.kind.name} needs "nnls"')
+    if curve.kind is CREEP:
         return fit_creep(*curve.columns, retardation_time=ends, flows=flows, **wanted)
     return fit_oscillation(*curve.columns, relaxation_time=ends, **wanted)
 
 
 def draw_materials(
-    folder: str, curve: Curve, result: SpectrumFit, material: Material, fit: Fit, inputs: Inputs
+    folder: str, curve: ReducedCurve, result: SpectrumFit, material: Material, fit: Fit, inputs: Inputs
 ) -> DrawnMaterials | None:
     """The draws of the material, if the folder of the master curve has draws."""
     read = read_curve_draws(folder, curve, inputs)
@@ -171,7 +171,7 @@ def draw_materials(
     flows = None if whole.retardation is None else whole.retardation.fluidity > 0  # a solid is one in every draw
 
     def refit(abscissa: Array, ordinates: Array) -> SpectrumFit:
-        return fit_curve(Curve(curve.test, (abscissa, *ordinates), curve.shift), held, flows=flows)
+        return fit_curve(ReducedCurve(curve.kind, (abscissa, *ordinates), curve.shift), held, flows=flows)
 
     return drawn_materials(material, curve, read, whole, refit)
 
@@ -286,7 +286,9 @@ def headline(
     return found
 
 
-def make_material(result: SpectrumFit, curve: Curve, constants: MaterialConstants, reduction: Reduction | None = None) -> Material:
+def make_material(
+    result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None = None
+) -> Material:
     """The material that the simulations read: the spectrum, its shift law, and constants that no relaxation test gives."""
     return Material(
         name=constants.name,

@@ -151,11 +151,13 @@ class SpringLaw(Law):
 
     def with_idle_spring(self) -> SpringLaw:
         """The law of n + 1 springs, the last of which has no end of its domain."""
-        more = self.unlimited().values()
+        idle = self.of_spring(0, 0).unlimited().values()
         arrays = {name: np.asarray(value) for name, value in self.values().items()}
         return self.with_values(
             {
-                name: np.concatenate((value, np.broadcast_to(more[name], value[..., :1, :].shape)), axis=-2)
+                name: np.concatenate(
+                    (value, np.broadcast_to(np.asarray(idle[name])[..., None, None], value[..., :1, :].shape)), axis=-2
+                )
                 for name, value in arrays.items()
                 if value.ndim >= 2 and value.shape[-2] > 1
             }

@@ -52,8 +52,8 @@ class Moment:
     @property
     def true_field(self) -> Floats:
         """|E| (k,) in V/m."""
-        area = np.exp(0.5 * (self.log_squared_stretch[0] + self.log_squared_stretch[1]))
-        return np.asarray(np.abs(self.field) * area)
+        points, log_area = self.points, self.log_squared_stretch[0] + self.log_squared_stretch[1]
+        return np.abs(points.electric.true_field(points.permittivity, log_area, self.field))
 
     def take(self, columns: Cases) -> Moment:
         """Some of the columns."""

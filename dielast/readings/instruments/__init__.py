@@ -1,7 +1,7 @@
 """What instruments' own software exports, found by its content and taken apart into steps: units and names come from the file.
 
-A format is a module with a `NAME`, `sniff(text) -> bool` and `read(text, source) -> list[Segment]`, entered in `FORMATS`. Sniffing
-looks for marks that no table made by hand has, so that an ordinary table is never taken for an export.
+A format is a module with a `NAME`, `sniff(text) -> bool` and `read(text, source) -> list[ExportedStep]`, entered in `FORMATS`.
+Sniffing looks for marks that no table made by hand has, so that an ordinary table is never taken for an export.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from dielast.readings.instruments import (
     trios,
     universal_analysis,
 )
-from dielast.readings.instruments.segment import Segment
+from dielast.readings.instruments.step import ExportedStep
 
-__all__ = ["FORMATS", "Format", "Segment", "recognise"]
+__all__ = ["FORMATS", "ExportedStep", "Format", "recognise"]
 
 
 class Format(Protocol):
@@ -35,7 +35,7 @@ class Format(Protocol):
         """Whether `text` is in this layout, damaged or not."""
         ...
 
-    def read(self, text: str, source: str) -> list[Segment]:
+    def read(self, text: str, source: str) -> list[ExportedStep]:
         """The steps in `text`, in their order; raises `InputError` naming `source` and the line."""
         ...
 

@@ -10,8 +10,8 @@ import re
 
 from dielast.errors import InputError
 from dielast.io.text_table import is_number, split_lines
-from dielast.readings.instruments.names import mode_of, plain
-from dielast.readings.instruments.segment import Segment, build, is_blank, last_filled, numbered, separator_of
+from dielast.readings.instruments.names import deformation_of, plain
+from dielast.readings.instruments.step import ExportedStep, build, is_blank, last_filled, numbered, separator_of
 
 NAME = "Gabo Eplexor"
 
@@ -28,7 +28,7 @@ def sniff(text: str) -> bool:
     return start is not None and _MAKER.search("\n".join(lines[:start])) is not None
 
 
-def read(text: str, source: str) -> list[Segment]:
+def read(text: str, source: str) -> list[ExportedStep]:
     """The table of the export; raises `InputError` naming file and line."""
     lines = split_lines(text)
     start = _header(lines)
@@ -38,8 +38,8 @@ def read(text: str, source: str) -> list[Segment]:
     below = [row for row in rows[start + 1 :] if not is_blank(row)]
     units = below[0] if below else None
     readings = [row for row in below[1:] if any(is_number(cell, mark) for cell in row[1] for mark in ".,")]
-    test = mode_of(rows[start][1]) or "tension"
-    return [build(source, "table", (rows[start], units), readings, last_line=last_filled(rows), test=test)]
+    deformation = deformation_of(rows[start][1]) or "tension"
+    return [build(source, "table", (rows[start], units), readings, last_line=last_filled(rows), deformation=deformation)]
 
 
 def _header(lines: list[str]) -> int | None:

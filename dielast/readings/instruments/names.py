@@ -8,7 +8,7 @@ from typing import Literal
 
 from dielast.io.text_table import MeasuredTable, is_number
 
-Test = Literal["tension", "shear"]
+Deformation = Literal["tension", "shear"]
 
 # the better choice first: a step's own clock before the test's
 ROLES: Mapping[str, tuple[str, ...]] = {
@@ -65,7 +65,7 @@ def is_filled(table: MeasuredTable, index: int) -> bool:
     return any(is_number(cell, table.decimal) for cell in table.cells[index])
 
 
-def mode_of(names: Sequence[str]) -> Test | None:
+def deformation_of(names: Sequence[str]) -> Deformation | None:
     """Tension or shear, if the columns' names say so."""
     texts = [plain(name) for name in names]
     tension, shear = (any(pattern.search(text) for text in texts) for pattern in (_TENSION, _SHEAR))

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 from dielast.errors import InputError
 from dielast.io.text_table import split_lines
-from dielast.readings.instruments.names import mode_of
-from dielast.readings.instruments.segment import Row, Segment, build, check_widths, decimal_mark, is_blank, last_filled, numbered
+from dielast.readings.instruments.names import deformation_of
+from dielast.readings.instruments.step import ExportedStep, Row, build, check_widths, decimal_mark, is_blank, last_filled, numbered
 
 NAME = "Netzsch Proteus"
 
@@ -29,7 +29,7 @@ def sniff(text: str) -> bool:
     return _MARK.search(text) is not None
 
 
-def read(text: str, source: str) -> list[Segment]:
+def read(text: str, source: str) -> list[ExportedStep]:
     """The table of the export as its only step; raises `InputError` naming file and line."""
     keys = {match["key"].strip(): match["value"] for match in _KEY.finditer(text)}
     lines = split_lines(text)
@@ -58,7 +58,7 @@ def read(text: str, source: str) -> list[Segment]:
             readings,
             last_line=end,
             decimal=decimal,
-            test=mode_of(header[0]),
+            deformation=deformation_of(header[0]),
         )
     ]
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from dielast.errors import InputError
 from dielast.io.text_table import is_number, split_cells, split_lines
 from dielast.readings.instruments.names import plain
-from dielast.readings.instruments.segment import Row, Segment, build, is_blank, last_filled
+from dielast.readings.instruments.step import ExportedStep, Row, build, is_blank, last_filled
 
 NAME = "RepTate"
 
@@ -53,7 +53,7 @@ def sniff(text: str) -> bool:
     return sum(plain(cell) in _NAMES for cell in _cells(header[0])) > 1
 
 
-def read(text: str, source: str) -> list[Segment]:
+def read(text: str, source: str) -> list[ExportedStep]:
     """The table of the file as its only step, named after its temperature; raises `InputError` naming file and line."""
     first, *lines = split_lines(text)
     parameters = dict(_pair(part) for part in first.split(";") if "=" in part)
@@ -76,12 +76,12 @@ def read(text: str, source: str) -> list[Segment]:
 
 def _segment(
     source: str, parameters: dict[str, str], header: tuple[list[str], list[str]], readings: list[Row], end: int
-) -> Segment:
+) -> ExportedStep:
     kind = "creep" if "strain" in header[0] and Path(source).suffix.lower() == ".creep" else "relaxation"
     kind = "oscillation" if "G'" in header[0] else kind
     temperature = parameters.get("T", "").rstrip(".")
     name = f"{parameters.get('label') or kind}, {kind}" + (f" ({temperature} °C)" if is_number(temperature, ".") else "")
-    return build(source, name, ((1, header[0]), (1, header[1])), readings, last_line=end, decimal=".", test="shear")
+    return build(source, name, ((1, header[0]), (1, header[1])), readings, last_line=end, decimal=".", deformation="shear")
 
 
 def _columns(header: list[str], source: str, width: int) -> tuple[list[str], list[str]]:

@@ -10,10 +10,10 @@ import re
 
 from dielast.errors import InputError
 from dielast.io.text_table import is_number, split_lines
-from dielast.readings.instruments.names import mode_of
-from dielast.readings.instruments.segment import (
+from dielast.readings.instruments.names import deformation_of
+from dielast.readings.instruments.step import (
+    ExportedStep,
     Row,
-    Segment,
     build,
     is_blank,
     last_filled,
@@ -35,7 +35,7 @@ def sniff(text: str) -> bool:
     return _MARK.search(text) is not None
 
 
-def read(text: str, source: str) -> list[Segment]:
+def read(text: str, source: str) -> list[ExportedStep]:
     """The intervals of the export; raises `InputError` naming file and line."""
     lines = split_lines(text)
     first = next((line for line in lines if _START.match(line)), None)
@@ -43,7 +43,7 @@ def read(text: str, source: str) -> list[Segment]:
         raise InputError(f'{source}: line {len(lines)}: a RheoCompass export without any "Interval data:": the file seems cut off')
     rows = numbered(text, separator_of(first))
     end = last_filled(rows)
-    segments: list[Segment] = []
+    segments: list[ExportedStep] = []
     result, number, points = "", "", None
     for place, row in enumerate(rows):
         key = row[1][0]
@@ -60,7 +60,7 @@ def read(text: str, source: str) -> list[Segment]:
     return segments
 
 
-def _interval(rows: list[Row], source: str, name: str, end: int, points: int | None) -> Segment:
+def _interval(rows: list[Row], source: str, name: str, end: int, points: int | None) -> ExportedStep:
     """The interval whose line of names is the first of `rows`."""
     body: list[Row] = []
     units: Row | None = None
@@ -75,5 +75,5 @@ def _interval(rows: list[Row], source: str, name: str, end: int, points: int | N
                 break
         elif is_blank(row) and body:
             break
-    test = mode_of(rows[0][1]) or "shear"
-    return build(source, name, (shift_left(rows[0]), units), body, last_line=end, points=points, test=test)
+    deformation = deformation_of(rows[0][1]) or "shear"
+    return build(source, name, (shift_left(rows[0]), units), body, last_line=end, points=points, deformation=deformation)

@@ -9,7 +9,7 @@ import re
 
 from dielast.io.text_table import is_number, split_lines
 from dielast.readings.instruments.names import plain
-from dielast.readings.instruments.segment import Row, Segment, build, is_blank, last_filled, numbered, separator_of
+from dielast.readings.instruments.step import ExportedStep, Row, build, is_blank, last_filled, numbered, separator_of
 
 NAME = "TA Instruments Rheology Advantage"
 
@@ -23,7 +23,7 @@ def sniff(text: str) -> bool:
     return _OWN.search(text) is not None and any(_is_header(line) for line in split_lines(text))
 
 
-def read(text: str, source: str) -> list[Segment]:
+def read(text: str, source: str) -> list[ExportedStep]:
     """The steps of the export; raises `InputError` naming file and line."""
     lines = split_lines(text)
     starts = [place for place, line in enumerate(lines) if _is_header(line)]
@@ -36,7 +36,7 @@ def read(text: str, source: str) -> list[Segment]:
         title = next((row[1][0] for row in reversed(rows[:start]) if not is_blank(row)), "")
         name = title if title and not _is_reading((0, [title])) else f"step {number}"
         readings = [row for row in below[1:] if _is_reading(row)]
-        segments.append(build(source, name, (rows[start], units), readings, last_line=end, test="shear"))
+        segments.append(build(source, name, (rows[start], units), readings, last_line=end, deformation="shear"))
     return segments
 
 

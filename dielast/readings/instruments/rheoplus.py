@@ -10,8 +10,8 @@ import re
 
 from dielast.errors import InputError
 from dielast.io.text_table import is_number, split_lines
-from dielast.readings.instruments.names import mode_of
-from dielast.readings.instruments.segment import Segment, build, last_filled, numbered, separator_of, stated_points, value
+from dielast.readings.instruments.names import deformation_of
+from dielast.readings.instruments.step import ExportedStep, build, last_filled, numbered, separator_of, stated_points, value
 
 NAME = "Anton Paar Rheoplus"
 
@@ -25,7 +25,7 @@ def sniff(text: str) -> bool:
     return _MARK.search(text) is not None
 
 
-def read(text: str, source: str) -> list[Segment]:
+def read(text: str, source: str) -> list[ExportedStep]:
     """The intervals of the export; raises `InputError` naming file and line."""
     lines = split_lines(text)
     first = next((line for line in lines if line.strip('"').startswith(_TABLE)), None)
@@ -48,9 +48,9 @@ def read(text: str, source: str) -> list[Segment]:
                 units = below[0] if below else None
                 stop = next((k for k, own in enumerate(below[1:], start=1) if not _is_reading(own[1])), len(below))
                 name = " ".join(part for part in (series, number and f"interval {number}") if part)
-                test = mode_of(row[1]) or "shear"
+                deformation = deformation_of(row[1]) or "shear"
                 header = (row, units if units and not _is_reading(units[1]) else None)
-                segments.append(build(source, name, header, below[1:stop], last_line=end, points=points, test=test))
+                segments.append(build(source, name, header, below[1:stop], last_line=end, points=points, deformation=deformation))
                 points = None
     return segments
 

@@ -10,8 +10,8 @@ import re
 
 from dielast.errors import InputError
 from dielast.io.table import split_header
-from dielast.readings.instruments.names import Test
-from dielast.readings.instruments.segment import Row, Segment, build, is_blank, last_filled, numbered
+from dielast.readings.instruments.names import Deformation
+from dielast.readings.instruments.step import ExportedStep, Row, build, is_blank, last_filled, numbered
 
 NAME = "TA Instruments Universal Analysis"
 
@@ -24,7 +24,7 @@ def sniff(text: str) -> bool:
     return _MARK.search(text) is not None
 
 
-def read(text: str, source: str) -> list[Segment]:
+def read(text: str, source: str) -> list[ExportedStep]:
     """The steps of the export; raises `InputError` naming file and line."""
     rows = numbered(text, "\t")
     signals = [row for row in rows if re.fullmatch(r"Sig\d+", row[1][0])]
@@ -45,10 +45,13 @@ def read(text: str, source: str) -> list[Segment]:
     filled = [step for step in steps if step] or [[]]
     end = last_filled(rows)
     # these are analysers of tension and bending; a shear sandwich is named in the header
-    test: Test = (
+    deformation: Deformation = (
         "shear" if any(re.search(r"\bshear\b", cell, re.IGNORECASE) for row in rows[:start] for cell in row[1]) else "tension"
     )
-    return [build(source, f"step {number}", header, step, last_line=end, test=test) for number, step in enumerate(filled, start=1)]
+    return [
+        build(source, f"step {number}", header, step, last_line=end, deformation=deformation)
+        for number, step in enumerate(filled, start=1)
+    ]
 
 
 def _is_step_end(cells: list[str], first: str) -> bool:

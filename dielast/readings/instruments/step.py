@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.io.text_table import MeasuredTable, is_number, split_cells, split_lines
-from dielast.readings.instruments.names import ANGULAR, Test, plain
+from dielast.readings.instruments.names import ANGULAR, Deformation, plain
 
 Row: TypeAlias = tuple[int, list[str]]
 """A line's number in the file, from 1, and its cells."""
@@ -20,12 +20,12 @@ _MARKS = ("[]", "()")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Segment:
+class ExportedStep:
     """One step of an export: its `name`, its `table`, and how the specimen was strained, None where the file does not say."""
 
     name: str
     table: MeasuredTable
-    test: Test | None
+    deformation: Deformation | None
 
 
 def numbered(text: str, separator: str) -> list[Row]:
@@ -67,8 +67,8 @@ def build(
     last_line: int,
     points: int | None = None,
     decimal: str | None = None,
-    test: Test | None = None,
-) -> Segment:
+    deformation: Deformation | None = None,
+) -> ExportedStep:
     """The step called `name` from its `header`, rows of names and of units, and its `rows` of readings.
 
     `last_line` is the number of the file's last line that holds anything: a row that is too short is a damaged file there, and has
@@ -92,7 +92,7 @@ def build(
         decimal or decimal_mark([cells for _, cells in rows]),
         header_line=units[0],
     )
-    return Segment(name, table, test)
+    return ExportedStep(name, table, deformation)
 
 
 def check_widths(source: str, name: str, width: int, rows: Sequence[Row], last_line: int) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,31 +11,12 @@ from numpy.typing import NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Frame, Table, to_frame
+from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.shift import ShiftLaw
-from dielast.superposition.gather import MeasurementName
 from dielast.superposition.shiftfit import ShiftFit
 from dielast.superposition.undetermined import Undetermined
 
 Array = NDArray[np.float64]
-
-_ORDINATES: dict[MeasurementName, tuple[str, ...]] = {
-    "relaxation": ("relaxation_modulus",),
-    "creep": ("creep_compliance",),
-    "oscillation": ("storage_modulus", "loss_modulus"),
-}
-
-
-COLUMNS: dict[MeasurementName, tuple[tuple[str, str], ...]] = {
-    "relaxation": (("time", "s"), ("reduced_time", "s"), ("relaxation_modulus", "Pa")),
-    "creep": (("time", "s"), ("reduced_time", "s"), ("creep_compliance", "1/Pa")),
-    "oscillation": (
-        ("angular_frequency", "rad/s"),
-        ("reduced_angular_frequency", "rad/s"),
-        ("storage_modulus", "Pa"),
-        ("loss_modulus", "Pa"),
-    ),
-}
-"""Names and units of the abscissa, the reduced abscissa and the ordinates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +47,8 @@ class MasterCurve(TabularResult):
 
     `equilibrium_modulus` is the fitted modulus at the longest reduced time or lowest reduced frequency (of a compliance, its
     inverse), `glassy_modulus` its maximum. `rms_residual_decades`, of log10 modulus or compliance, is that of the fitted points,
-    which are averages over 1/20 decade of time or frequency.
+    which are averages over 1/20 decade of time or frequency; those that hold one of the `outlying_points` far off the master curve
+    are not counted.
 
     `stated` is what the errors of the temperatures and the drift of the specimen were said to be. `offset_spread` and
     `tilt_spread` are the estimated standard deviations, in decades of modulus, of the vertical offsets (beyond a stated drift) and
@@ -74,7 +56,7 @@ class MasterCurve(TabularResult):
     through the points as they lie. `log10_shift_factor_slope` (m,) is that over temperature, in decades per K.
     """
 
-    measurement: MeasurementName
+    measurement: KindName
     reference_temperature: float
     temperature: Array
     log10_shift_factor: Array
@@ -100,12 +82,19 @@ class MasterCurve(TabularResult):
     offset_spread: float
     tilt_spread: float
     placed_ordinates: Array
+    outlying_points: int = 0
+
+    @property
+    def kind(self) -> MeasurementKind:
+        """The kind of measurement that the curve was made of."""
+        return KINDS[self.measurement]
 
     def columns(self) -> Table:
         """The points used."""
+        names = (self.kind.abscissa, self.kind.reduced_abscissa, *self.kind.ordinates)
         values = (self.abscissa, self.reduced_abscissa, *self.ordinates)
-        named = zip(COLUMNS[self.measurement], values, strict=True)
-        return [Column("temperature", "degC", self.point_temperature), *(Column(name, unit, own) for (name, unit), own in named)]
+        points = (Column(name, unit, column) for (name, unit), column in zip(names, values, strict=True))
+        return [Column("temperature", "degC", self.point_temperature), *points]
 
     def shift_columns(self) -> Table:
         """The shift factors, one temperature a row."""
@@ -144,70 +133,59 @@ class MasterCurve(TabularResult):
     @property
     def time(self) -> Array:
         """Times of the points of relaxation or creep in s (n,); this and the following raise `InputError` for another kind."""
-        return self._timed(self.abscissa)
+        return self._along("time", self.abscissa)
 
     @property
     def reduced_time(self) -> Array:
         """Reduced times of the points of relaxation or creep in s (n,), ascending."""
-        return self._timed(self.reduced_abscissa)
+        return self._along("time", self.reduced_abscissa)
 
     @property
     def smooth_reduced_time(self) -> Array:
         """Reduced times of the fitted curve of relaxation or creep in s (k,), ascending."""
-        return self._timed(self.smooth_abscissa)
+        return self._along("time", self.smooth_abscissa)
 
     @property
     def angular_frequency(self) -> Array:
         """Angular frequencies of the points of sweeps in rad/s (n,)."""
-        return self._swept(self.abscissa)
+        return self._along("angular_frequency", self.abscissa)
 
     @property
     def reduced_angular_frequency(self) -> Array:
         """Reduced angular frequencies of the points of sweeps in rad/s (n,), ascending."""
-        return self._swept(self.reduced_abscissa)
+        return self._along("angular_frequency", self.reduced_abscissa)
 
     @property
     def relaxation_modulus(self) -> Array:
         """Young's relaxation modulus of the points in Pa (n,), times b."""
-        return self._ordinate("relaxation_modulus")
+        return self._ordinate("relaxation_modulus", self.ordinates)
 
     @property
     def creep_compliance(self) -> Array:
         """Tensile creep compliance of the points in 1/Pa (n,), over b."""
-        return self._ordinate("creep_compliance")
+        return self._ordinate("creep_compliance", self.ordinates)
 
     @property
     def storage_modulus(self) -> Array:
         """Young's storage modulus of the points in Pa (n,), times b."""
-        return self._ordinate("storage_modulus")
+        return self._ordinate("storage_modulus", self.ordinates)
 
     @property
     def loss_modulus(self) -> Array:
         """Young's loss modulus of the points in Pa (n,), times b."""
-        return self._ordinate("loss_modulus")
+        return self._ordinate("loss_modulus", self.ordinates)
 
     @property
     def smooth_modulus(self) -> Array:
         """Fitted relaxation modulus in Pa (k,)."""
-        if self.measurement != "relaxation":
-            raise self._lacks("relaxation_modulus")
-        return np.asarray(self.smooth_ordinates[0])
+        return self._ordinate("relaxation_modulus", self.smooth_ordinates)
 
-    def _timed(self, values: Array) -> Array:
-        if self.measurement == "oscillation":
-            raise self._lacks("time")
-        return values
+    def _along(self, name: str, values: Array) -> Array:
+        return values if self.kind.abscissa[0] == name else self._lacking(name)
 
-    def _swept(self, values: Array) -> Array:
-        if self.measurement != "oscillation":
-            raise self._lacks("angular_frequency")
-        return values
+    def _ordinate(self, name: str, ordinates: Array) -> Array:
+        names = [known for known, _ in self.kind.ordinates]
+        return np.asarray(ordinates[names.index(name)]) if name in names else self._lacking(name)
 
-    def _ordinate(self, name: str) -> Array:
-        names = _ORDINATES[self.measurement]
-        if name not in names:
-            raise self._lacks(name)
-        return np.asarray(self.ordinates[names.index(name)])
-
-    def _lacks(self, name: str) -> InputError:
-        return InputError(f"a master curve of {self.measurement} has no {name.replace('_', ' ')}")
+    def _lacking(self, name: str) -> NoReturn:
+        raise InputError(f"a master curve of {self.measurement} has no {name.replace('_', ' ')}")

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
-from dielast.superposition.measurement import FrequencySweep, RelaxationCurve
+from dielast.material.measurement import FrequencySweep, RelaxationCurve
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,144 @@
+"""Viscoelastic measurements at one temperature, as they come: a relaxation test, a frequency sweep, a creep test.
+
+Moduli are Young's and compliances tensile throughout this boundary; the material is incompressible, so that shear moduli are a
+third and shear compliances three times as much.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError
+from dielast.io.result import Result
+from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
+from dielast.units import ZERO_CELSIUS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Measurement(Result):
+    """What was measured at `temperature` (degC): an abscissa and one or two ordinates, (n,) each, in the order of the fields.
+
+    Raises `InputError` if the lengths differ, a value is not finite, an abscissa is not positive or the temperature is not above
+    absolute zero. For messages, `source` says where the measurement comes from, and the `time_offset` of a test over time by how
+    much less its times are than those measured, in s.
+    """
+
+    KIND: ClassVar[MeasurementKind]
+    temperature: float
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """The fields that hold abscissa and ordinates."""
+        return tuple(field.name for field in fields(cls)[1 : 2 + len(cls.KIND.ordinates)])
+
+    @property
+    def source(self) -> str:
+        """Where the measurement comes from."""
+        raise NotImplementedError
+
+    @property
+    def time_offset(self) -> float:
+        """By how much less the times are than those measured, in s."""
+        return 0.0
+
+    @property
+    def columns(self) -> Array:
+        """Abscissa and ordinates, (1 + c, n)."""
+        return np.stack([getattr(self, name) for name in self.names()])
+
+    def with_columns(self, columns: Array) -> Self:
+        """The measurement with other values (1 + c, n)."""
+        return replace(self, **dict(zip(self.names(), columns, strict=True)))
+
+    def __post_init__(self) -> None:
+        where, kind = f"{self.temperature:g} degC", type(self).KIND
+        if not -ZERO_CELSIUS < self.temperature < np.inf:
+            raise InputError(f"temperature {where} is not a temperature above absolute zero")
+        arrays = {name: np.array(getattr(self, name), dtype=float).reshape(-1) for name in self.names()}
+        abscissa, *others = arrays
+        for name in others:
+            if arrays[name].size != arrays[abscissa].size:
+                raise InputError(
+                    f"{where}: {arrays[abscissa].size} {_many(abscissa)} but {arrays[name].size} {_many(name)}: "
+                    f"one {_one(name)} for each {_one(abscissa)} is needed"
+                )
+        for name, values in arrays.items():
+            for k in np.flatnonzero(~np.isfinite(values))[:1]:
+                raise InputError(f"{where}: {_one(name)} of point {k} is {values[k]}: a finite number is needed")
+        for k in np.flatnonzero(arrays[abscissa] <= 0)[:1]:
+            start = f", counted from the {kind.step} step" if kind.step else ""
+            found = f"{_one(abscissa)} of point {k} is {arrays[abscissa][k]:g} {kind.abscissa[1]}"
+            raise InputError(f"{where}: {found}: {_many(abscissa)} must be positive{start}")
+        for name, values in arrays.items():
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RelaxationCurve(Measurement):
+    """Young's relaxation modulus `modulus` (n,) in Pa over `time` (n,) in s at `temperature` in degC; points in any order.
+
+    Raises `InputError` as `Measurement` says. A modulus may be zero or negative, as a noise floor gives; `build_master_curve` deals
+    with it. `source` says where it comes from, for warnings.
+    """
+
+    KIND = RELAXATION
+    time: Array
+    modulus: Array
+    source: str = ""
+    time_offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class CreepCurve(Measurement):
+    """Tensile creep compliance `compliance` (n,) in 1/Pa over `time` (n,) in s at `temperature` in degC; points in any order.
+
+    Raises `InputError` as `Measurement` says, times being counted from the stress step.
+    """
+
+    KIND = CREEP
+    time: Array
+    compliance: Array
+    source: str = ""
+    time_offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FrequencySweep(Measurement):
+    """Young's `storage_modulus` and `loss_modulus` (n,) in Pa over `angular_frequency` (n,) in rad/s at `temperature` in degC.
+
+    Points in any order. Raises `InputError` as `Measurement` says.
+    """
+
+    KIND = OSCILLATION
+    angular_frequency: Array
+    storage_modulus: Array
+    loss_modulus: Array
+    source: str = ""
+
+
+def measurement_of(
+    kind: MeasurementKind, temperature: float, columns: Array, source: str = "", time_offset: float = 0.0
+) -> Measurement:
+    """The measurement of a `kind` with abscissa and ordinates `columns` (1 + c, n)."""
+    made: Any = next(known for known in (RelaxationCurve, CreepCurve, FrequencySweep) if known.KIND is kind)
+    offset = {} if kind.over_frequency else {"time_offset": time_offset}
+    measurement: Measurement = made(temperature, *columns, source, **offset)
+    return measurement
+
+
+def _one(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _many(name: str) -> str:
+    one = _one(name)
+    if one.endswith("modulus"):
+        return one[:-2] + "i"
+    return one[:-1] + "ies" if one.endswith("y") else one + "s"

@@ -1,0 +1,154 @@
+"""The kinds of measurement, relaxation, creep and oscillation: their words, columns and units, and what a linear solid answers.
+
+A new kind is an object here, an entry of `KINDS`, and a class of curves in `dielast.material.measurement`; all other modules ask
+the kind. An answer is linear in what the solid is made of: the strengths of its processes (moduli, or compliances) and one or two
+constants. J. D. Ferry, Viscoelastic properties of polymers, 3rd ed., Wiley 1980, ch. 3, has the equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+KindName = Literal["relaxation", "oscillation", "creep"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasurementKind:
+    """One kind of measurement.
+
+    `name` is the word of recipes and summaries; `tests` and `curves` are its plurals, `value` and `values` say what is measured,
+    and `stiffness` is the modulus that two curves are compared by. `abscissa` and `ordinates` are names and SI units of columns.
+
+    Three numbers stand for case distinctions: time is the abscissa to the power of `time_power`, a stiffness is an ordinate to the
+    power of `stiffness_power`, and an ordinate falls along the abscissa to the power of `falling_power`, their product.
+
+    `processes(time, own_time)` is what processes of unit strength with the times `own_time` (m,) answer, (channels, n, m), and
+    `constants(time)` what the unit constants answer, (constants, channels, n); both at `time` (n,) in s, which for an oscillation
+    is one over the angular frequency.
+    """
+
+    name: KindName
+    tests: str
+    curves: str
+    value: str
+    values: str
+    stiffness: str
+    abscissa: tuple[str, str]
+    ordinates: tuple[tuple[str, str], ...]
+    label: str
+    """What an axis of a figure calls the ordinates,"""
+    label_factor: float
+    """and the factor from SI into the unit that it states."""
+    ends: tuple[str, str]
+    """Adjectives of the ends of short and of long times,"""
+    regions: tuple[str, str]
+    """and their names."""
+    more_overlap: str
+    """What to measure so that two curves have a modulus in common."""
+    step: str
+    """What the times are counted from the step of, if anything,"""
+    remedy: str
+    """and what to check where curves do not superpose."""
+    time_power: int
+    stiffness_power: int
+    processes: Callable[[Array, Array], Array]
+    constants: Callable[[Array], Array]
+
+    @property
+    def falling_power(self) -> int:
+        """Power of the abscissa along which an ordinate falls."""
+        return self.time_power * self.stiffness_power
+
+    @property
+    def over_frequency(self) -> bool:
+        """Whether the abscissa is an angular frequency, not a time."""
+        return self.time_power < 0
+
+    @property
+    def reduced_abscissa(self) -> tuple[str, str]:
+        """Name and unit of the abscissa of a master curve."""
+        return f"reduced_{self.abscissa[0]}", self.abscissa[1]
+
+
+_OVER_TIME = {"ends": ("short", "long"), "regions": ("short times", "long times"), "more_overlap": "longer", "time_power": 1}
+_RAMP = "check that time is counted from the %s step and that no ramp is left in (ramp, discard_before)"
+
+
+def _decay(time: Array, relaxation_time: Array) -> Array:
+    return np.exp(-time[:, None] / relaxation_time)[None]
+
+
+def _retard(time: Array, retardation_time: Array) -> Array:
+    return -np.expm1(-time[:, None] / retardation_time)[None]
+
+
+def _oscillate(time: Array, relaxation_time: Array) -> Array:
+    phase = relaxation_time / time[:, None]  # angular frequency times relaxation time
+    loss = 1 / (phase + 1 / phase)
+    return np.stack([phase * loss, loss])
+
+
+RELAXATION = MeasurementKind(  # G(t) = G_e + sum G_k exp(-t/tau_k)
+    name="relaxation",
+    tests="relaxation tests",
+    curves="relaxation curves",
+    value="modulus",
+    values="moduli",
+    stiffness="modulus",
+    abscissa=("time", "s"),
+    ordinates=(("relaxation_modulus", "Pa"),),
+    label="Young's relaxation modulus [MPa]",
+    label_factor=1e-6,
+    **_OVER_TIME,  # type: ignore[arg-type]
+    step="strain",
+    remedy=_RAMP % "strain",
+    stiffness_power=1,
+    processes=_decay,
+    constants=lambda time: np.ones((1, 1, time.size)),
+)
+CREEP = MeasurementKind(  # J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta
+    name="creep",
+    tests="creep tests",
+    curves="creep curves",
+    value="compliance",
+    values="compliances",
+    stiffness="inverse compliance",
+    abscissa=("time", "s"),
+    ordinates=(("creep_compliance", "1/Pa"),),
+    label="tensile creep compliance [1/MPa]",
+    label_factor=1e6,
+    **_OVER_TIME,  # type: ignore[arg-type]
+    step="stress",
+    remedy=_RAMP % "stress",
+    stiffness_power=-1,
+    processes=_retard,
+    constants=lambda time: np.stack([np.ones(time.size), time])[:, None],
+)
+OSCILLATION = MeasurementKind(  # G'(w) = G_e + sum G_k (w tau_k)^2/(1 + (w tau_k)^2), G''(w) = sum G_k w tau_k/(1 + (w tau_k)^2)
+    name="oscillation",
+    tests="frequency sweeps",
+    curves="frequency sweeps",
+    value="modulus",
+    values="storage or loss moduli",
+    stiffness="storage modulus",
+    abscissa=("angular_frequency", "rad/s"),
+    ordinates=(("storage_modulus", "Pa"), ("loss_modulus", "Pa")),
+    label="Young's storage and loss modulus [MPa]",
+    label_factor=1e-6,
+    ends=("high-frequency", "low-frequency"),
+    regions=("high frequencies", "low frequencies"),
+    more_overlap="over more frequencies",
+    step="",
+    remedy="check that the highest frequencies are free of resonance and inertia, and the stiffest readings of compliance",
+    time_power=-1,
+    stiffness_power=1,
+    processes=_oscillate,
+    constants=lambda time: np.stack([np.ones(time.size), np.zeros(time.size)])[None],
+)
+KINDS: dict[KindName, MeasurementKind] = {kind.name: kind for kind in (RELAXATION, OSCILLATION, CREEP)}

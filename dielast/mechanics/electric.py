@@ -1,0 +1,52 @@
+"""The electrical load: which electrical quantity is prescribed, and what it does to the stress of a film.
+
+A film of nominal field V/L_3 has the true field E = (V/L_3) lambda_1 lambda_2 and squeezes itself by the Maxwell stress eps E^2,
+alike in axes 1 and 2 (Eq. 6 of DOI 10.1115/1.4030850). Both depend on the stretches through the area alone, here as
+`log_area` = Lambda_1 + Lambda_2 = 2 ln(lambda_1 lambda_2). Arrays are of shape (cases,).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from dielast.numerics.columns import Floats
+
+ELECTRIC = 2  # row of a load's values that holds the prescribed electrical quantity
+
+
+class ElectricalLoad(Protocol):
+    """A prescribed electrical quantity; `prescribed` is its value, `permittivity` in F/m."""
+
+    def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
+        """The Maxwell stress eps E^2 in Pa."""
+
+    def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
+        """The Maxwell stress, and its derivatives in `log_area` and in the prescribed quantity."""
+
+    def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
+        """The true field E in V/m."""
+
+
+@dataclass(frozen=True, slots=True)
+class FieldControl:
+    """The nominal field V/L_3 (V/m) is prescribed, as by a voltage source: eps E^2 = eps (V/L_3)^2 exp(log_area)."""
+
+    def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
+        """eps E^2."""
+        return np.asarray(permittivity * np.square(prescribed) * np.exp(log_area))
+
+    def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
+        """eps E^2 twice, as it is its own derivative, and 2 eps (V/L_3) exp(log_area)."""
+        slope = 2 * permittivity * prescribed * np.exp(log_area)
+        stress = 0.5 * slope * prescribed
+        return stress, stress, slope
+
+    def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
+        """E = (V/L_3) exp(log_area/2)."""
+        return np.asarray(prescribed * np.exp(0.5 * log_area))
+
+
+FIELD = FieldControl()

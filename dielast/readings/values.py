@@ -1,0 +1,194 @@
+"""The readings of one table or step: its columns as abscissa and ordinates in SI, Young's or tensile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, warn
+from dielast.material.checks import doubt_strain
+from dielast.material.measurement_kind import RELAXATION
+from dielast.readings.curve_recipe import CurveData
+from dielast.readings.isotherms import WIDEST, temperature_of_file
+from dielast.readings.recipe import ROLES, MeasuredData, MeasurementData
+from dielast.readings.specimen import nominal_stress, strain_of
+from dielast.readings.specimen_recipe import Specimen
+from dielast.readings.steps import Part
+from dielast.units import ZERO_CELSIUS
+
+Array = NDArray[np.float64]
+
+FREQUENCY_AGREEMENT = 0.01  # relative, between a column of frequencies and one of angular frequencies
+HELD, CHANGES = 0.02, 0.2  # spread, relative to the largest, of what a test holds, and of what is not held
+ONE_TEMPERATURE = (
+    'of a test at one temperature "dielast spectrum" makes a material: kind = "spectrum", the same [data] with '
+    'reference_temperature = "20 degC", and no [shift]'
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Readings:
+    """Rows (n,) in SI and degC: abscissa, one or two ordinates (c, n), Young's or tensile; set labels, -1 for none."""
+
+    temperature: Array
+    abscissa: Array
+    ordinates: Array
+    label: NDArray[np.intp]
+    viscosity: Array
+
+
+def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> Readings:
+    """The readings of a part; `per_shear` is Young's modulus over the measured one, `labels` numbers the sets met so far."""
+    table, roles = part.table, [role for role in part.columns if role not in ("complex_viscosity", "set")]
+    rows = part.rows(roles)
+    _warn_of_gaps(part, roles, rows)
+    if not part.kind.over_frequency:
+        rows[rows] = _in_time(part, rows, data)
+
+    def column(role: str) -> Array:
+        return table.column(part.columns[role], role, ROLES[role], rows)
+
+    lines = table.lines[rows]
+    abscissa = _angular_frequency(part, column, lines) if part.kind.over_frequency else column("time") - data.time_offset
+    if "temperature" in part.columns:
+        temperature = column("temperature")
+        _refuse(part, lines, temperature <= -ZERO_CELSIUS, "temperature", "is at or below absolute zero")
+        if part.is_export and np.ptp(temperature) <= WIDEST * data.temperature_tolerance:
+            temperature = np.full(abscissa.size, round(float(np.mean(temperature)), 6))  # a step is one isothermal set
+    else:
+        temperature = np.full(abscissa.size, _stated_temperature(part, data))
+    label = np.full(abscissa.size, -1)
+    if "set" in part.columns:
+        cells = table.cells[table.find(part.columns["set"], "set")]
+        label = np.array([labels.setdefault((part.file, cells[row]), len(labels)) for row in np.flatnonzero(rows)], dtype=np.intp)
+    viscosity = np.zeros(abscissa.size)
+    if "complex_viscosity" in part.columns and (not part.is_export or part.filled("complex_viscosity")[rows].all()):
+        viscosity = per_shear * column("complex_viscosity")
+    with np.errstate(all="ignore"):
+        ordinates = _ordinates(part, column, lines, per_shear, data.specimen)
+    _refuse(part, lines, ~np.all(np.isfinite(ordinates), axis=0), part.kind.name, "is too large a number")
+    _refuse_most(part, lines, np.any(ordinates <= 0, axis=0))
+    return Readings(temperature, abscissa, ordinates, label, viscosity)
+
+
+def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray[np.bool_]:
+    """Which of `rows` count: from the first time on that the recipe names, and in an export from when the step was made."""
+    time = part.table.column(part.columns["time"], "time", ROLES["time"], rows)
+    kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
+    lines = part.table.lines[rows]
+    _refuse(part, lines, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
+    if not np.any(kept):
+        raise InputError(f"{part.table.source}: no points are left from {data.first_time:g} s on (see discard_before and ramp)")
+    return kept
+
+
+def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArray[np.int64]) -> Array:
+    """Angular frequency in rad/s; where both are there they must agree, since nothing tells which of them is right."""
+    found = {}
+    for role in ("frequency", "angular_frequency"):
+        if role in part.columns:
+            found[role] = column(role)
+            _refuse(part, lines, found[role] <= 0, role.replace("_", " "), "is not above zero")
+    if len(found) == 2:
+        hertz, omega = found["frequency"], found["angular_frequency"]
+        for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > FREQUENCY_AGREEMENT)[:1]:
+            raise InputError(
+                f"{part.table.source}: line {lines[k]}: frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
+                f"contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s"
+            )
+    return found["angular_frequency"] if "angular_frequency" in found else 2 * np.pi * found["frequency"]
+
+
+def _ordinates(
+    part: Part, column: Callable[[str], Array], lines: NDArray[np.int64], per_shear: float, specimen: Specimen | None
+) -> Array:
+    """Young's moduli in Pa or tensile compliance in 1/Pa, shape (c, n); stress over strain is the paper's modulus, Sec. 2.1.1."""
+    given = part.columns
+    if part.kind.over_frequency:
+        if "loss" in given:
+            moduli = np.stack((column("storage"), column("loss")))
+        elif "storage" in given:
+            moduli = column("storage") * np.stack((np.ones(lines.size), column("tan_delta")))
+        else:
+            tangent = column("tan_delta")
+            moduli = column("complex_modulus") / np.hypot(1.0, tangent) * np.stack((np.ones(lines.size), tangent))
+        return np.asarray(per_shear * moduli)
+    # a modulus is stress over strain, a compliance strain over stress; shear moduli are a third of Young's
+    scale, plain = per_shear**part.kind.stiffness_power, part.kind.value
+    if plain in given:
+        return np.asarray(scale * column(plain))[None]
+    if "stretch" in given:
+        strain = column("stretch") - 1
+    else:
+        strain = column("strain") if "strain" in given else strain_of(column("extension"), specimen)
+    stress = column("stress") if "stress" in given else nominal_stress(column("force"), specimen)
+    doubt_strain(strain)
+    over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
+    _warn_if_held(part, held=under[1], answer=over[1])
+    _refuse(part, lines, under[1] == 0, under[0], f"is zero, so {over[0]} / {under[0]} is no {plain}")
+    return np.asarray(scale * over[1] / under[1])[None]
+
+
+def _warn_if_held(part: Part, held: Array, answer: Array) -> None:
+    """Warn where what the test holds, the strain of relaxation or the stress of creep, changes, and its answer does not."""
+    spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
+    if spread[0] > CHANGES > HELD > spread[1]:
+        constant, other = ("stress", "creep") if part.kind is RELAXATION else ("strain", "relaxation")
+        warn(
+            f'{part.table.source}: the {constant} is constant and the other changes, as in {other}: say measurement = "{other}" '
+            "if that was measured"
+        )
+
+
+def _stated_temperature(part: Part, data: MeasuredData) -> float:
+    if part.temperature is not None:
+        return part.temperature
+    source, in_step = part.table.source, part.temperature_in_step()
+    if isinstance(data, MeasurementData) and (data.temperatures is not None or data.temperature_in_name is not None):
+        return temperature_of_file(data, part.file, source)
+    if in_step is not None:
+        return in_step
+    if isinstance(data, CurveData):
+        if data.reference_temperature is None:
+            raise InputError(f'{source}: the data state no temperature: say reference_temperature = "20 degC"')
+        return data.reference_temperature
+    if part.is_export:
+        raise InputError(f'{source}: step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name')
+    assert isinstance(data, MeasurementData)
+    raise InputError(
+        f'{source}: temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}'
+    )
+
+
+def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None:
+    """Rows of an export that hold some of what is needed and lack the rest."""
+    if not part.is_export:
+        return
+    partly = np.any([part.filled(role) for role in roles if role not in ("temperature", "time")], axis=0) & ~rows
+    if np.any(partly):
+        first, count = int(part.table.lines[np.flatnonzero(partly)[0]]), int(np.count_nonzero(partly))
+        many = f"{count} points lack" if count > 1 else "1 point lacks"
+        warn(
+            f'{part.table.source}: step "{part.step}": {many} a reading and {"are" if count > 1 else "is"} left out (line {first})'
+        )
+    if not np.any(rows):
+        raise InputError(f'{part.table.source}: step "{part.step}" has no row with all of {", ".join(roles)}')
+
+
+def _refuse(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_], role: str, why: str) -> None:
+    if np.any(wrong):
+        first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
+        raise InputError(f"{part.table.source}: line {lines[first]}: {role} {why}" + (f" ({count} such rows)" if count > 1 else ""))
+
+
+def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_]) -> None:
+    """A few values at a noise floor may be zero or negative; a file that is so for the most part is not what it is said to be."""
+    if 2 * np.count_nonzero(wrong) > wrong.size:
+        many = part.kind.values
+        first, count = lines[np.flatnonzero(wrong)[0]], np.count_nonzero(wrong)
+        raise InputError(
+            f"{part.table.source}: line {first}: {count} of {wrong.size} {many} are zero or negative: positive {many} are needed"
+        )

@@ -1,0 +1,73 @@
+"""The result of a fit: a discrete relaxation spectrum beside the curve that it was made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Table
+from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.interconversion import RetardationSpectrum
+
+Array = NDArray[np.float64]
+Method = Literal["schwarzl-staverman", "nnls"]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SpectrumFit(TabularResult):
+    """A fitted relaxation spectrum and how well it gives the curve of its `test`, relaxation, oscillation or creep, back.
+
+    `spectrum` and `equilibrium_shear_modulus` (Pa) are shear; `reduced_time` (s) is (n,), ascending, and `measured` and `model` are
+    Young's moduli of relaxation (n,), storage and loss (2, n) in Pa, or tensile creep compliances (n,) in 1/Pa. An oscillation's
+    reduced time is one over its angular frequency. The errors are those of model/measured - 1 over all points, each counting once;
+    where only the slowest branches are kept, over the points from the shortest relaxation time kept onwards, which is what they
+    are meant for.
+
+    `clipped_branches` counts the processes whose modulus came out negative and was set to zero. `polynomial_rms_relative_error`
+    belongs to schwarzl-staverman, `smoothing` to nnls, and `retardation` to creep, which is fitted by a retardation spectrum first;
+    None otherwise.
+    """
+
+    method: Method
+    spectrum: Spectrum
+    equilibrium_shear_modulus: float
+    rms_relative_error: float
+    max_relative_error: float
+    reduced_time: Array
+    measured: Array
+    model: Array
+    clipped_branches: int = 0
+    polynomial_rms_relative_error: float | None = None
+    smoothing: float | None = None
+    test: KindName = "relaxation"
+    retardation: RetardationSpectrum | None = None
+
+    @property
+    def kind(self) -> MeasurementKind:
+        """The kind of measurement that the curve was made of."""
+        return KINDS[self.test]
+
+    @property
+    def reduced_abscissa(self) -> Array:
+        """Reduced time in s or reduced angular frequency in rad/s (n,), in the order of `reduced_time`."""
+        return np.asarray(self.reduced_time**self.kind.time_power)
+
+    def columns(self) -> Table:
+        """The curve beside the model, by ascending abscissa."""
+        kind, ascending = self.kind, slice(None, None, self.kind.time_power)
+        table = [Column(*kind.reduced_abscissa, self.reduced_abscissa[ascending])]
+        channels = zip(kind.ordinates, np.atleast_2d(self.measured), np.atleast_2d(self.model), strict=True)
+        for (name, unit), measured, model in channels:
+            which = f"_{name.removesuffix('_modulus')}" if len(kind.ordinates) > 1 else ""
+            table += [Column(f"measured{which}", unit, measured[ascending]), Column(f"model{which}", unit, model[ascending])]
+        return table
+
+    @property
+    def branches(self) -> int:
+        """Number of processes in the spectrum."""
+        return len(self.spectrum)

@@ -1,0 +1,147 @@
+"""What all fits of a spectrum share: a curve that is checked, what is asked of its spectrum, and what is reported of the fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.material.measurement_kind import MeasurementKind
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.checks import (
+    Ends,
+    check_counts,
+    check_ends,
+    check_liquid,
+    check_moduli,
+    fit_errors,
+    range_of_times,
+    share_kept,
+    sorted_points,
+    warn_of_equilibrium,
+)
+from dielast.relaxation.ends import End, extremes, long_time_end, votes
+from dielast.relaxation.interconversion import answer
+from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths, place_times
+from dielast.relaxation.result import Method, SpectrumFit
+
+Array = NDArray[np.float64]
+
+SEEN_AWAY = 10.0  # times the time of a process: so far away it still shows, hardly farther
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitTask:
+    """A checked `curve` (shear), its values as `measured` (channels, n), and what is asked of its spectrum; `plateau` is the shear
+    modulus that the curve ends at.
+
+    `times` are the shortest and the longest time of the processes in s, None where left open; `equilibrium` and `glassy` are shear
+    moduli in Pa that are prescribed. `keep` is how many of the `branches` are kept, None for all.
+    """
+
+    curve: WeightedCurve
+    measured: Array
+    plateau: End
+    branches: int
+    times: Ends
+    equilibrium: float | None
+    glassy: float | None
+    keep: int | None
+    liquid: bool
+
+    @classmethod
+    def of(
+        cls,
+        kind: MeasurementKind,
+        columns: Sequence[ArrayLike],
+        *,
+        branches: int,
+        times: Ends,
+        equilibrium_modulus: float | None,
+        glassy_modulus: float | None,
+        keep: int | None,
+        liquid: bool,
+        method: Method = "nnls",
+        fewest: int = 1,
+    ) -> FitTask:
+        """Check and sort `columns`, abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile), and the rest.
+
+        A `method` needs `fewest` branches. Raises `InputError` for points or arguments that allow no fit.
+        """
+        abscissa, *values = sorted_points(kind, columns)
+        equilibrium = check_liquid(liquid, equilibrium_modulus)
+        check_counts(method, branches, fewest, keep)
+        check_ends(times)
+        ascending = slice(None, None, kind.time_power)
+        time, measured = (abscissa**kind.time_power)[ascending], np.stack(values)[:, ascending]
+        curve = WeightedCurve(time, measured * 3.0**-kind.stiffness_power, votes(np.log10(time)), kind)
+        check_moduli(equilibrium, glassy_modulus, *extremes(np.log10(time), 3 * curve.stiffness))
+        plateau = long_time_end(np.log10(time), curve.stiffness)
+        return cls(curve, measured, plateau, branches, times, _shear(equilibrium), _shear(glassy_modulus), keep, liquid)
+
+    @property
+    def kept(self) -> float:
+        """The share of the decades of times that is left of the branches kept."""
+        return share_kept(self.branches, self.keep)
+
+    def place(self, known: Known, past: float = 1.0, times: Ends | None = None, kept: float | None = None) -> Array:
+        """Times of the processes for nnls in s, slowest first, by default up to so many times `past` the curve's ends; `times` and
+        `kept` are those of the task unless stated."""
+        curve, times = self.curve, self.times if times is None else times
+        default, seen = (curve.time[0] / past, curve.time[-1] * past), (SEEN_AWAY, 1 / SEEN_AWAY)
+        shortest, longest = range_of_times(times, default, curve.time, seen, self.kept if kept is None else kept)
+        return place_times(curve, self.branches, shortest, longest, (times[0] is None, times[1] is None), known)
+
+    def fit_moduli(self, past: float) -> tuple[Array, Solution]:
+        """Relaxation times and moduli by non-negative least squares, with equilibrium and glassy modulus where prescribed."""
+        known = (self.equilibrium,)
+        tau = self.place(known, past)
+        return tau, fit_strengths(self.curve, tau, known, None if self.glassy is None else Total(self.glassy, (1.0,)))
+
+    def finish(
+        self,
+        method: Method,
+        spectrum: Spectrum,
+        equilibrium: float,
+        model: Array | None = None,
+        truncated: bool | None = None,
+        **rest: Any,
+    ) -> SpectrumFit:
+        """The result, of a spectrum that may be `truncated`, and warnings of what looks wrong with it.
+
+        `model` (channels, n), shear, is by default what the moduli answer; `rest` is what else a `SpectrumFit` holds.
+        """
+        curve, kind = self.curve, self.curve.kind
+        if model is None:
+            model = answer(kind, spectrum, equilibrium, curve.time)
+        if truncated is None:
+            truncated = self.keep is not None and self.keep < self.branches
+        shortest = float(spectrum.relaxation_time[-1]) if truncated else None
+        rms, worst = fit_errors(model / curve.values - 1, curve.time, shortest)
+        both = (self.measured, model * 3.0**kind.stiffness_power)
+        measured, answered = (values[0] if len(values) == 1 else values for values in both)
+        return SpectrumFit(
+            method=method,
+            spectrum=spectrum,
+            equilibrium_shear_modulus=equilibrium,
+            rms_relative_error=rms,
+            max_relative_error=worst,
+            reduced_time=curve.time,
+            measured=measured,
+            model=answered,
+            test=kind.name,
+            **rest,
+        )
+
+    def warn_of_equilibrium(self, equilibrium: float) -> None:
+        """Warn of an equilibrium modulus (shear, Pa), but for that of a liquid, that the end of the curve does not bear out."""
+        if not self.liquid:
+            warn_of_equilibrium(self.equilibrium, equilibrium, self.plateau)
+
+
+def _shear(modulus: float | None) -> float | None:
+    """The shear modulus of an incompressible material from Young's modulus, if that is stated."""
+    return None if modulus is None else modulus / 3

@@ -1,0 +1,112 @@
+"""What the scatter of the points does not say of the shift factors: tilted curves, their parts and their smoothness."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.superposition.effects import TILT, likeliest
+from dielast.superposition.joint_problem import (
+    Prior,
+    State,
+    assemble,
+    correlation,
+    cross_products,
+    gauss_newton_step,
+    linear_parts,
+)
+from dielast.superposition.misfit import PARTS, VISIBLE, Misfit
+from dielast.superposition.points import FitPoints
+from dielast.superposition.robust import Weights
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+TILT_ROUNDS = 50
+KNOT_RATIO = 1.5  # of the spacing of the knots, by which the shifts' dependence on it is told
+RESETTLING_STEPS = 3  # of the shifts after a change of points or knots
+LEFT_OUT = 1e-9  # weight of a point that is left out
+BOUND = 5.0  # standard deviations beyond which a point that was left out is no farther off
+
+
+def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Array, float]:
+    """What tilts of the curves add to the covariance of the free parameters, and the spread of the tilts."""
+    weight, m = state.weights.weight, points.curves
+    parts = linear_parts(points, state.theta, prior.free, state.weights, state.spacing)
+    lean = points.lean
+    cross = cross_products(parts.curves, points, weight * lean)
+    own = np.diag(np.bincount(points.curve, weight * lean**2, minlength=m)) - cross.T @ parts.inverse @ cross
+    pull = np.bincount(points.curve, weight * parts.residual * lean, minlength=m)
+    both = np.vstack([np.diag(np.bincount(points.curve, weight * side * lean, minlength=m)) for side in parts.sides])
+    beside = np.asarray(both - parts.cross.T @ parts.inverse @ cross, dtype=float)[prior.free]
+    response = np.linalg.solve(state.normal, np.column_stack((beside, state.gradient)))
+    normal, right = own - beside.T @ response[:, :-1], beside.T @ response[:, -1] - pull
+    repeated = correlation(points, state)
+    tilt = likeliest(TILT, normal / repeated, right / repeated, TILT.first, TILT_ROUNDS)
+    return tilt.spread**2 * response[:, :-1] @ response[:, :-1].T, tilt.spread
+
+
+def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> tuple[Array, tuple[float, ...]]:
+    """What comes of leaving out one part of all curves after the other: covariance (2m, 2m) of the shifts, and how far off the
+    points left out are predicted in each channel, see `MasterFit`.
+
+    Where curves do not superpose, the shift depends on what part of them it is read from, and no scatter tells that.
+    """
+    moved, off = [], np.zeros(points.curve.size)
+    scatter = _scatter(points, state.residual)
+    for k in range(PARTS):
+        out = misfit.part == k
+        weights = replace(state.weights, weight=np.where(out, LEFT_OUT, 1.0) * state.weights.weight)
+        left = _resettled(points, prior, state.theta, weights, state.spacing)
+        moved.append(left.theta)
+        off[out] = (left.residual**2 / (_predicted_variance(points, prior, left) + scatter))[out]
+    away = np.array(moved) - np.mean(moved, axis=0)
+    return _half_correlated((PARTS - 1) / PARTS * away.T @ away), tuple(
+        float(np.mean(np.minimum(off[points.channel == k], BOUND**2))) for k in range(points.channels)
+    )
+
+
+def smoothing_errors(points: FitPoints, prior: Prior, state: State) -> Array:
+    """Covariance (2m, 2m) of how far the shifts depend on how smooth the curves are taken to be: with knots wider or closer."""
+    factors = (KNOT_RATIO, 1 / KNOT_RATIO)
+    others = [_resettled(points, prior, state.theta, state.weights, state.spacing * factor).theta for factor in factors]
+    away = np.array(others) - state.theta
+    return _half_correlated(away.T @ away / len(factors))
+
+
+def _resettled(points: FitPoints, prior: Prior, theta: Array, weights: Weights, spacing: float) -> State:
+    """The fit with other weights or knots, a few steps on from `theta` (2m,)."""
+    state = assemble(points, theta, prior, weights, spacing)
+    for _ in range(RESETTLING_STEPS):
+        state, _ = gauss_newton_step(points, prior, state)
+    return state
+
+
+def _half_correlated(covariance: Array) -> Array:
+    """The covariance with half of its correlations: a few trials hardly show which combinations are free of error."""
+    return np.asarray((covariance + np.diag(np.diag(covariance))) / 2)
+
+
+def _scatter(points: FitPoints, residual: Array) -> Array:
+    """Variance of each point by how neighbours differ, one for each channel, and by what specimens and instruments do (n,)."""
+    joined = points.series[1:] == points.series[:-1]
+    square = np.diff(residual) ** 2 / 2
+    found = [np.median(square[joined & (points.channel[1:] == k)]) / 0.455 for k in range(points.channels)]
+    return np.array(found)[points.channel] + points.variance + VISIBLE**2
+
+
+def _predicted_variance(points: FitPoints, prior: Prior, state: State) -> Array:
+    """Variance of the smooth curve at each point (n,), shifts and offsets being as uncertain as they are."""
+    parts = linear_parts(points, state.theta, prior.free, state.weights, state.spacing)
+    m, curves = points.curves, parts.curves
+    answer = (parts.inverse @ parts.cross)[:, prior.free]
+    sensitive = -np.einsum("an,ank->nk", curves.basis, answer[curves.rows])
+    place = np.full(2 * m, -1)
+    place[prior.free] = np.arange(prior.free.size)
+    for number, side in enumerate(parts.sides):
+        column = place[number * m + points.curve]
+        here = np.flatnonzero(column >= 0)
+        sensitive[here, column[here]] += side[here]
+    return np.asarray(curves.leverage(parts.inverse) + np.einsum("nk,kl,nl->n", sensitive, np.linalg.inv(state.normal), sensitive))

@@ -1,0 +1,206 @@
+"""The joint fit: the best smooth curve and shift factors, with knots as dense as the data ask for.
+
+Real specimens and load cells differ by a few percent, which slides a whole curve up or down, or tilts it, and would pull its shift
+factor along. The offsets are therefore fitted too, as random effects, and the standard errors allow for tilts (see `effects`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.superposition.effects import OFFSET, likeliest
+from dielast.superposition.joint_errors import leave_out, smoothing_errors, tilt_errors
+from dielast.superposition.joint_problem import (
+    CONVERGED,
+    LOOSE,
+    Prior,
+    State,
+    akaike,
+    assemble,
+    correlation,
+    gauss_newton_step,
+    reweigh,
+    with_spread,
+)
+from dielast.superposition.misfit import Misfit, find_misfit
+from dielast.superposition.points import FitPoints
+from dielast.superposition.robust import channel_shares, even_weights, noise_shares
+from dielast.superposition.spline import Spline, spacing_bounds
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+ITERATIONS = 40
+OFFSET_ROUNDS = 6  # of the spread of the offsets to one step of the shifts
+BEGINNING = 3  # steps for each spacing of the knots
+FINER = 1  # spacings finer than that of the least criterion
+AMBIGUOUS = 0.1  # decades by which the shifts may depend on the part of the curves they are read from
+SPACING_RATIO = 1.5  # from one spacing of the knots that is tried to the next
+SAME_START = 0.01  # decades
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MasterFit:
+    """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curves and the residuals (n,).
+
+    `noise_stderr` (m,) is the part of the shifts' standard errors without what the shifts depend on the part of the curves they are
+    read from. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the curves' vertical offsets
+    and tilts from end to end that were allowed for but not applied: `placed` are smooth curves through the points as they lie.
+    `misfit` is what is missed beyond noise and offsets.
+
+    `score` is Akaike's criterion of the fit: of two to the same points the lower one is the better. `left_out` says for each
+    channel how well points that are left out are predicted: the mean square of what they are missed by, over the variance of the
+    prediction, of their scatter, and of what specimens and instruments do.
+    """
+
+    shift: Array
+    vertical: Array
+    covariance: Array
+    noise_stderr: Array
+    splines: tuple[Spline, ...]
+    residual: Array
+    offset_spread: float
+    tilt_spread: float
+    placed: tuple[Spline, ...]
+    misfit: Misfit
+    score: float
+    left_out: tuple[float, ...]
+
+
+def fit_master(points: FitPoints, starts: Sequence[Array], anchor: int, vertical: bool, drift: Array | None = None) -> MasterFit:
+    """Fit the smooth curve and all shifts together, from each of the starting values (m,); the curve numbered `anchor` stays put.
+
+    With `vertical`, the curves slide along the modulus too. A stated `drift` is the covariance (m, m) of the vertical offsets that
+    are expected. Knots grow denser until Akaike's criterion no longer gains; of the fits from several starts the best is kept.
+    """
+    m = points.curves
+    best: tuple[float, State, Prior] | None = None
+    for k, start in enumerate(starts):
+        known = [*starts[:k], *([] if best is None else [best[1].theta[:m]])]
+        if any(np.max(np.abs(start - other)) < SAME_START for other in known):
+            continue
+        state, prior, score = _fit(points, *_begin(points, start, anchor, vertical, drift))
+        if best is None or score < best[0]:
+            best = score, state, prior
+    assert best is not None
+    score, state, prior = best
+    misfit = find_misfit(points.series, points.curve, points.log_time, state.residual)
+    covariance = np.zeros((2 * m, 2 * m))
+    inner = np.ix_(prior.free, prior.free)
+    tilts, tilt_spread = tilt_errors(points, prior, state)
+    covariance[inner] = np.linalg.inv(state.normal) * correlation(points, state) + tilts
+    covariance += smoothing_errors(points, prior, state)
+    noise_stderr = np.sqrt(np.diag(covariance)[:m])
+    ambiguity, left_out = leave_out(points, prior, state, misfit)
+    if misfit.sure:
+        covariance += ambiguity
+        misfit = replace(misfit, matters=misfit.matters or bool(np.max(np.diag(ambiguity)[:m]) > AMBIGUOUS**2))
+    shift, level, residual, placed = state.theta[:m], state.theta[m:], state.residual, state.splines
+    if not vertical:
+        covariance[m:, :] = covariance[:, m:] = 0.0
+        residual = residual - points.lift * level[points.curve]
+        level = np.zeros(m)
+        none = prior.free[:0]
+        plain = Prior(np.concatenate((shift, level)), prior.precision, none, 0.0)
+        placed = assemble(points, plain.mean, plain, state.weights, state.spacing).splines
+    spread = prior.spread if prior.spread > 0 else 0.0
+    splines = state.splines
+    return MasterFit(
+        shift, level, covariance, noise_stderr, splines, residual, spread, tilt_spread, placed, misfit, score, left_out
+    )
+
+
+def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) -> MasterFit:
+    """Fit smooth curves, and with `vertical` vertical shifts, to `points`, their shifts those of another fit `shifts`."""
+    m = points.curves
+    theta = np.concatenate((shifts.shift, shifts.vertical))
+    movable = np.delete(np.arange(2 * m), [anchor, m + anchor])
+    free = movable[m - 1 :] if vertical else movable[:0]
+    prior = Prior(theta, np.eye(2 * m) * LOOSE, free, float(free.size))
+    state, prior, _ = _fit(points, theta, prior)
+    covariance = shifts.covariance.copy()
+    if vertical:
+        own = np.linalg.inv(state.normal) * correlation(points, state)
+        joint = assemble(points, state.theta, replace(prior, free=movable), state.weights, state.spacing).normal
+        response = np.zeros((m, m))
+        across, down = movable[: m - 1], movable[m - 1 :] - m
+        response[np.ix_(down, across)] = -np.linalg.solve(joint[m - 1 :, m - 1 :], joint[m - 1 :, : m - 1])
+        covariance[m:, :m] = response @ covariance[:m, :m]
+        covariance[:m, m:] = covariance[m:, :m].T
+        covariance[m:, m:] = covariance[m:, :m] @ response.T
+        covariance[np.ix_(m + down, m + down)] += own
+    level, splines = state.theta[m:], state.splines
+    return replace(shifts, vertical=level, covariance=covariance, splines=splines, placed=splines, residual=state.residual)
+
+
+def _begin(points: FitPoints, start: Array, anchor: int, vertical: bool, drift: Array | None) -> tuple[Array, Prior]:
+    """All parameters to begin with, and their prior."""
+    m = points.curves
+    theta = np.concatenate((start, np.zeros(m)))
+    random = not vertical and bool(np.any(points.lift))
+    fixed = [anchor, m + anchor] if vertical else [anchor] if random else [anchor, *range(m, 2 * m)]
+    free = np.delete(np.arange(2 * m), fixed)
+    prior = Prior(theta, np.eye(2 * m) * LOOSE, free, float(free.size))
+    return theta, with_spread(replace(prior, drift=drift), OFFSET.first) if random else prior
+
+
+def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior]:
+    """The likeliest spread of the vertical shifts, given the linearised fit."""
+    if prior.spread == 0:
+        return state, prior
+    m = prior.mean.size // 2
+    random = prior.free >= m
+    fixed, level = ~random, state.theta[m:]
+    own = prior.precision[m:, m:]
+    normal, gradient = state.normal[np.ix_(random, random)] - own, state.gradient[random] - own @ level
+    across = state.normal[np.ix_(random, fixed)]
+    answer = np.linalg.solve(state.normal[np.ix_(fixed, fixed)], np.column_stack((across.T, state.gradient[fixed])))
+    normal, gradient = normal - across @ answer[:, :-1], gradient - across @ answer[:, -1]
+    repeated = correlation(points, state)
+    offset = likeliest(OFFSET, normal / repeated, (normal @ level - gradient) / repeated, prior.spread, OFFSET_ROUNDS, prior.drift)
+    freedom = float(np.count_nonzero(fixed)) + offset.counted
+    new = replace(with_spread(prior, offset.spread, repeated), freedom=freedom, evidence=offset.evidence)
+    change = new.precision[m:, m:] - own
+    normal, gradient = state.normal.copy(), state.gradient.copy()
+    normal[np.ix_(random, random)] += change
+    gradient[random] += change @ level
+    cost = state.cost + float(level @ change @ level)
+    return replace(state, cost=cost, gradient=gradient, normal=normal, freedom=freedom), new
+
+
+def _fit(points: FitPoints, theta: Array, prior: Prior) -> tuple[State, Prior, float]:
+    """Try knot spacings from wide to narrow, then iterate with the best until nothing moves; with Akaike's criterion."""
+    tried: list[tuple[float, State]] = []
+    weights, last = even_weights(points.variance), theta
+    span = float(np.ptp(points.log_time - theta[points.curve]))
+    widest, finest = spacing_bounds(span, points.curve.size / points.channels - prior.free.size)
+    for spacing in np.geomspace(widest, finest, 2 + int(np.log(widest / finest) / np.log(SPACING_RATIO))):
+        starts = [assemble(points, start, prior, weights, spacing) for start in (theta, last)]
+        state = min(starts, key=lambda state: state.cost)
+        for _ in range(BEGINNING):
+            state, _ = gauss_newton_step(
+                points, prior, reweigh(points, state, prior, channel_shares(points.channel, state.residual))
+            )
+        state = reweigh(points, state, prior, channel_shares(points.channel, state.residual))
+        tried.append((akaike(state, 0.0), state))
+        last = state.theta
+        best = min(range(len(tried)), key=lambda k: tried[k][0])
+        if len(tried) > best + 2:
+            break
+    # What smooths the curves best still bends them a little, and the shifts with them: one step finer costs next to nothing.
+    return converge(points, prior, tried[min(best + FINER, len(tried) - 1)][1])
+
+
+def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior, float]:
+    """Iterate shifts, weights and the spread of the offsets until nothing moves; with Akaike's criterion."""
+    for _ in range(ITERATIONS):
+        state, prior = _respread(points, prior, state)
+        state, moved = gauss_newton_step(points, prior, state)
+        state = reweigh(points, state, prior, noise_shares(points.series, state.residual, points.channel))
+        if moved < CONVERGED:
+            break
+    return state, prior, akaike(state, prior.evidence)

@@ -1,0 +1,165 @@
+"""The joint problem: one smooth curve of log modulus over log reduced time, and all shift factors with it.
+
+The smooth curve is a cubic B-spline on even knots; a frequency sweep has two channels, with a curve each, that share the shifts.
+For given shifts the coefficients are a linear problem, so they are projected out (variable projection in Kaufman's form, DOI
+10.1007/BF01932995), and a Gauss-Newton iteration moves the shifts alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.superposition.effects import precision_of
+from dielast.superposition.points import FitPoints
+from dielast.superposition.robust import Weights, robust_weights
+from dielast.superposition.spline import Spline, SplineProblem
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+LOOSE = 30.0**-2  # precision (1/decade^2) of the prior that keeps the normal matrix regular where the data say nothing
+MAX_STEP = 0.5  # decades a shift may move in one iteration
+SHORTENINGS = 8  # of a step, each to a third, before it is given up
+CONVERGED = 0.01  # standard errors
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prior:
+    """Mean (2m,) and precision (2m, 2m) of all shifts, then all vertical shifts, and which of them are free.
+
+    With a `spread` the vertical shifts are random effects of that spread, and of the covariance `drift` (m, m) besides; `freedom`
+    is how many parameters the free ones count for, `evidence` what random ones add to -2 ln likelihood.
+    """
+
+    mean: Array
+    precision: Array
+    free: Index
+    freedom: float
+    spread: float = 0.0
+    drift: Array | None = None
+    evidence: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """The best splines for given shifts and vertical shifts `theta` (2m,); cost, gradient and normal matrix over the free ones; the
+    weights used."""
+
+    theta: Array
+    splines: tuple[Spline, ...]
+    residual: Array
+    cost: float
+    gradient: Array
+    normal: Array
+    weights: Weights
+    freedom: float
+
+    @property
+    def parameters(self) -> float:
+        """Number of parameters that the fit counts for."""
+        return sum(spline.coefficient.size for spline in self.splines) + self.freedom
+
+    @property
+    def spacing(self) -> float:
+        """Distance of the knots in decades."""
+        return self.splines[0].spacing
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearParts:
+    """The best smooth curves at given shifts: the `inverse` of their normal matrix (K, K), coefficients (K,) and residuals (n,).
+
+    `sides` are the derivatives (n,) of the residuals with respect to shifts and vertical shifts, and `cross` (K, sides m) is what
+    these share with the basis of the curves.
+    """
+
+    curves: SplineProblem
+    inverse: Array
+    coefficient: Array
+    residual: Array
+    sides: list[Array]
+    cross: Array
+
+
+def with_spread(prior: Prior, spread: float, repeated: float = 1.0) -> Prior:
+    """The prior with vertical shifts of another spread, beside points of which so many count for one."""
+    m = prior.mean.size // 2
+    precision = prior.precision.copy()
+    precision[m:, m:] = repeated * precision_of(spread, m, prior.drift)
+    return replace(prior, precision=precision, spread=spread)
+
+
+def linear_parts(points: FitPoints, theta: Array, free: Index, weights: Weights, spacing: float) -> LinearParts:
+    """The smooth curves at the shifts and vertical shifts `theta` (2m,), with knots `spacing` apart in decades."""
+    m, curve = points.curves, points.curve
+    target = points.log_modulus + points.lift * theta[m:][curve]
+    curves = SplineProblem.of(points.log_time - theta[curve], spacing, points.channel, points.channels)
+    inverse, coefficient, fitted = curves.fit(weights.weight, target)
+    slope = np.sum(curves.slope * coefficient[curves.rows], axis=0)
+    sides = [slope, points.lift] if free.size and free[-1] >= m else [slope]
+    cross = np.hstack([cross_products(curves, points, weights.weight * side) for side in sides])
+    return LinearParts(curves, inverse, coefficient, target - fitted, sides, cross)
+
+
+def cross_products(curves: SplineProblem, points: FitPoints, side: Array) -> Array:
+    """Sums (K, m) of the basis functions times `side` (n,), curve by curve."""
+    m, size = points.curves, curves.size * curves.channels
+    key = (curves.rows * m + points.curve).ravel()
+    return np.asarray(np.bincount(key, (curves.basis * side).ravel(), minlength=size * m).reshape(size, m), dtype=float)
+
+
+def assemble(points: FitPoints, theta: Array, prior: Prior, weights: Weights, spacing: float) -> State:
+    """The best smooth curves at `theta` (2m,), with cost, gradient and normal matrix of the free parameters."""
+    m, curve, weight, free = points.curves, points.curve, weights.weight, prior.free
+    parts = linear_parts(points, theta, free, weights, spacing)
+    normal = np.block(
+        [[np.diag(np.bincount(curve, weight * one * other, minlength=m)) for other in parts.sides] for one in parts.sides]
+    )
+    pull = np.hstack([np.bincount(curve, weight * parts.residual * side, minlength=m) for side in parts.sides])
+    away = theta - prior.mean
+    normal = normal - parts.cross.T @ parts.inverse @ parts.cross
+    normal = np.asarray(normal[np.ix_(free, free)] + prior.precision[np.ix_(free, free)], dtype=float)
+    gradient = np.asarray(pull[free] + prior.precision[free] @ away, dtype=float)
+    cost = float(np.sum(weight * parts.residual**2) + away @ prior.precision @ away)
+    return State(theta, parts.curves.splines(parts.coefficient), parts.residual, cost, gradient, normal, weights, prior.freedom)
+
+
+def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[State, float]:
+    """One Gauss-Newton step of the shifts, shortened until the cost falls; with how far it moved, in standard errors."""
+    if not prior.free.size:
+        return state, 0.0
+    step = -np.linalg.solve(state.normal, state.gradient)
+    step *= min(1.0, MAX_STEP / max(float(np.max(np.abs(step))), 1e-300))
+    for _ in range(SHORTENINGS):
+        theta = state.theta.copy()
+        theta[prior.free] += step
+        new = assemble(points, theta, prior, state.weights, state.spacing)
+        moved = float(np.sqrt(max(float(step @ state.normal @ step), 0.0) / step.size))
+        if moved < CONVERGED or new.cost <= state.cost:
+            return new, moved
+        step = step / 3
+    return state, 0.0
+
+
+def reweigh(points: FitPoints, state: State, prior: Prior, share: Array) -> State:
+    """The same shifts with weights from the residuals; `share` (n,) is that of `robust_weights`."""
+    weights = robust_weights(points.variance, state.residual, state.parameters, share, state.weights)
+    return assemble(points, state.theta, prior, weights, state.spacing)
+
+
+def akaike(state: State, evidence: float) -> float:
+    """Akaike's criterion corrected for small samples; what an outlier can add is bounded. `evidence` is what effects add."""
+    n, p = state.residual.size, state.parameters
+    bounded = np.minimum(state.residual**2 / state.weights.variance, 16.0)
+    return float(np.sum(np.log(state.weights.variance)) + np.sum(bounded)) + evidence + 2 * p * n / max(n - p - 1, 1)
+
+
+def correlation(points: FitPoints, state: State) -> float:
+    """Factor on the covariance for residuals that keep their sign for long: (1 + r)/(1 - r), r the correlation of neighbours."""
+    z = state.residual * np.sqrt(state.weights.weight)
+    joined = points.series[1:] == points.series[:-1]
+    r = float(np.sum((z[1:] * z[:-1])[joined]) / max(float(np.sum(z**2)), 1e-300))
+    return (1 + r) / (1 - r) if r > 3 / np.sqrt(z.size) else 1.0

@@ -1,0 +1,186 @@
+"""From a joint fit to the master curve: the shift law, and everything moved to the reference temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, warn
+from dielast.material.shift import ShiftLaw
+from dielast.superposition.condense import Condensed
+from dielast.superposition.gather import Gathered
+from dielast.superposition.joint_fit import MasterFit
+from dielast.superposition.result import MasterCurve, Stated
+from dielast.superposition.shiftfit import ShiftFit, fit_shift_law
+from dielast.superposition.spline import Spline
+from dielast.superposition.sweepfit import BasisFit
+from dielast.superposition.undetermined import (
+    UNDETERMINED,
+    Undetermined,
+    warn_if_law_misses,
+    warn_if_no_plateau,
+    warn_if_rising,
+)
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+SMOOTH_POINTS = 400
+
+
+def place_at_reference(
+    data: Gathered,
+    condensed: Condensed,
+    imposed: Array,
+    found: BasisFit,
+    outlying: Flags,
+    undetermined: tuple[Undetermined, ...],
+    anchor: int,
+    law: str,
+    reference: float,
+    stated: Stated,
+) -> MasterCurve:
+    """Fit the law and move everything from the curve that was held fast, `anchor`, to the `reference` temperature in degC.
+
+    `imposed` (m,) is log10 b where it was prescribed, `outlying` (c, n) says which points lie far off. Raises `InputError` where
+    fewer than two shift factors are determined; warns of what looks wrong with shift factors, law and plateau.
+    """
+    temperature, m, fit, kind = data.temperature, data.temperature.size, found.fit, data.kind
+    sure = ~np.isin(temperature, [entry.temperature for entry in undetermined])
+    if np.count_nonzero(sure) < 2:
+        raise _nothing_determined(undetermined)
+    known = np.ix_(sure, sure)
+    slope = np.zeros(m)
+    slope[sure] = np.gradient(fit.shift[sure], temperature[sure])
+    thermometer = np.diag((slope * stated.temperature_stderr) ** 2)
+    measured = fit.covariance[:m, :m] + _relative(thermometer, np.eye(m)[anchor])
+    shift_fit = fit_shift_law(law, temperature[sure], fit.shift[sure], measured[known], int(np.sum(sure[:anchor])), reference)
+    weight, excess = np.zeros(m), 0.0
+    here = sure & (temperature == reference)
+    if np.any(here):
+        weight[here], origin = 1.0, float(fit.shift[here][0])
+    else:
+        weight[sure], origin, excess = shift_fit.origin_weight, shift_fit.origin, shift_fit.origin_excess
+    shift = np.where(sure, fit.shift - origin, np.nan)
+    covariance = np.diag(np.where(sure, 0.0, np.inf))
+    covariance[known] = _relative(measured, weight)[known] + excess
+    stderr = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    between = np.array([np.interp(reference, temperature, row) for row in np.eye(m)])
+    raised = float(between @ fit.vertical)
+    vertical = 10 ** (fit.vertical - raised + imposed)
+    vertical_variance = np.diag(_relative(fit.covariance[m:, m:], between))
+    by_law = _law_values(shift_fit.law, temperature)
+    warn_if_rising(temperature[sure], shift[sure], stderr[sure])
+    warn_if_law_misses(temperature[sure], shift[sure], stderr[sure], by_law[sure], shift_fit.misfit, len(shift_fit.names))
+    warn_if_no_plateau(fit.splines[0], kind)
+
+    placed = np.where(sure, shift, np.where(_astray(shift_fit, temperature, sure), np.nan, by_law))
+    used = (condensed.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
+    curve, abscissa = data.curve[used], data.abscissa[used]
+    reduced = abscissa / (10 ** placed[curve]) ** kind.time_power
+    order = np.lexsort((abscissa, reduced))
+    along = slice(None, None, kind.time_power)  # of the smooth curves, by ascending abscissa
+    x = np.linspace(fit.splines[0].origin, fit.splines[0].end, SMOOTH_POINTS)
+
+    def smooth(splines: Sequence[Spline]) -> Array:
+        return np.stack([10 ** (spline(x) - raised) for spline in splines])[:, along] ** kind.stiffness_power
+
+    modulus = 10 ** (fit.splines[0](x) - raised)
+    return MasterCurve(
+        measurement=kind.name,
+        reference_temperature=reference,
+        temperature=temperature,
+        log10_shift_factor=shift,
+        log10_shift_factor_stderr=stderr,
+        log10_shift_factor_fit=by_law,
+        covariance=covariance,
+        vertical_shift=vertical,
+        vertical_shift_stderr=vertical * np.log(10) * np.sqrt(np.maximum(vertical_variance, 0.0)),
+        shift_fit=shift_fit,
+        shifted_on=found.on,
+        rms_residual_decades=_rms(fit, condensed, outlying),
+        point_temperature=temperature[curve][order],
+        abscissa=abscissa[order],
+        reduced_abscissa=reduced[order],
+        ordinates=(data.ordinates[:, used] * vertical[curve] ** kind.stiffness_power)[:, order],
+        smooth_abscissa=10 ** (kind.time_power * (x + origin))[along],
+        smooth_ordinates=smooth(fit.splines),
+        equilibrium_modulus=float(modulus[-1]),
+        glassy_modulus=float(np.max(modulus)),
+        undetermined=undetermined,
+        stated=stated,
+        log10_shift_factor_slope=slope,
+        offset_spread=fit.offset_spread,
+        tilt_spread=fit.tilt_spread,
+        placed_ordinates=smooth(fit.placed),
+        outlying_points=int(np.count_nonzero(np.any(outlying, axis=0))),
+    )
+
+
+def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
+    reasons = dict.fromkeys(entry.reason for entry in undetermined)
+    places = [(reason, ", ".join(f"{e.temperature:g}" for e in undetermined if e.reason == reason)) for reason in reasons]
+    return InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in places))
+
+
+def _astray(fit: ShiftFit, temperature: Array, sure: Flags) -> Flags:
+    """Undetermined temperatures (m,) whose place the extrapolated law does not know better than the data; warns of them."""
+    astray = ~sure & (_law_stderr(fit, temperature, temperature[sure]) > UNDETERMINED)
+    if np.any(astray):
+        places = ", ".join(f"{value:g}" for value in temperature[astray])
+        warn(
+            f"at {places} degC the shift law is extrapolated and does not know log10 a within half a decade: "
+            "their points are left out"
+        )
+    return astray
+
+
+def _rms(fit: MasterFit, condensed: Condensed, outlying: Flags) -> float:
+    """Root mean square of the residuals in decades, without averages that hold an outlying point (c, n)."""
+    trusted = np.ones((len(outlying), condensed.curve.size), dtype=bool)
+    for row, far in zip(trusted, outlying & (condensed.bin_of_point >= 0), strict=True):
+        row[condensed.bin_of_point[far]] = False
+    return float(np.sqrt(np.nanmean(fit.residual[trusted.ravel()] ** 2)))
+
+
+def _relative(covariance: Array, weight: Array) -> Array:
+    """Covariance of values taken relative to a weighted mean of themselves."""
+    relative = np.eye(weight.size) - weight
+    return np.asarray(relative @ covariance @ relative.T)
+
+
+def _with_constant(law: ShiftLaw, name: str, value: float) -> ShiftLaw:
+    """The law with another constant."""
+    changed: ShiftLaw = replace(law, **{name: value})  # type: ignore[type-var]
+    return changed
+
+
+def _law_stderr(fit: ShiftFit, temperature: Array, known: Array) -> Array:
+    """Standard error (m,) of the law's log10 a relative to the nearest of the `known` temperatures, from its constants; 0 for a
+    table, or where the constants have no finite errors.
+    """
+    if not fit.names or not np.all(np.isfinite(fit.covariance)):
+        return np.zeros(temperature.size)
+    nearest = known[np.argmin(np.abs(temperature[:, None] - known), axis=1)]
+    slope = np.empty((len(fit.names), temperature.size))
+    for row, (name, value) in enumerate(fit.parameters.items()):
+        step = 1e-4 * abs(value) or 1e-6
+        up, down = (
+            _law_values(law, temperature) - _law_values(law, nearest)
+            for law in (_with_constant(fit.law, name, value + sign * step) for sign in (1, -1))
+        )
+        slope[row] = (up - down) / (2 * step)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("pm,pq,qm->m", slope, fit.covariance, slope), 0.0)))
+
+
+def _law_values(law: ShiftLaw, temperature: Array) -> Array:
+    """log10 a by the law; NaN where a table ends or a law has its pole."""
+    values = np.full(temperature.size, np.nan)
+    for k, value in enumerate(temperature):
+        with suppress(InputError):
+            values[k] = float(law.log10_shift_factor(value))
+    return values

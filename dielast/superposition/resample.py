@@ -1,0 +1,195 @@
+"""New tests with other noise: what could have been measured instead.
+
+Every measured quantity, moved by the shift factors found, lies on one smooth curve. New tests are that curve plus the residuals
+times random signs, a wild bootstrap (C. F. J. Wu, Ann. Stat. 14 (1986) 1261, DOI 10.1214/aos/1176350142): a residual stays where it
+was measured, so that noise may differ from curve to curve and along a curve. Where neighbouring residuals are correlated, new noise
+of their local size and correlation takes their place. Each curve's mean residual is resampled by itself, for specimens differ, or
+with a stated drift a random walk takes its place; curves are tilted as much as they were found to be, and every temperature is off
+by its stated standard error, which moves its curve along time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.material.measurement import Measurement
+from dielast.superposition.binning import windows
+from dielast.superposition.points import along_curve
+from dielast.superposition.result import MasterCurve
+from dielast.superposition.spline import SplineProblem, spacing_bounds
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+SPACING_RATIO = 1.4  # from one spacing of the knots that is tried to the next
+ROUNDS = 4  # of weighing outliers down
+BEND = 2.5  # standard deviations beyond which a residual bends the smooth curve no further
+PASSES = 3  # of finding out how far residuals are correlated
+NEIGHBOURHOOD = 5  # points on either side that share one estimate of the noise, where neighbours are correlated
+LARGEST_CORRELATION = 0.9  # of neighbours that is allowed for
+SIGNIFICANT = 3.0  # standard errors of the correlation of neighbours
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Channel:
+    """One ordinate of all points (n,): `fitted` values, relative residuals `rest`, the residuals' mean by measurement (m,), and the
+    `correlation` of neighbours."""
+
+    fitted: Array
+    rest: Array
+    mean: Array
+    correlation: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Resampled:
+    """The `measurements` (m of them), their channels as fitted with the shift factors of `master`, and their points (n,).
+
+    Points are sorted by measurement, `owner`, then abscissa, from where they stand by `order`; `along` is the place of a point on
+    its curve, from -1/2 at the shortest to 1/2 at the longest times. `temperature` (m,) is the place of a measurement's
+    temperature in `master`.
+    """
+
+    measurements: tuple[Measurement, ...]
+    master: MasterCurve
+    temperature: Index
+    owner: Index
+    order: Index
+    along: Array
+    channels: tuple[_Channel, ...]
+
+    @classmethod
+    def of(cls, curves: Sequence[Measurement], master: MasterCurve) -> Resampled:
+        """Fit every channel of `curves` with the shift factors of `master`, over the reduced abscissa."""
+        kind, m = master.kind, len(curves)
+        at = np.array([int(np.argmin(np.abs(master.temperature - curve.temperature))) for curve in curves])
+        owner = np.repeat(np.arange(m), [curve.columns.shape[1] for curve in curves])
+        columns = np.concatenate([curve.columns for curve in curves], axis=1)
+        order = np.lexsort((columns[0], owner))
+        abscissa, *ordinates = columns[:, order]
+        shift = np.where(np.isfinite(master.log10_shift_factor), master.log10_shift_factor, master.log10_shift_factor_fit)[at]
+        placed = np.isfinite(shift)
+        x = np.log10(abscissa) - kind.time_power * np.where(placed, shift, 0.0)[owner]
+        lift = kind.stiffness_power * np.log(master.vertical_shift)[at][owner]
+        group = np.where(placed, 0, np.arange(m) + 1)[owner]  # curves without a place are fitted one by one
+        along = kind.time_power * along_curve(owner, x, m)
+        channels = tuple(_fit_channel(owner, group, x, values, lift, m) for values in ordinates)
+        return cls(tuple(curves), master, at, owner, order, along, channels)
+
+    def draw(self, random: np.random.Generator) -> list[Measurement]:
+        """New measurements."""
+        at, master, stated, kind = self.temperature, self.master, self.master.stated, self.master.kind
+        temperatures, raised = master.temperature.size, None
+        if stated.drift > 0:
+            # from one temperature to the next, in the order in which they were first measured
+            listed = np.array(list(dict.fromkeys(at.tolist())))
+            walked = np.empty(temperatures)
+            walked[listed] = np.cumsum(stated.drift * random.standard_normal(listed.size))
+            raised = kind.stiffness_power * walked[at]
+        tilted = kind.stiffness_power * np.log(10) * master.tilt_spread * random.standard_normal(temperatures)[at]
+        moved = master.log10_shift_factor_slope * stated.temperature_stderr * random.standard_normal(temperatures)
+        columns = np.concatenate([curve.columns for curve in self.measurements], axis=1)
+        columns[0] *= 10 ** (kind.time_power * moved[at])[self.owner]
+        for row, channel in enumerate(self.channels, start=1):
+            # tan delta, which curves are shifted on, is tilted by a tilt of the loss modulus alone
+            level = row < len(self.channels) and master.shifted_on == "tan-delta"
+            columns[row, self.order] = self._values(channel, random, raised, np.zeros(at.size) if level else tilted)
+        ends = np.cumsum(np.bincount(self.owner, minlength=at.size))[:-1]
+        return [curve.with_columns(part) for curve, part in zip(self.measurements, np.split(columns, ends, axis=1), strict=True)]
+
+    def _values(self, channel: _Channel, random: np.random.Generator, raised: Array | None, tilted: Array) -> Array:
+        """New values (n,) of curves that are `raised` (m,) and `tilted` (m,) from end to end, both in ln of the value.
+
+        Without `raised`, the curves' mean residuals say by how much they may be.
+        """
+        owner, m, correlation = self.owner, channel.mean.size, channel.correlation
+        fresh, offset = random.standard_normal(owner.size), random.standard_normal(m)
+        if raised is None:  # new noise has a mean, too
+            count = np.maximum(np.bincount(owner, minlength=m), 1)
+            repeated = (1 + correlation) / (1 - correlation)
+            noise = np.sqrt(np.bincount(owner, channel.rest**2, minlength=m) * repeated) / count
+            raised = offset * np.sqrt(np.maximum(channel.mean**2 - noise**2, 0.0))
+        if correlation == 0:
+            # signs alone keep every residual's size, by which outliers are recognised
+            level = raised[owner] + tilted[owner] * self.along
+            return np.asarray(channel.fitted * (np.exp(level) + channel.rest * np.sign(fresh)))
+        innovation = np.sqrt(1 - correlation**2)
+        for k in np.flatnonzero(np.diff(owner) == 0) + 1:
+            fresh[k] = correlation * fresh[k - 1] + innovation * fresh[k]
+        low, high = windows(owner, NEIGHBOURHOOD)
+        total = np.concatenate(([0.0], np.cumsum(channel.rest**2)))
+        size = np.sqrt((total[high] - total[low]) / (high - low))
+        # correlated noise tilts curves by itself
+        return np.asarray(channel.fitted * (np.exp(raised[owner]) + size * fresh))
+
+
+def _fit_channel(owner: Index, group: Index, x: Array, values: Array, lift: Array, m: int) -> _Channel:
+    """The smooth curve through one ordinate of all points, raised by `lift`; points of each `group` have a curve of their own."""
+    fitted, spare, correlation = np.empty(x.size), np.empty(x.size), 0.0
+    count = np.maximum(np.bincount(owner, minlength=m), 1)
+    for _ in range(PASSES):
+        for here in (group == g for g in np.unique(group)):
+            repeated = (1 + correlation) / (1 - correlation)
+            smooth, spare[here] = _smooth(owner[here], x[here], values[here], lift[here], repeated)
+            fitted[here] = np.exp(smooth - lift[here])
+        relative = values / fitted - 1
+        mean = np.bincount(owner, relative, minlength=m) / count
+        rest = (relative - mean[owner]) / np.sqrt(spare)
+        correlation = _neighbours(owner, rest)
+        if correlation == 0:
+            break
+    return _Channel(fitted, rest, mean, correlation)
+
+
+def _neighbours(owner: Index, rest: Array) -> float:
+    """Correlation of neighbouring residuals, zero if it is not significant."""
+    scale = np.sqrt(np.bincount(owner, rest**2) / np.maximum(np.bincount(owner), 1))
+    z = rest / np.maximum(scale[owner], 1e-300)
+    joined = owner[1:] == owner[:-1]
+    r = float(np.sum((z[1:] * z[:-1])[joined]) / max(float(np.sum(z**2)), 1e-300))
+    if r <= SIGNIFICANT / np.sqrt(z.size):
+        return 0.0
+    # level and place of each curve have been fitted, which hides some (M. G. Kendall, Biometrika 41 (1954) 403)
+    points = float(np.mean(np.bincount(owner)[np.unique(owner)]))
+    return min(r + 2 * (1 + 4 * r) / points, LARGEST_CORRELATION)
+
+
+def _smooth(owner: Index, x: Array, values: Array, lift: Array, repeated: float) -> tuple[Array, Array]:
+    """Logarithm of the raised values on a smooth curve through all points (n,), and the share of its variance that each residual
+    keeps. The knots are as dense as Akaike's criterion asks for, with so many `repeated` points counting for one.
+    """
+    good = values > 0
+    target = np.log(np.where(good, values, 1.0)) + lift
+    widest, finest = spacing_bounds(float(np.ptp(x)), x.size - np.unique(owner).size)
+    spacings = widest / SPACING_RATIO ** np.arange(1 + int(np.log(widest / finest) / np.log(SPACING_RATIO) + 1e-9))
+    trials = (_robust(owner, x, target, good, spacing, repeated) for spacing in spacings.tolist())
+    fitted, leverage, _ = min(trials, key=lambda trial: trial[2])
+    shifted = 1.0 / np.bincount(owner)[owner]  # what a curve's shift takes out
+    return fitted, np.clip(1 - repeated * (leverage + shifted), 0.2, 1.0)
+
+
+def _robust(
+    owner: Index, x: Array, target: Array, good: NDArray[np.bool_], spacing: float, repeated: float
+) -> tuple[Array, Array, float]:
+    """Values and leverages (n,) of a robust spline fit, each curve with a noise of its own, and Akaike's criterion."""
+    problem = SplineProblem.of(x, spacing)
+    trust, scale = good.astype(float), np.ones(x.size)
+    for _ in range(ROUNDS):
+        weight = trust / scale**2
+        inverse, _, fitted = problem.fit(weight, target)
+        rest = np.abs(target - fitted)
+        noise = np.zeros(int(owner[-1]) + 1)
+        for k in np.unique(owner):
+            here = (owner == k) & good
+            noise[k] = 1.48 * np.median(rest[here]) if np.any(here) else 1.0
+        scale = np.maximum(noise[owner], max(0.2 * float(np.median(noise[np.unique(owner)])), 1e-9))
+        trust = good * np.minimum(1.0, BEND * scale / np.maximum(rest, 1e-300))
+    leverage = weight * problem.leverage(inverse)
+    n, p = int(np.count_nonzero(good)) / repeated, float(np.sum(leverage))
+    bounded = np.minimum((rest / scale) ** 2, 16.0)[good]
+    score = float(np.sum(bounded) + 2 * np.sum(np.log(scale[good]))) / repeated + 2 * p * n / max(n - p - 1, 1)
+    return fitted, np.clip(leverage, 0.0, 0.9), score
