@@ -193,8 +193,9 @@ class CycleMeter:
         # what is the same throughout has no component at the period, and must not leave that of the quadrature's error
         swing = measured - self._rest[wide.cases].reshape(places, count)
         where = steps.cases, cycle
-        np.minimum.at(self._sums[0], where, fine.min(axis=0))
-        np.maximum.at(self._sums[1], where, fine.max(axis=0))
-        for index, part in ((2, measured), (3, swing * np.cos(turn)), (4, swing * np.sin(turn))):
-            np.add.at(self._sums[index], where, steps.step * (WEIGHTS @ part))
-        np.add.at(self._sums[5], where, work)
+        lowest, highest, whole, cosine, sine, worked = self._sums
+        np.minimum.at(lowest, where, fine.min(axis=0))
+        np.maximum.at(highest, where, fine.max(axis=0))
+        for integral, part in ((whole, measured), (cosine, swing * np.cos(turn)), (sine, swing * np.sin(turn))):
+            np.add.at(integral, where, steps.step * (WEIGHTS @ part))
+        np.add.at(worked, where, work)
