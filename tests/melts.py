@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.material.shift import WLF
 from dielast.material.measurement import FrequencySweep
+from dielast.material.shift import WLF
 
 Array = NDArray[np.float64]
 

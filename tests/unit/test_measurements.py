@@ -15,9 +15,9 @@ from pydantic import BaseModel
 from readings import expect_sweeps, read, sweep_file, sweep_rows, table
 
 from dielast.errors import DielastWarning, InputError
+from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.readings.recipe import MeasurementData
 from dielast.recipe.validate import check
-from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 SWEEP = {"temperature": "T", "frequency": "f", "storage": "E'", "loss": "E''"}
 
