@@ -33,14 +33,14 @@ class Stated:
     """The problem of the module's first lines, row by row, in strengths over G(tau) and constants as they are."""
 
     def __init__(self, curve: WeightedCurve, known: Known) -> None:
-        response: MeasurementKind = curve.response
+        response: MeasurementKind = curve.kind
         size = np.linalg.norm(curve.values, axis=0)
         self.scale = np.exp(np.interp(np.log(OWN), np.log(curve.time), np.log(size)))
         processes = response.processes(curve.time, OWN) * self.scale
         constants = response.constants(curve.time)
         given = sum((own * answer for own, answer in zip(known, constants, strict=True) if own is not None), 0 * curve.values)
         free = [k for k, own in enumerate(known) if own is None]
-        self.unit = np.array([1e4, 30.0])[free] if curve.response is CREEP else np.full(len(free), 1e4)
+        self.unit = np.array([1e4, 30.0])[free] if curve.kind is CREEP else np.full(len(free), 1e4)
         columns = [*np.moveaxis(processes, 2, 0), *(constants[free] * self.unit[:, None, None])]
         self.design = np.stack([(column / curve.values).ravel() for column in columns], axis=1)
         self.target = ((curve.values - given) / curve.values).ravel()
@@ -212,7 +212,7 @@ def test_points_are_averaged_over_twentieths_of_a_decade() -> None:
         at = np.log10(averaged.time)
         np.testing.assert_allclose(at, np.average(x.reshape(-1, share), axis=1, weights=weight.reshape(-1, share)), atol=1e-12)
         np.testing.assert_allclose(np.log10(averaged.values), [7 - 0.3 * at, 5 + 0.1 * at], atol=1e-12)
-        assert averaged.response is OSCILLATION
+        assert averaged.kind is OSCILLATION
 
 
 def test_the_size_of_a_complex_modulus_is_its_magnitude() -> None:

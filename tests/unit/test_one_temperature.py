@@ -230,3 +230,9 @@ def test_columns_of_another_quantity_say_what_they_are(tmp_path: Path, header: s
         read(tmp_path, file="test.csv", columns=columns, specimen=SPECIMEN, reference_temperature="20 degC")
     assert message in str(caught.value)
     assert len(caught.value.messages) == 1
+
+
+@pytest.mark.parametrize("key", ["files", "temperatures", "temperature_in_name", "layout", "temperature_stderr", "drift"])
+def test_keys_of_several_temperatures_are_refused_with_a_reason(tmp_path: Path, key: str) -> None:
+    with pytest.raises(InputError, match=rf"recipe.toml: data: {key}: .*(mastercurve|reference_temperature)"):
+        check(CurveData, {"file": "test.csv", key: "any"}, "recipe.toml: data", tmp_path)
