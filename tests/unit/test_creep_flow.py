@@ -15,9 +15,10 @@ from dielast.commands.spectrum import run as workflow
 from dielast.commands.spectrum.recipe import Fit
 from dielast.errors import DielastWarning, InputError
 from dielast.handover.mastercurve_draws import ReadDraws
-from dielast.handover.mastercurve_folder import Curve
+from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.material import Material
+from dielast.material.measurement_kind import CREEP
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
@@ -221,7 +222,7 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
     time = np.logspace(-6, 4, 121)
     smooth = truth.creep_compliance(time) / 3
     rng = np.random.default_rng(8)
-    curve = Curve("creep", (time, smooth * np.exp(0.005 * rng.standard_normal(time.size))), WLF(20.0, 13.7, 187.1))
+    curve = ReducedCurve(CREEP, (time, smooth * np.exp(0.005 * rng.standard_normal(time.size))), WLF(20.0, 13.7, 187.1))
     # as resampling makes them: the ends are the least certain
     wave = np.cumsum(rng.standard_normal((12, time.size)), axis=1) * 0.01 / np.sqrt(time.size)
     read = ReadDraws(np.arange(12), CurveDraws(time, (smooth * np.exp(wave))[:, None]), (curve.shift,) * 12)
