@@ -39,7 +39,7 @@ UNSEEN = 1e-5  # strain that no extensometer resolves
 SQUEEZED = 0.7  # stretch: who squeezes a film farther has typed a strain
 
 
-def doubt_material(material: Material) -> None:
+def warn_of_material(material: Material) -> None:
     """Warn of constants that look as if they were in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
     if rest > 0 and not SOFTEST <= rest <= HARDEST:
@@ -56,17 +56,17 @@ def doubt_material(material: Material) -> None:
             warn(
                 f"J_lim = {limit:g} ({whose}): chains so short make no rubber: is it I1 - 3 where they are taut, 10 to 200 by rule?"
             )
-    doubt_temperature(material.reference_temperature, "the reference temperature is")
-    doubt_law(material.shift)
+    warn_of_temperature(material.reference_temperature, "the reference temperature is")
+    warn_of_law(material.shift)
     if material.permittivity is not None:
         relative = material.permittivity / VACUUM_PERMITTIVITY
         if not 1 <= relative <= LARGEST_PERMITTIVITY:
             warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
     if material.breakdown is not None:
-        doubt_breakdown(material.breakdown.field)
+        warn_of_breakdown(material.breakdown.field)
 
 
-def doubt_law(law: ShiftLaw) -> None:
+def warn_of_law(law: ShiftLaw) -> None:
     """Warn of the constants of a shift law that no polymer has."""
     if isinstance(law, WLF):
         product, (low, high) = law.C1 * law.C2, FREE_VOLUME
@@ -86,14 +86,14 @@ def doubt_law(law: ShiftLaw) -> None:
             warn(f"{found}: {origin:.3g} is subtracted from every entry, so that it is; {mend}")
 
 
-def doubt_breakdown(field: ArrayLike) -> None:
+def warn_of_breakdown(field: ArrayLike) -> None:
     """Warn of breakdown fields (V/m, any shape) that no film has."""
     values = np.atleast_1d(np.asarray(field, dtype=float))
     for value in values[(values < FAINTEST) | (values > STRONGEST)][:1]:
         warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
 
 
-def doubt_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[Breakdown | None]) -> None:
+def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[Breakdown | None]) -> None:
     """Warn of prestretches, one pair a film, outside of those that breakdown fields are `known` for."""
     films = [(pair, float(np.sqrt(pair[0] * pair[1])), own) for pair, own in zip(prestretch, known, strict=True)]
     outside = [(pair, value, own) for pair, value, own in films if own is not None and not own.is_known_at(value)]
@@ -112,7 +112,7 @@ def doubt_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequenc
     )
 
 
-def doubt_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
+def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
     """Warn of thicknesses (m, any shape) that no film has; `whose` they are, and the `thickest` (m) of these."""
     values = np.atleast_1d(np.asarray(thickness, dtype=float))
     for value in values[(values < THINNEST) | (values > thickest)][:1]:
@@ -120,7 +120,7 @@ def doubt_thickness(thickness: ArrayLike, whose: str = "film", thickest: float =
         warn(f"the thickness is {value * 1e3:g} mm, but {known}: is it in another unit?")
 
 
-def doubt_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
+def warn_of_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
     """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields."""
     field, limit = np.broadcast_arrays(np.abs(np.asarray(highest, dtype=float)), np.asarray(breakdown, dtype=float))
     if not np.any(field):
@@ -136,7 +136,7 @@ def doubt_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
         warn(f"the highest voltage makes a field of {field[k]:.3g} V/m, {so}: is it, or the thickness, in another unit?")
 
 
-def doubt_temperature(temperature: ArrayLike, what: str) -> None:
+def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
     """Warn of temperatures (degC, any shape) that look as if they were on another scale; `what` says whose they are."""
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
     if not values.size:
@@ -152,7 +152,7 @@ def doubt_temperature(temperature: ArrayLike, what: str) -> None:
         warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")
 
 
-def doubt_curve(largest: float, plateau: float | None = None) -> None:
+def warn_of_curve(largest: float, plateau: float | None = None) -> None:
     """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau` if there is one, is no polymer's."""
     if largest > 3 * GLASS:
         warn(f"the largest Young's modulus is {largest:.3g} Pa, more than any polymer's glass: is it in another unit?")
@@ -162,7 +162,7 @@ def doubt_curve(largest: float, plateau: float | None = None) -> None:
         warn(f"Young's modulus levels off at {plateau:.3g} Pa, less than that of a gel: is it in another unit, such as kPa?")
 
 
-def doubt_tension(names: Sequence[str], source: str) -> None:
+def warn_of_tension(names: Sequence[str], source: str) -> None:
     """Warn of moduli, compliances, strains or stresses that are taken for those of tension, in columns whose `names` say shear."""
     for name in [name for name in names if _SHEAR.search(name.strip().casefold().replace("_", " "))][:1]:
         warn(
@@ -172,7 +172,7 @@ def doubt_tension(names: Sequence[str], source: str) -> None:
         )
 
 
-def doubt_strain(strain: ArrayLike) -> None:
+def warn_of_strain(strain: ArrayLike) -> None:
     """Warn of strains (1, any shape) of a relaxation test that are no small ones, or that look like stretches or per cent."""
     values = np.atleast_1d(np.asarray(strain, dtype=float))
     typical = float(np.median(values)) if values.size else 0.0
@@ -187,7 +187,7 @@ def doubt_strain(strain: ArrayLike) -> None:
         warn(f"{said}: stress over strain is the relaxation modulus at small strain only; or is it {per_cent}?")
 
 
-def doubt_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
+def warn_of_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
     """Warn of measured stretches (1, any shape) in a column whose `name` says strain, or of values that no stretch has."""
     values = np.atleast_1d(np.asarray(stretch, dtype=float))
     typical = float(np.median(values))
@@ -197,7 +197,7 @@ def doubt_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
         )
 
 
-def doubt_stretch(lowest: float, highest: float) -> None:
+def warn_of_stretch(lowest: float, highest: float) -> None:
     """Warn of prescribed stretches, from the `lowest` to the `highest`, that look like strains."""
     if lowest < SQUEEZED:
         warn(f"a stretch of {lowest:g} squeezes the film (1 is undeformed): is it a strain, so that the stretch is {1 + lowest:g}?")
@@ -205,7 +205,7 @@ def doubt_stretch(lowest: float, highest: float) -> None:
         warn("the stretch is 1 throughout, which is undeformed: is it a strain of 100 %, so that the stretch is 2?")
 
 
-def doubt_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, J_lim: ArrayLike) -> None:
+def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, J_lim: ArrayLike) -> None:
     """Warn of films whose stretches (points,) under load are those of taut chains, or not to be seen at all."""
     first, second = np.asarray(stretch_1, dtype=float), np.asarray(stretch_2, dtype=float)
     tautness = (first**2 + second**2 + 1 / (first * second) ** 2 - 3) / np.asarray(J_lim, dtype=float)
@@ -218,9 +218,9 @@ def doubt_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, J_lim: ArrayLik
         warn(f"the load strains the film by less than {UNSEEN:g}: is it, or the section, in another unit?")
 
 
-def doubt_use(material: Material, temperature: ArrayLike) -> None:
+def warn_of_use(material: Material, temperature: ArrayLike) -> None:
     """Warn of temperatures (degC, any shape) that look wrong, or that the material's shift law was not measured at."""
-    doubt_temperature(temperature, "the temperature is")
+    warn_of_temperature(temperature, "the temperature is")
     if material.measured_temperature is not None:
         low, high = material.measured_temperature
         values = np.atleast_1d(np.asarray(temperature, dtype=float))
@@ -248,7 +248,7 @@ def fastest_branch(material: Material, temperature: float) -> float:
     return float(carrying[-1]) if carrying.size else 0.0
 
 
-def doubt_paces(paces: Iterable[Pace]) -> None:
+def warn_of_paces(paces: Iterable[Pace]) -> None:
     """Warn of the most hasty of the paces that are faster than the fastest branch: processes that the spectrum does not hold, as it
     was truncated or not measured so far, would resist then, and the film comes out too soft.
     """

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, Mistakes, Problem, warn
 from dielast.io.files import Inputs
-from dielast.material.checks import doubt_strain, doubt_tension
+from dielast.material.checks import warn_of_strain, warn_of_tension
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.isotherms import WIDEST, isotherms, temperature_of_file
 from dielast.readings.recipe import MECHANICAL, ROLES, MeasuredData, MeasurementData, MeasurementName
@@ -101,7 +101,7 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
             raise InputError(f"{what}: state strain and stress, or modulus", file=part.table.source)
     if data.test is None:
         for part in parts:
-            _doubt_tension(part)
+            _warn_of_tension(part)
     if kind == "oscillation" and (data.ramp is not None or data.discard_before > 0):
         raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
     labels: dict[tuple[int, str], int] = {}
@@ -172,11 +172,11 @@ def _check_columns(part: Part, data: MeasuredData) -> None:
     wrong.refuse()
 
 
-def _doubt_tension(part: Part) -> None:
+def _warn_of_tension(part: Part) -> None:
     """A plain table is taken for one of tension unless the recipe says otherwise."""
     if not part.is_export:
         used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
-        doubt_tension(used, part.table.source)
+        warn_of_tension(used, part.table.source)
 
 
 def _read(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> _Readings:
@@ -273,13 +273,13 @@ def _ordinates(
         strain = column("strain") if "strain" in given else strain_of(column("extension"), specimen)
     stress = column("stress") if "stress" in given else nominal_stress(column("force"), specimen)
     numerator, divisor = (stress, strain) if under == "strain" else (strain, stress)
-    doubt_strain(strain)
-    _doubt_held(part, held=divisor, answer=numerator)
+    warn_of_strain(strain)
+    _warn_of_held(part, held=divisor, answer=numerator)
     _refuse(part, lines, divisor == 0, under, f"is zero, so {over} / {under} is no {plain}")
     return np.asarray(scale * numerator / divisor)[None]
 
 
-def _doubt_held(part: Part, held: Array, answer: Array) -> None:
+def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
     """Warn where what the test holds, the strain of relaxation or the stress of creep, changes, and its answer does not."""
     spread = [float(np.ptp(np.abs(own))) / float(np.max(np.abs(own), initial=1e-300)) for own in (held, answer)]
     if spread[0] > CHANGES > HELD > spread[1]:

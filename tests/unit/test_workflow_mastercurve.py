@@ -143,7 +143,7 @@ def test_a_drift_follows_the_order_of_the_file(tmp_path: Path) -> None:
 def test_what_is_stated_wrongly_is_refused(tmp_path: Path, key: str, value: str) -> None:
     with pytest.raises(ValueError, match="is needed"):
         summary_of(tmp_path, bent(0) + bent(20), **{key: value})
-    with pytest.raises(InputError, match="data.temperature_stderr: -1 K"):
+    with pytest.raises(InputError, match="temperature_stderr: -1 K"):
         build_master_curve([], reference_temperature=20.0, temperature_stderr=-1.0)
-    with pytest.raises(InputError, match="data.drift: 2: a share"):
+    with pytest.raises(InputError, match="drift: 2: a share"):
         build_master_curve([], reference_temperature=20.0, drift=2.0)

@@ -13,6 +13,7 @@ from dielast.commands.simulation.recipe import COLUMNS, Aim, HistoryStep, Simula
 from dielast.errors import InputError, shown
 from dielast.recipe.base import BreakdownField, RecipeBase
 from dielast.recipe.fields import (
+    ColumnName,
     InputFile,
     Length,
     PositiveTime,
@@ -141,6 +142,13 @@ class Stop(Section):
     )
 
 
+class VoltageColumns(Section):
+    """Columns of a table of voltages, where they are called otherwise."""
+
+    time: ColumnName | None = Field(None, description='Left out: "time".')
+    voltage: ColumnName | None = Field(None, description='Left out: "voltage".')
+
+
 class VoltageStep(HistoryStep):
     """A step of prescribed voltage."""
 
@@ -148,6 +156,7 @@ class VoltageStep(HistoryStep):
     rate: VoltageRate | None = Field(None, description="Of the voltage; negative to lower it.")
     low: Voltage | None = Field(None, description="Of a waveform; by default 0 V.")
     high: Voltage | None = Field(None, description="Of a waveform.")
+    columns: VoltageColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
 
     def aim(self) -> Aim | None:
         """The voltage."""

@@ -304,6 +304,7 @@ class HistoryStep(Section):
     waveform: Literal["triangle", "sine"] | None = Field(None, description="Cycles between low and high, starting from low.")
     period: PositiveTime | None = Field(None, description="Of a waveform.")
     cycles: int | None = Field(None, ge=1, le=1_000_000, description="Of a waveform; by default 1.")
+    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """Where the step goes, if the recipe says so."""
@@ -370,7 +371,6 @@ class StretchStep(HistoryStep):
     low: Stretch | None = Field(None, description="Of a waveform; by default 1.")
     high: Stretch | None = Field(None, description="Of a waveform.")
     columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
-    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """The stretch."""
@@ -420,7 +420,6 @@ class LoadStep(HistoryStep):
     low: LoadValue | None = Field(None, description="Of a waveform, a force or a nominal stress; by default 0.")
     high: LoadValue | None = Field(None, description="Of a waveform.")
     columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
-    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """The force or the stress."""
