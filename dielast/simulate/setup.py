@@ -142,7 +142,7 @@ def _check(materials: Sequence[Material], thickness: ArrayLike, relax: float, rt
         raise InputError("a material is needed")
     for each in materials:
         if not each.permittivity:
-            needed = "which a film under voltage needs: state it, in a material file under [dielectric]"
+            needed = "which a film under voltage needs: state [dielectric] permittivity in the material file"
             raise InputError(f"{each.name!r} has no permittivity, {needed}", argument="material")
     for value in np.atleast_1d(np.asarray(thickness, dtype=float)).tolist():
         if not (np.isfinite(value) and value > 0):
