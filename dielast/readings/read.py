@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.errors import InputError, Mistakes, Problem, warn
 from dielast.io.files import Inputs
-from dielast.material.checks import doubt_tension
+from dielast.material.checks import warn_of_tension
 from dielast.material.measurement import FrequencySweep, Measurement, measurement_of
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.readings.isotherms import isotherms
@@ -66,7 +66,7 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
             raise InputError(f"{what}: state strain and stress, or modulus", file=part.table.source)
     if data.test is None:
         for part in parts:
-            _doubt_tension(part)
+            _warn_of_tension(part)
     if kind.over_frequency and (data.ramp is not None or data.discard_before > 0):
         raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
     labels: dict[tuple[int, str], int] = {}
@@ -125,11 +125,11 @@ def _check_columns(part: Part, data: MeasuredData) -> None:
     wrong.refuse()
 
 
-def _doubt_tension(part: Part) -> None:
+def _warn_of_tension(part: Part) -> None:
     """A plain table is taken for one of tension unless the recipe says otherwise."""
     if not part.is_export:
         used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
-        doubt_tension(used, part.table.source)
+        warn_of_tension(used, part.table.source)
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:

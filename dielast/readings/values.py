@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
-from dielast.material.checks import doubt_strain
+from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.isotherms import WIDEST, temperature_of_file
@@ -127,14 +127,14 @@ def _ordinates(
     else:
         strain = column("strain") if "strain" in given else strain_of(column("extension"), specimen)
     stress = column("stress") if "stress" in given else nominal_stress(column("force"), specimen)
-    doubt_strain(strain)
+    warn_of_strain(strain)
     over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
-    _warn_if_held(part, held=under[1], answer=over[1])
+    _warn_of_held(part, held=under[1], answer=over[1])
     _refuse(part, lines, under[1] == 0, under[0], f"is zero, so {over[0]} / {under[0]} is no {plain}")
     return np.asarray(scale * over[1] / under[1])[None]
 
 
-def _warn_if_held(part: Part, held: Array, answer: Array) -> None:
+def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
     """Warn where what the test holds, the strain of relaxation or the stress of creep, changes, and its answer does not."""
     spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
     if spread[0] > CHANGES > HELD > spread[1]:

@@ -30,9 +30,9 @@ from dielast.commands.simulation.cases import (
     result_columns,
     temperature_of,
 )
+from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.history import Entry, in_recipe_terms, target_of, values_of
 from dielast.commands.simulation.memory import check_series
-from dielast.commands.simulation.sanity import doubt_films
 from dielast.handover.material_file import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
@@ -61,7 +61,7 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     check_series(cases, 12, inputs, execution.jobs)
     films = solve_batches(film_batches(cases, materials, inputs), execution)
     results, events = [result for result, _ in films], [own for _, own in films]
-    doubt_films(cases, materials, results, events, [voltage_entries(case.recipe, inputs) for case in cases])
+    warn_of_films(cases, materials, results, events, [voltage_entries(case.recipe, inputs) for case in cases])
     told, happened = results, event_columns(events)
     intervals: dict[str, dict[str, Any]] = {}
     spans: list[tuple[float, float]] = []

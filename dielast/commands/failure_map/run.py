@@ -12,9 +12,9 @@ import numpy as np
 from dielast.commands.failure_map.recipe import FailureMapRecipe, VoltageAxis
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each
+from dielast.commands.simulation.checks import warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory import check_cells
 from dielast.commands.simulation.recipe import KEYS
-from dielast.commands.simulation.sanity import doubt_failures, doubt_map
 from dielast.errors import Problem, placed
 from dielast.handover.material_file import breakdown, parse_material
 from dielast.io.files import Inputs
@@ -44,9 +44,9 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     films = len(temperatures) * len(recipe.film.prestretch)
     check_cells(films * voltages(recipe.voltage).size, 0 if sample is None else len(sample))
     plan = _plan(recipe, material, sample)
-    doubt_map(recipe, material, plan)
+    warn_of_map(recipe, material, plan)
     result, *drawn = assembled(plan, solve(plan, fingerprint(recipe, inputs), execution))
-    doubt_failures(recipe, material, result)
+    warn_of_failures(recipe, material, result)
     lines = fit_lifetime(result)
 
     def figure() -> Any:

@@ -12,7 +12,7 @@ from dielast.errors import InputError, in_keys
 from dielast.handover.mastercurve_draws import curve_tables, draws_headline
 from dielast.io.files import Inputs
 from dielast.io.table import Table
-from dielast.material.checks import doubt_curve, doubt_temperature
+from dielast.material.checks import warn_of_curve, warn_of_temperature
 from dielast.readings.read import Reading, read_all
 from dielast.readings.values import ONE_TEMPERATURE
 from dielast.recipe.cases import Case
@@ -44,8 +44,8 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             temperature_stderr=recipe.data.temperature_stderr,
             drift=recipe.data.drift or 0.0,
         )
-    doubt_temperature(result.temperature, "the tests are at")
-    doubt_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
+    warn_of_temperature(result.temperature, "the tests are at")
+    warn_of_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
     drawn = None
     if uncertainty is not None:
         drawn = bootstrap_master_curve(

@@ -13,7 +13,7 @@ from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
-from dielast.recipe.fields import Force, SheetName, StrainRate, Stress
+from dielast.recipe.fields import Force, StrainRate, Stress
 from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, decimal_comma, parse
 
 
@@ -36,7 +36,6 @@ class StretchStep(HistoryStep):
     low: Stretch | None = Field(None, description="Of a waveform; by default 1.")
     high: Stretch | None = Field(None, description="Of a waveform.")
     columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
-    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """The stretch."""
@@ -76,7 +75,6 @@ class LoadStep(HistoryStep):
     low: LoadValue | None = Field(None, description="Of a waveform, a force or a nominal stress; by default 0.")
     high: LoadValue | None = Field(None, description="Of a waveform.")
     columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
-    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """The force or the stress."""

@@ -29,9 +29,9 @@ from dielast.commands.simulation.cases import (
     result_columns,
     temperature_of,
 )
+from dielast.commands.simulation.checks import warn_of_membranes
 from dielast.commands.simulation.history import Recipe, in_recipe_terms, joined, solver_steps
 from dielast.commands.simulation.memory import check_series
-from dielast.commands.simulation.sanity import doubt_membranes
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.numerics.random_streams import stream
@@ -56,7 +56,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     materials = read_materials(cases, inputs)
     check_series(cases, 10, inputs, execution.jobs)
     clean = solve_batches(membrane_batches(cases, materials, inputs), execution)
-    doubt_membranes(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
+    warn_of_membranes(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
     columns = [result.columns for result in results]
 

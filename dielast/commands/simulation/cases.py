@@ -19,7 +19,7 @@ from dielast.errors import InputError, Problem, as_toml, placed
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
-from dielast.material.checks import doubt_material
+from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.recipe.fields import on_one_scale
@@ -69,7 +69,7 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
     """The material of every case; each file is read once."""
     named = {name: parse_material(inputs.read(name), name) for name in dict.fromkeys(case.recipe.material for case in cases)}
     for material in named.values():
-        doubt_material(material)
+        warn_of_material(material)
     return [named[case.recipe.material] for case in cases]
 
 

@@ -15,7 +15,7 @@ from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
-from dielast.material.checks import doubt_measured_stretch
+from dielast.material.checks import warn_of_measured_stretch
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.readings.specimen_recipe import Specimen
 from dielast.units import FIELD, FORCE, LENGTH, NUMBER, STRESS, TIME, VOLTAGE, kind_of
@@ -128,7 +128,7 @@ def _axis(
             return read_as(table, role, wanted, specimen, rows, axis)
     values = table.column(wanted, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
     if "stretch" in name:
-        doubt_measured_stretch(table.names[table.find(wanted, axis)], values, comparison.file)
+        warn_of_measured_stretch(table.names[table.find(wanted, axis)], values, comparison.file)
     return values
 
 

@@ -160,8 +160,8 @@ def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: 
     from dielast.io.text_table import TextFormat, read_measured
     from dielast.readings.specimen import read_as, role_in
 
-    columns, sheet = (step.columns, step.sheet) if isinstance(step, StretchStep | LoadStep) else (None, None)
-    points = read_measured(inputs.read(name), name, TextFormat(sheet=sheet))
+    columns = step.columns if isinstance(step, StretchStep | LoadStep) else None
+    points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
     control = "stretch" if isinstance(step, StretchStep) else "stress"
     role, column = role_in(points, control, columns)
     time = ascending_times(points, name, column in OWN, (columns and columns.time) or "time")

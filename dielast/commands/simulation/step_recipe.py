@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple, Self, TypeVar
 from pydantic import AfterValidator, Field, model_validator
 
 from dielast.errors import InputError, Mistakes, Problem
-from dielast.recipe.fields import InputFile, PositiveTime, Section, Time
+from dielast.recipe.fields import InputFile, PositiveTime, Section, SheetName, Time
 
 Step = TypeVar("Step", bound="HistoryStep")
 
@@ -52,6 +52,7 @@ class HistoryStep(Section):
     waveform: Literal["triangle", "sine"] | None = Field(None, description="Cycles between low and high, starting from low.")
     period: PositiveTime | None = Field(None, description="Of a waveform.")
     cycles: int | None = Field(None, ge=1, le=1_000_000, description="Of a waveform; by default 1.")
+    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """Where the step goes, if the recipe says so."""

@@ -30,7 +30,7 @@ def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: I
             key="uncertainty.level",
         )
     if members:
-        _doubt_draws(name, material, members)
+        _warn_of_draws(name, material, members)
     field = thickness = None
     if isinstance(uncertainty, FilmUncertainty):
         field, thickness = uncertainty.scatter()
@@ -60,7 +60,7 @@ def read_members(name: str, inputs: Inputs) -> tuple[Material, ...]:
     return parse_draws(inputs.read(table), table, parse_material(content, name))
 
 
-def _doubt_draws(name: str, material: Material, members: Sequence[Material]) -> None:
+def _warn_of_draws(name: str, material: Material, members: Sequence[Material]) -> None:
     """Warn of draws that are not about the material."""
     tau = np.union1d(material.spectrum.relaxation_time, members[0].spectrum.relaxation_time)
     with np.errstate(over="ignore"):  # a time beyond all numbers is one at which all has relaxed

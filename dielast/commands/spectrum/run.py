@@ -21,7 +21,7 @@ from dielast.handover.mastercurve_folder import ReducedCurve, read_curve, read_m
 from dielast.handover.material_file import breakdown, permittivity, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
-from dielast.material.checks import doubt_material
+from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
@@ -82,7 +82,7 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     reduce, export = recipe.reduce, recipe.export
     reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
     material, cards = make_material(result, curve, recipe.material, reduction), None
-    doubt_material(material)
+    warn_of_material(material)
     if export is not None:
         options = replace(export.options(), notes=_validity(result, recipe, reduction))
         cards = wrong.tried(lambda: _exported(material, export, options))

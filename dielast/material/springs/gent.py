@@ -68,7 +68,7 @@ class Gent(FirstInvariantLaw):
         """The limit with its number."""
         return f"the Gent limit, J_lim = {float(self.J_lim):g}"
 
-    def doubt(self, whose: str) -> str:
+    def warning(self, whose: str) -> str:
         """Chains that are taut at small stretches."""
         shortest = float(np.min(self.J_lim))
         if shortest >= SHORTEST_CHAIN:

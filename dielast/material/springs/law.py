@@ -99,7 +99,7 @@ class SpringLaw(Law):
         """Where the law ends, in words that follow "is beyond"."""
         return f"the end of the {self.title} law"
 
-    def doubt(self, whose: str) -> str:
+    def warning(self, whose: str) -> str:
         """Why the constants look wrong, if they do; `whose` names the spring."""
         return ""
 
