@@ -65,9 +65,9 @@ def test_an_unknown_code_and_wrong_options_are_refused() -> None:
     with pytest.raises(InputError, match=r'^formats: "nastran": one of abaqus, ansys, febio, comsol, mfront is needed$'):
         export_card(NEO, "nastran")
     wrong: tuple[tuple[dict[str, Any], str], ...] = (
-        ({"units": "cgs"}, 'export.units: "cgs": one of SI, mm-t-s, mm-N-MPa is needed'),
+        ({"units": "cgs"}, 'units: "cgs": one of SI, mm-t-s, mm-N-MPa is needed'),
         ({"hyperelastic": "ogden"}, 'hyperelastic: "ogden": one of gent, neo-hookean, yeoh is needed'),
-        ({"moduli": "both"}, 'export.moduli: "both"'),
+        ({"moduli": "both"}, 'moduli: "both"'),
         ({"temperature_scale": "F"}, 'temperature_scale: "F"'),
         ({"J_lim": -1.0}, "J_lim: -1: a positive number is needed"),
         ({"bulk_modulus": math.nan}, "bulk_modulus: nan"),
@@ -97,11 +97,11 @@ def test_all_codes_that_fail_say_so_at_once() -> None:
     with pytest.raises(InputError) as caught:
         export_cards(GENT, FORMATS)
     assert [line.split(":")[0] for line in caught.value.messages] == [
-        "export.hyperelastic",
-        "export.J_lim",
-        "export.J_lim",
-        "export.temperature",
-        "export.J_lim",
+        "hyperelastic",
+        "J_lim",
+        "J_lim",
+        "temperature",
+        "J_lim",
     ]
     assert all("\n" not in line for line in caught.value.messages)
 
@@ -242,12 +242,12 @@ def test_one_code_says_all_that_it_cannot_carry_at_once() -> None:
     with pytest.raises(InputError) as caught:
         export_card(replace(GENT, spectrum=many, shift=table), "febio", CardOptions(hyperelastic="yeoh", bulk_modulus=1.0))
     keys = [line.split(":")[0] for line in caught.value.messages]
-    assert keys == ["export.formats", "export.hyperelastic", "export.temperature", "export.bulk_modulus"]
+    assert keys == ["formats", "hyperelastic", "temperature", "bulk_modulus"]
     flowing = replace(GENT, equilibrium_modulus=0.0, spectrum=Spectrum(np.logspace(3, -3, 101), np.full(101, 1e4)))
     with pytest.raises(InputError) as caught:
         export_card(replace(flowing, shift=Arrhenius(20.0, 1e5)), "ansys")
     keys = [line.split(":")[0] for line in caught.value.messages]
-    assert keys == ["export.formats", "export.formats", "export.J_lim", "export.temperature_scale"]
+    assert keys == ["formats", "formats", "J_lim", "temperature_scale"]
 
 
 @pytest.mark.parametrize("form", FORMATS)

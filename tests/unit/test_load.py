@@ -108,7 +108,7 @@ def test_wrong_tables_are_said_to_be_wrong(time: list[float], message: str) -> N
 def test_other_wrong_arguments() -> None:
     steps = [Step(stress=1e4), Step.hold(1.0)]
     for arguments, message in (
-        ({"mode": "biaxial"}, "mode 'biaxial' is not one of"),
+        ({"mode": "biaxial"}, "mode: 'biaxial' is not one of"),
         ({"times": [0.5, 2.0]}, "after the end of the history"),
         ({"times": [0.5, 0.1]}, "must ascend"),
         ({"times": [-1.0]}, "not negative"),
