@@ -183,9 +183,9 @@ def set_up(
         temperature = [each.reference_temperature for each in materials]
     if not materials:
         raise InputError("a material is needed")
-    for each in materials:
-        if not each.permittivity:
-            raise InputError(f"material {each.name!r} has no permittivity, which a film under voltage needs")
+    for entry in materials:
+        if not entry.permittivity:
+            raise InputError(f"material {entry.name!r} has no permittivity, which a film under voltage needs")
     film.check()
     check_tolerance(rtol)
     limits = _Limits(materials, breakdown_field, breakdown_needed)
@@ -229,13 +229,13 @@ class _Limits:
         held = [axis for axis in prestretch if axis is not None]
         area = np.ones(cases) if not held else np.sqrt(held[0]) if first is None or second is None else first * second
         equibiaxial, fields = np.sqrt(area), np.full(cases, np.inf)
-        for index, each in enumerate(self.materials):
-            own = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
-            known = self.stated if isinstance(self.stated, Breakdown) else each.breakdown
+        for index, material in enumerate(self.materials):
+            cases_of = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
+            known = self.stated if isinstance(self.stated, Breakdown) else material.breakdown
             if known is not None:
-                fields[own] = known.at(equibiaxial[own])
+                fields[cases_of] = known.at(equibiaxial[cases_of])
             elif self.needed:
-                raise InputError(f"a breakdown field is needed: material {each.name!r} has none, and none is given")
+                raise InputError(f"a breakdown field is needed: material {material.name!r} has none, and none is given")
         return fields
 
 
