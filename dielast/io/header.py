@@ -14,10 +14,14 @@ _NUMBER = r"[+\-\u2212]?\d++(?:[.,]\d++)?"
 _DEGREE = r"(?:°\s?[CF]|º\s?[CF]|℃|℉|deg\.?\s?[CF]|degrees?\s[CF]|[CK])"
 # 20 °C, but not the 20 of E20 or of 1.20
 _TEMPERATURE = re.compile(rf"(?<![A-Za-z0-9.,])(?P<number>{_NUMBER})\s*_?(?P<unit>{_DEGREE})(?![A-Za-z0-9]|-[A-Za-z])")
+# tan(d) and G(t), whose brackets hold no unit
 _ARGUMENT = re.compile(r"\w['\"]*\([^()]*\)$")
+# E-20: a sign or a dash
 _JOINED = re.compile(r"(?<=[A-Za-z\])])[-\u2212]$")
+# what leads to a temperature in a name, as in "E at T = 20 °C" and "E, 20 °C"
 _BEFORE = re.compile(r"(?:\b[Tt](?:emp(?:erature)?)?\.?\s*=|@|\bat\b|[_,;:/=|\s-])*$")
 _AFTER = re.compile(r"^[_,;:=|@\s-]+")
+# what is left of "E (20 °C)" without the temperature
 _EMPTY = re.compile(r"\(\s*\)|\[\s*\]|\(\s*[Tt]\s*=\s*\)")
 
 
