@@ -181,8 +181,8 @@ class _Pool:
         step = np.zeros(columns.size)
         known = np.flatnonzero(tried > 0)
         if known.size:
-            own = columns[known]
-            step[known] = self._continued_step(system, state, own, np.minimum(tried[known], duration[own]))
+            guided = columns[known]
+            step[known] = self._continued_step(system, state, guided, np.minimum(tried[known], duration[guided]))
         unknown = np.flatnonzero(step <= 0)
         if unknown.size:
             pair = paired(columns[unknown])

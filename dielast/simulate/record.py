@@ -127,14 +127,14 @@ class Recorder:
         columns = np.flatnonzero(stride.accepted)
         case, end = stride.cases[columns], stride.elapsed[columns]
         row, last = self._next[case], self._relative.shape[1] - 1
-        found: list[tuple[Cases, Cases]] = []
+        due_rows: list[tuple[Cases, Cases]] = []
         while (due := (row <= last) & (self._relative[case, np.minimum(row, last)] <= end)).any():
             columns, case, row, end = columns[due], case[due], row[due], end[due]
-            found.append((columns, row))
+            due_rows.append((columns, row))
             row = row + 1
             self._next[case] = row
-        if found:
-            pooled, rows = (paired(np.concatenate(parts)) for parts in zip(*found, strict=True))
+        if due_rows:
+            pooled, rows = (paired(np.concatenate(parts)) for parts in zip(*due_rows, strict=True))
             case = stride.cases[pooled]
             moment = self._relative[case, rows] - stride.begin[pooled]
             assert isinstance(stride.system, Films)
@@ -150,15 +150,15 @@ class Recorder:
         """
         if not case.size:
             return
-        some = system.take(pooled)
-        driven = some.load.value(moment)
-        log_squared, nominal = some.membrane(state, driven)
+        films = system.take(pooled)
+        driven = films.load.value(moment)
+        log_squared, nominal = films.membrane(state, driven)
         self._values[-1][:5, case, row] = np.concatenate((log_squared, nominal, driven[2:]))
         if self.watch is not None:
-            films = self.watch.moment(some, case, begin, moment, state)
-            self._values[-1][5, case, row] = self.watch.stability(films).determinant
+            seen = self.watch.moment(films, case, begin, moment, state)
+            self._values[-1][5, case, row] = self.watch.stability(seen).determinant
         if self.wanted.internal:
-            self._internal[-1][:, :, case, row] = some.internal(state)
+            self._internal[-1][:, :, case, row] = films.internal(state)
 
     def collect(self) -> Record:
         """The record of all pieces."""

@@ -188,10 +188,10 @@ def set_up(
         temperature = [each.reference_temperature for each in materials]
     if not materials:
         raise InputError("a material is needed")
-    for each in materials:
-        if not each.permittivity:
+    for entry in materials:
+        if not entry.permittivity:
             needed = "which a film under voltage needs: state [dielectric] permittivity in the material file"
-            raise InputError(f"{each.name!r} has no permittivity, {needed}", argument="material")
+            raise InputError(f"{entry.name!r} has no permittivity, {needed}", argument="material")
     film.check()
     check_tolerance(rtol)
     limits = _Limits(materials, breakdown_field, breakdown_needed)
@@ -235,13 +235,13 @@ class _Limits:
         held = [axis for axis in prestretch if axis is not None]
         area = np.ones(cases) if not held else np.sqrt(held[0]) if first is None or second is None else first * second
         equibiaxial, fields = np.sqrt(area), np.full(cases, np.inf)
-        for index, each in enumerate(self.materials):
-            own = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
-            known = self.stated if isinstance(self.stated, Breakdown) else each.breakdown
+        for index, material in enumerate(self.materials):
+            cases_of = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
+            known = self.stated if isinstance(self.stated, Breakdown) else material.breakdown
             if known is not None:
-                fields[own] = known.at(equibiaxial[own])
+                fields[cases_of] = known.at(equibiaxial[cases_of])
             elif self.needed:
-                missing = f"a breakdown field is needed: material {each.name!r} has none, and none is given"
+                missing = f"a breakdown field is needed: material {material.name!r} has none, and none is given"
                 raise InputError(missing, argument="breakdown_field")
         return fields
 

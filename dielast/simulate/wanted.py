@@ -44,10 +44,10 @@ class Wanted:
             return np.arange(cycles)
         if self.cycles == "last":
             return np.array([cycles - 1])
-        some = self.cycles
-        if some is None or isinstance(some, str):
-            some = (*(digit * 10**power for power in range(len(str(cycles))) for digit in (1, 2, 5)), cycles)
-        return np.unique([cycle - 1 for cycle in some if cycle <= cycles]).astype(np.intp)
+        listed = self.cycles
+        if listed is None or isinstance(listed, str):
+            listed = (*(digit * 10**power for power in range(len(str(cycles))) for digit in (1, 2, 5)), cycles)
+        return np.unique([cycle - 1 for cycle in listed if cycle <= cycles]).astype(np.intp)
 
 
 def check_tolerance(rtol: float) -> None:
