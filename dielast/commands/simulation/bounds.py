@@ -90,8 +90,7 @@ def bounded_cases(
             with in_a_draw(key="uncertainty", case=known_as):
                 own = batches([case] * len(sample), sample.materials)
             drawn[number] = Drawn([len(drawn)], known_as, own, partial(bounded, result, level=case.recipe.uncertainty.level))
-    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
-    return [told.get(number, result) for number, result in enumerate(results)]
+    return _with_bounds(drawn, results, execution)
 
 
 def bounded_films(
@@ -119,8 +118,13 @@ def bounded_films(
             one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
             own = batches([one] * len(sample), materials, sample.thickness_factor)
         drawn[number] = Drawn([len(drawn)], known_as, own, partial(_bounded_film, film, level=wanted.level))
-    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
-    return [told.get(number, (result, ())) for number, (result, _) in enumerate(films)]
+    return _with_bounds(drawn, [(result, ()) for result, _ in films], execution)
+
+
+def _with_bounds(drawn: Mapping[int, Drawn[Any, Told]], results: Sequence[Told], execution: Execution) -> list[Told]:
+    """The results, those of the cases that have draws with bounds."""
+    bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
+    return [bounds.get(number, result) for number, result in enumerate(results)]
 
 
 def _bounded_film(film: FilmResult, drawn: Sequence[FilmResult], level: float) -> BoundedFilm:

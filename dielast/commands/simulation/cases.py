@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.commands.simulation.comparison_recipe import Comparison
+from dielast.commands.simulation.history import Entry, in_recipe_terms
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Problem, as_toml, placed
@@ -83,6 +84,37 @@ def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[
     branches = max(materials[index].spectrum.relaxation_time.size for index in members)
     size = max(PART // max(branches, 1), 1)
     return [list(members[first : first + size]) for first in range(0, len(members), size)]
+
+
+def batches_of(
+    cases: Sequence[Case[Any]],
+    materials: Sequence[Material],
+    programme: Callable[[Any], Sequence[Entry]],
+    alike: Callable[[Any], Hashable],
+    batch: Callable[[Sequence[int], Sequence[Sequence[Entry]]], tuple[partial[Any], partial[Result]]],
+) -> list[SimulationBatch[Result]]:
+    """The cases in batches of those with programmes of one shape and one output, whose recipes are `alike`.
+
+    `programme` reads the entries of a recipe; `batch` makes the simulation and the result of those members, of which it is also
+    given the entries, each in turn for all members.
+    """
+    # a case that stands in the list many times, once for each draw, is read once
+    known = {id(case): programme(case.recipe) for case in {id(case): case for case in cases}.values()}
+    programmes = [known[id(case)] for case in cases]
+    groups: dict[Hashable, list[int]] = {}
+    for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
+        output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
+        times = None if output.times is None else tuple(output.times)
+        asked = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
+        groups.setdefault((alike(case.recipe), asked, shape), []).append(index)
+    batches = []
+    for members in groups.values():
+        origin = [entry.origin for entry in programmes[members[0]]]
+        for part in divided(members, materials):
+            simulate, result = batch(part, list(zip(*(programmes[index] for index in part), strict=True)))
+            terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
+            batches.append(SimulationBatch(part, simulate, result, terms))
+    return batches
 
 
 def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
