@@ -58,14 +58,14 @@ def _relaxation(recipe: MasterCurveRecipe, inputs: Inputs) -> Iterator[Read]:
 
 
 def _curve(recipe: SpectrumRecipe, inputs: Inputs) -> Iterator[Read]:
+    from dielast.commands.spectrum.run import curve_of
     from dielast.handover.mastercurve_draws import read_curve_draws
-    from dielast.handover.mastercurve_folder import read_curve, read_master_curve
 
     folder = recipe.mastercurve
     curves: list[ReducedCurve] = []
 
     def read() -> None:
-        curves.append(read_curve(recipe.data, inputs) if folder is None else read_master_curve(folder, inputs))
+        curves.append(curve_of(recipe, inputs))
         if folder is not None:
             read_curve_draws(folder, curves[0], inputs)
 
