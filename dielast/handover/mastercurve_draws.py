@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, located
 from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.handover.material_draws import draw_columns
+from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, number_columns
 from dielast.material.material import Material
@@ -84,10 +85,11 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
             shifts.append(curve.shift.redrawn(constants_of_draw))
     name = f"{folder}/{CURVES}"
     abscissa, unit = curve.kind.reduced_abscissa
-    headers = [f"{abscissa} [{unit}]", *(f"{name}_{int(k)} [{unit}]" for name, unit in curve.kind.ordinates for k in number)]
-    columns = np.array(number_columns(inputs.read(name), name, headers))
-    for column, row in np.argwhere(~((columns > 0) & np.isfinite(columns)))[:1]:
-        raise InputError(f'column "{headers[column]}": a positive number is needed', file=name, row=row + 2)
+    headers = [
+        f"{abscissa} [{unit}]",
+        *(f"{ordinate}_{int(k)} [{unit}]" for ordinate, unit in curve.kind.ordinates for k in number),
+    ]
+    columns = finite_columns(inputs.read(name), name, headers, positive=True)
     first, values = columns[0], columns[1:].reshape(len(curve.kind.ordinates), number.size, -1)
     for row in np.flatnonzero(np.diff(first) <= 0)[:1]:
         raise InputError(f'column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}', file=name, row=row + 3)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, located
 from dielast.handover.material_file import draws_file, parse_material
+from dielast.handover.tables import finite_columns
 from dielast.io.files import EXAMPLE, read_file, resolve
-from dielast.io.table import Column, Table, number_columns
+from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.spectrum import Spectrum
 
@@ -46,9 +47,7 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
     headers = [f"{EQUILIBRIUM} [Pa]", *law, *(f"shear_modulus_{k + 1} [Pa]" for k in range(count))]
     if ",relaxation_time_1 [s]" in first_line:
         headers += [f"relaxation_time_{k + 1} [s]" for k in range(count)]
-    columns = np.array(number_columns(content, source, headers))
-    for column, row in np.argwhere(~np.isfinite(columns))[:1]:
-        raise InputError(f'column "{headers[column]}": a number is needed', file=source, row=row + 2)
+    columns = finite_columns(content, source, headers)
     if not columns.size:
         raise InputError("no draws", file=source)
     members = []

@@ -15,8 +15,9 @@ from dielast.commands.mastercurve.run import run as run_mastercurve
 from dielast.commands.registry import read_cases
 from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
 from dielast.commands.spectrum.run import run as run_spectrum
+from dielast.commands.spectrum.single_test import read_curve
 from dielast.errors import DielastWarning, InputError
-from dielast.handover.mastercurve_folder import ReducedCurve, read_curve
+from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.shift import NoShift
 from dielast.recipe.cases import Case

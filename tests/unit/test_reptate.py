@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from readings import read
 
+from dielast.commands.spectrum.single_test import read_curve
 from dielast.errors import InputError
-from dielast.handover.mastercurve_folder import read_curve
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve

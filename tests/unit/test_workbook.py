@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from readings import expect_sweeps, read
 
+from dielast.commands.spectrum.single_test import read_curve
 from dielast.errors import InputError
-from dielast.handover.mastercurve_folder import read_curve
 from dielast.io import workbook
 from dielast.io.files import Inputs, sha256
 from dielast.io.text_table import TextFormat, decode, read_measured

@@ -11,7 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
-from dielast.commands.spectrum.run import read_curve, run
+from dielast.commands.spectrum.run import run
+from dielast.commands.spectrum.single_test import read_curve
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns, to_csv

@@ -17,7 +17,7 @@ from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_key
 from dielast.export.card import export_cards
 from dielast.export.options import CardOptions
 from dielast.handover.mastercurve_draws import DRAWS, DrawnMaterials, drawn_materials, read_curve_draws
-from dielast.handover.mastercurve_folder import ReducedCurve, read_curve, read_master_curve
+from dielast.handover.mastercurve_folder import ReducedCurve, read_master_curve
 from dielast.handover.material_file import breakdown, permittivity, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
@@ -43,7 +43,7 @@ BEYOND = 3.0  # times the ends of a master curve: so far processes within still 
 def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the master curve, fit the spectrum, report."""
     recipe = cases[0].recipe
-    curve = read_master_curve(recipe.mastercurve, inputs) if recipe.mastercurve is not None else read_curve(recipe.data, inputs)
+    curve = curve_of(recipe, inputs)
     result, reduction, material, cards = characterise(recipe, curve)
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
 
@@ -66,6 +66,15 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     if drawn is None:
         return Report(found, numbers, figure, files)
     return Report({**found, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
+
+
+def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
+    """The curve that a recipe is about; raises `InputError` as reading it does."""
+    if recipe.data is None:
+        return read_master_curve(str(recipe.mastercurve), inputs)
+    from dielast.commands.spectrum.single_test import read_curve  # whose readers no master curve's folder needs
+
+    return read_curve(recipe.data, inputs)
 
 
 def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
