@@ -182,10 +182,14 @@ class _Balance:
         for axis in {0, 1} - set(self.free):
             log[axis] = np.log(loads[axis])
         matrix, previous, last = self.matrix, np.inf, log
+
+        def rest(l1: Any, l2: Any) -> Any:
+            return film.equilibrium(l1, l2) + electric(l1, l2)
+
         for _ in range(NEWTON_STEPS):
             with np.errstate(invalid="ignore", divide="ignore"):
                 hard = branch_stress(film, log, x)
-                total = hard.sum(axis=1) + log_stress(lambda l1, l2: film.equilibrium(l1, l2) + electric(l1, l2), log)
+                total = hard.sum(axis=1) + log_stress(rest, log)
             if not np.all(np.isfinite(total)):  # beyond what a spring can bear: half the way
                 log, matrix, previous = 0.5 * (log + last), None, np.inf
                 continue
