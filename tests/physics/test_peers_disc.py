@@ -80,7 +80,7 @@ def test_small_strains_are_the_closed_form(rho: float) -> None:
 
 
 def test_small_strains_creep_with_the_compliance() -> None:
-    """Check 1 of device.md, by the correspondence principle: (1 - rho^2) eps e^2 J(t)/8."""
+    """The elastic strain with the creep compliance in place of 1/mu (correspondence principle): (1 - rho^2) eps e^2 J(t)/8."""
     field, times = 1e-2, np.array([0.01, 0.1, 1.0, 10.0, 100.0])
     compliance = creep_compliance(1.0, MODULUS, TIME, times)
     assert creep_compliance(1.0, MODULUS, TIME, [0.0, 1e4]) == pytest.approx([0.25, 1.0], rel=1e-9)
@@ -137,8 +137,8 @@ def test_a_disc_with_a_free_rim_is_the_membrane_under_dead_load_and_pulls_in_wit
     # d2Pi/dl2 = 2 (ds_1/dl_1 + ds_1/dl_2), the factor of the determinant that falls to zero
     determinant, eigenvalue = there.determinant(times), here.eigenvalue(times)
     assert (np.sign(determinant) == np.sign(eigenvalue)).all()
-    assert here.events("pull-in") == pytest.approx(there.events("pull-in"), rel=1e-6)
-    assert len(here.events("pull-in")) >= 1
+    (pull_in,) = there.events("pull-in")
+    assert list(np.sign(here.eigenvalue(pull_in * np.array([1 - 1e-6, 1 + 1e-6])))) == [1.0, -1.0]
 
 
 def test_a_frame_close_by_is_a_clamp() -> None:
@@ -172,7 +172,7 @@ def test_events_of_a_framed_disc() -> None:
 
 
 def test_electrical_work_is_stored_or_lost_over_the_whole_film() -> None:
-    """Check 3 of device.md: the frame does no work; the disc's charge is e l^4 times its undeformed area."""
+    """The frame does no work; the disc's charge is e l^4 times its undeformed area."""
     structure = disc(graded(RHO, 8))
     course = ramp(0.0, 0.25, 5.0)
     run = DiscRun(VISCOUS, structure, [Drive(0.0, FRAME), Drive(5.0, FRAME, course)], rtol=1e-7)
