@@ -1,7 +1,7 @@
-"""Elastic films in closed form: each stated number of laws.md and device.md from its own equation, with no other module.
+"""Elastic films in closed form: one equation for each number that the solvers are checked against, without any other module.
 
 Stretches are dimensionless. Stresses are over the shear modulus mu, nominal fields e = sqrt(eps/mu) V/H and nominal charges
-d = D~/sqrt(mu eps), so that e^2 and d^2 stand for eps E~^2/mu and D~^2/(mu eps). Scalars in, scalars out, except where said.
+d = D~/sqrt(mu eps), so that e^2 and d^2 stand for eps E~^2/mu and D~^2/(mu eps). All take and give single numbers.
 """
 
 from __future__ import annotations
@@ -21,14 +21,16 @@ def slope(function: Callable[[complex], complex], x: float) -> float:
 
 
 def equibiaxial_stress(x: complex, limit: float = np.inf) -> complex:
-    """p/mu = (x^2 - x^-4)/(1 - (2 x^2 + x^-4 - 3)/J) of a Gent spring (science.md, Sec. 3); J infinite is neo-Hookean."""
+    """p/mu = (x^2 - x^-4)/(1 - (2 x^2 + x^-4 - 3)/J) of a Gent spring, Eq. 6 of
+    DOI 10.1115/1.4030850 for l1 = l2 = x; J infinite is neo-Hookean.
+    """
     return (x**2 - x**-4) / (1 - (2 * x**2 + x**-4 - 3) / limit)
 
 
 def dead_load_field(x: complex, prestretch: float, limit: float = np.inf) -> complex:
     """e^2 at which a film under the dead load of an equibiaxial prestretch is in equilibrium at stretch x.
 
-    s x + e^2 x^4 = p(x) with s = p(lp)/lp (science.md, Sec. 5).
+    s x + e^2 x^4 = p(x) with s = p(lp)/lp, the nominal stress that the prestretch has left.
     """
     load = equibiaxial_stress(prestretch, limit) / prestretch
     return (equibiaxial_stress(x, limit) - load * x) / x**4
@@ -95,7 +97,10 @@ def softening_dielectric_pull_in(coefficient: float) -> tuple[float, float]:
 
 
 def charged_stretch(charge_squared: float) -> float:
-    """Stretch of a neo-Hookean film without load at nominal charge d: x^6 = 1 + d^2 (from p = d^2 x^-4), at every d one."""
+    """Stretch of a neo-Hookean film without load at nominal charge d: x^6 = 1 + d^2, from p = x^2 - x^-4 = d^2 x^-4.
+
+    There is one for every d: no charge pulls a film in.
+    """
     return float((1 + charge_squared) ** (1 / 6))
 
 
@@ -115,13 +120,15 @@ def damage_exponent(life_ratio: float, field_ratio: float) -> float:
 
 
 def held_uniaxially(load: float, limit: float) -> float:
-    """Stretch at infinite time under a uniaxial dead load s/mu_eq: s = (x - x^-2)/(1 - (x^2 + 2/x - 3)/J) (science.md, Sec. 5)."""
+    """Stretch at infinite time under a uniaxial dead load s, over mu_eq: s = (x - x^-2)/(1 - (x^2 + 2/x - 3)/J)."""
     end = brentq(lambda x: x**2 + 2 / x - 3 - limit, 1.0, np.sqrt(limit + 3), xtol=1e-14)
     return float(brentq(lambda x: (x - x**-2) - load * (1 - (x**2 + 2 / x - 3) / limit), 1.0, end, xtol=1e-14))
 
 
 def breakdown_stretch(breakdown_field: float, nominal_field: float) -> float:
-    """Equibiaxial stretch at which the true field reaches the breakdown field: sqrt(E_EB L_3/V) (Eq. 21)."""
+    """Equibiaxial stretch at which the true field reaches the breakdown field: sqrt(E_EB L_3/V), Eq. 21 of
+    DOI 10.1115/1.4030850.
+    """
     return float(np.sqrt(breakdown_field / nominal_field))
 
 
@@ -131,5 +138,8 @@ def dead_load_small_strain(field: float) -> float:
 
 
 def framed_small_strain(field: float, rho: float) -> float:
-    """Strain of a disc in a frame without prestretch, e^2 (1 - rho^2)/8 (device.md, check 1)."""
+    """Strain of a disc in a frame without prestretch, e^2 (1 - rho^2)/8, rho = A/B.
+
+    Linear plane stress, incompressible (Young's modulus 3 mu, Poisson's ratio 1/2): u = a R + b/R in the annulus with u(B) = 0.
+    """
     return field**2 * (1 - rho**2) / 8

@@ -1,4 +1,4 @@
-"""An active region in a passive film on a rigid frame (device.md): closed forms, shooting, and the semi-discrete film.
+"""An active region in a passive film on a rigid frame: closed forms, shooting, and the semi-discrete film.
 
 Disc: undeformed polar radius R in units of the electrode's radius A, rho = A/B with the frame at R = B, r(R) the deformed radius,
 stretches l1 = dr/dR, l2 = r/R, nominal stresses S1 (radial) and S2 (hoop) with dS1/dR + (S1 - S2)/R = 0 in the passive annulus,
@@ -44,7 +44,7 @@ LARGEST_STEP, ROUNDING, ACCEPTABLE = (
 
 
 def small_strain(mu: float, eps: float, field: float, rho: float) -> float:
-    """Strain of an elastic disc without prestretch, eps e^2 (1 - rho^2)/(8 mu) (device.md, check 1)."""
+    """Strain of an elastic disc without prestretch, eps e^2 (1 - rho^2)/(8 mu), field in V/m, mu in Pa."""
     return eps * field**2 * (1 - rho**2) / (8 * mu)
 
 

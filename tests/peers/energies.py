@@ -1,4 +1,4 @@
-"""Energies of the spring laws of laws.md: W(l1, l2) in J per undeformed m^3, plane stress, incompressible.
+"""Energies of hyperelastic springs: W(l1, l2) in J per undeformed m^3, plane stress, incompressible.
 
 Every function takes the principal in-plane stretches l1, l2 (any shape; real, complex or `Taylor`), then the law's constants, and
 writes the law down in l1, l2 and l3 = 1/(l1 l2) with W = 0 at rest. Nominal stress is dW/dl_i, true stress less the pressure that

@@ -1,6 +1,6 @@
 """A homogeneous viscoelastic dielectric film in plane stress, solved by scipy's Radau: what a simulation is held against.
 
-Equations (science.md, Sec. 3; laws.md). Branch k has viscous stretches xi_i and elastic stretches l_i / xi_i. W_eq is the
+Branch k has viscous stretches xi_i and elastic stretches l_i / xi_i. W_eq is the
 energy of the equilibrium spring, W that of a branch of modulus 1 Pa, and U the potential of the dielectric at fixed nominal
 field e = V/L_3 or at fixed nominal charge d (per undeformed area),
 
@@ -139,7 +139,8 @@ def spring_tangent(film: Film, log_stretch: Any, log_viscous: Any) -> tuple[Floa
 def tangent(film: Film, log_stretch: Any, log_viscous: Any, kind: str, value: Any, weight: Any = 1.0) -> Floats:
     """T (3, k) = weighted spring tangents + that of the dielectric - s_i l_i on the diagonal, in ln l; `weight` (N, k) or 1.
 
-    T_ij/(l_i l_j) is ds_i/dl_j, science.md, Sec. 3 "Stability".
+    T_ij/(l_i l_j) is ds_i/dl_j. At fixed field its determinant is zero where that of the Hessian of Eqs. 9 and 10 of
+    DOI 10.1115/1.4030850 is.
     """
     soft, hard = spring_tangent(film, log_stretch, log_viscous)
     electric = potential(film, kind, value)(*stretches(log_stretch)).parts
@@ -182,10 +183,14 @@ class _Balance:
         for axis in {0, 1} - set(self.free):
             log[axis] = np.log(loads[axis])
         matrix, previous, last = self.matrix, np.inf, log
+
+        def rest(l1: Any, l2: Any) -> Any:
+            return film.equilibrium(l1, l2) + electric(l1, l2)
+
         for _ in range(NEWTON_STEPS):
             with np.errstate(invalid="ignore", divide="ignore"):
                 hard = branch_stress(film, log, x)
-                total = hard.sum(axis=1) + log_stress(lambda l1, l2: film.equilibrium(l1, l2) + electric(l1, l2), log)
+                total = hard.sum(axis=1) + log_stress(rest, log)
             if not np.all(np.isfinite(total)):  # beyond what a spring can bear: half the way
                 log, matrix, previous = 0.5 * (log + last), None, np.inf
                 continue
@@ -211,7 +216,7 @@ class _Balance:
 @dataclass(frozen=True, slots=True, eq=False)
 class History:
     """What a film did at times (T,): stretches and nominal stresses (2, T), nominal `field` and `charge`, `true_field`, `damage`
-    (T,), `log_viscous` (2, N, T), each of them in SI units.
+    (T,), `log_viscous` (2, N, T), all in SI units.
     """
 
     time: Floats
@@ -314,12 +319,12 @@ class _Segment:
         move = _solve(np.broadcast_to(matrix, (3, 2 * n + 2)), columns, self.balance.free)  # d ln l/dy
         self.reference, self.balance.matrix = (y, log, move), matrix
         slope = np.einsum("ij,jln,lm->inm", FLOW, hard, move).reshape(2 * n, 2 * n + 2)
-        own = np.einsum("ij,jln->iln", FLOW, hard)
+        direct = np.einsum("ij,jln->iln", FLOW, hard)
         for branch in range(n):
-            slope[np.ix_([branch, n + branch], [branch, n + branch])] -= own[:, :, branch]
+            slope[np.ix_([branch, n + branch], [branch, n + branch])] -= direct[:, :, branch]
         slope /= np.tile(film.modulus * film.time, 2)[:, None]
         step = 1e-6
-        shifts = step * np.stack([np.eye(2)[0], np.eye(2)[1]], axis=1)
+        shifts = step * np.eye(2)
         by_stretch = (self._currents(t, log + shifts, charge) - self._currents(t, log - shifts, charge)) / (2 * step)
         by_charge = self._currents(t, log, charge + step * self.unit) - self._currents(t, log, charge - step * self.unit)
         last = by_stretch @ move
@@ -346,8 +351,8 @@ class _Segment:
         return History(self.start + t, np.exp(log), total / np.exp(log), field, charge, true, damage, x)
 
     def determinant(self, t: Floats, theta: Course) -> Floats:
-        """Determinant of ds_i/dl_j of the axes under stress, at fixed nominal field (at fixed charge where that is prescribed), in
-        Pa^2, Pa or 1, at times (k,); each branch with the weight exp(-theta/tau), `theta` in s of the time in s.
+        """Determinant of ds_i/dl_j of the axes under stress, at fixed nominal field (at fixed charge under a charge or a
+        source), in Pa^2, Pa or 1, at times (k,); each branch with the weight exp(-theta/tau), `theta` in s of the time in s.
         """
         log, _, x, charge, _ = self._at(t)
         weight = np.exp(-theta(self.start + t) / self.film.time[:, None])
@@ -394,14 +399,14 @@ class Run:
         for piece in pieces:
             segment = _Segment(film, piece, state, rtol, atol)
             self.segments.append(segment)
-            h = segment.history(np.array([piece.duration]))
+            end = segment.history(np.array([piece.duration]))
             state = State(
-                h.log_viscous[..., 0],
-                np.log(h.stretch[:, 0]),
-                h.stress[:, 0],
-                float(h.field[0]),
-                float(h.charge[0]),
-                float(h.damage[0]),
+                end.log_viscous[..., 0],
+                np.log(end.stretch[:, 0]),
+                end.stress[:, 0],
+                float(end.field[0]),
+                float(end.charge[0]),
+                float(end.damage[0]),
                 state.time + piece.duration,
             )
         self.final = state
@@ -429,7 +434,8 @@ class Run:
 
     def events(self, name: str) -> list[float]:
         """Times in s at which "breakdown", "pull-in", "damage", "loss-of-tension-1" or "loss-of-tension-2" begins: the dense roots
-        of its signal on the way down, and the times of loads at once that take it below zero.
+        of its signal on the way down, and the times of loads at once that take it below zero. Pull-in can be seen only as long as
+        the equilibrium goes on: with theta > 0 it comes before the end; for theta = 0 see `fold`.
         """
         found: list[float] = []
         before = np.inf

@@ -82,7 +82,7 @@ def log(x: Any) -> Any:
 def stretches(log_stretch: Any) -> tuple[Taylor, Taylor]:
     """The stretches l1 and l2 as functions of x1 = ln l1 and x2 = ln l2, from `log_stretch` (2, ...).
 
-    The derivatives of an energy W(l1, l2) in x1 and x2 are the stress l_i dW/dl_i and the symmetric tangent of science.md, Sec. 3.
+    The derivatives of an energy W(l1, l2) in x1 and x2 are the stresses p_i = l_i dW/dl_i and the symmetric tangent dp_i/d ln l_j.
     """
     l1, l2 = np.exp(log_stretch)
     none = np.zeros_like(l1)

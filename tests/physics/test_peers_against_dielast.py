@@ -24,7 +24,7 @@ NEO_HOOKEAN_FILM = replace(
 )
 FREE = ("stress", constant(0.0))
 WITHIN = 1e-7  # of dielast's and the peer's results
-PEER, OURS = 1e-8, 1e-9  # tolerances asked of the two
+PEER, OURS = 3e-8, 1e-9  # tolerances asked of the two
 
 
 def test_uniaxial_relaxation_of_a_neo_hookean_film() -> None:
@@ -55,9 +55,9 @@ def test_creep_under_unequal_loads() -> None:
     assert np.stack((here.stretch_1[0], here.stretch_2[0])) == pytest.approx(there.stretch, rel=WITHIN)
 
 
-@pytest.mark.parametrize("prestretch", [(1.9, 1.9), (2.0, 1.6)])
-def test_actuation_under_dead_load_to_breakdown_and_through_pull_in(prestretch: tuple[float, float]) -> None:
-    voltage, up, hold = 4.6e3, 0.5, 20.0
+@pytest.mark.parametrize(("prestretch", "voltage"), [((1.9, 1.9), 4.8e3), ((2.0, 1.6), 5.2e3)])
+def test_actuation_under_dead_load_to_breakdown_and_through_pull_in(prestretch: tuple[float, float], voltage: float) -> None:
+    up, hold = 0.5, 8.0
     held = tuple(("stretch", constant(stretch)) for stretch in prestretch)
     relaxed = Run(GENT_FILM, [Piece(60.0, held)], rtol=PEER).final
     load, field = tuple(("stress", constant(stress)) for stress in relaxed.stress), voltage / THICKNESS
@@ -85,7 +85,7 @@ def test_actuation_under_dead_load_to_breakdown_and_through_pull_in(prestretch: 
     at_begin = run.determinant(0.0)
     at_rest = Run(GENT_FILM, [Piece(1.0, load)], replace(relaxed, time=0.0), rtol=PEER).determinant(0.0)
     assert at_begin == pytest.approx(at_rest, rel=1e-12)
-    assert here.stability[0] == pytest.approx(run.determinant(times) / at_rest, rel=WITHIN, abs=WITHIN)
+    assert here.stability[0] == pytest.approx(run.determinant(times) / at_rest, rel=WITHIN, abs=5 * WITHIN)
     events = {event.name: event for event in here.events[0]}
     assert set(events) == {"breakdown", "pull-in"}
     for name, event in events.items():

@@ -1,4 +1,4 @@
-"""Every number that laws.md, device.md and science.md state for elastic films, from its own equation."""
+"""The numbers that are known of elastic films under voltage, each from an equation of its own."""
 
 from __future__ import annotations
 

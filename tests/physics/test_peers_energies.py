@@ -1,4 +1,4 @@
-"""The peers' energies: derivatives against each other, limits, and the equations that science.md prints for Gent springs."""
+"""The peers' energies: derivatives against each other, limits, and Gent's stress and tangent written out."""
 
 from __future__ import annotations
 
@@ -86,6 +86,7 @@ def test_every_law_has_a_neo_hookean_limit(limit: Energy) -> None:
 
 
 def test_gent_as_printed() -> None:
+    """Eq. 6 of DOI 10.1115/1.4030850 and its derivative."""
     a, b, limit = L1**2, L2**2, 55.0
     c = 1 / (a * b)
     d = 1 - (a + b + c - 3) / limit
