@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
-from dielast.material.material import Breakdown, Material
+from dielast.material.breakdown import BreakdownLaw
+from dielast.material.material import Material
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
@@ -171,7 +172,7 @@ def set_up(
     film: FilmSetup,
     *,
     temperature: ArrayLike | None,
-    breakdown_field: ArrayLike | Breakdown | None,
+    breakdown_field: ArrayLike | BreakdownLaw | None,
     breakdown_needed: bool,
     rtol: float,
     spanning: Sequence[ArrayLike] = (),
@@ -210,12 +211,12 @@ class _Limits:
     """The breakdown field as it is stated, in V/m, over prestretch, or by the materials; and whether it must be known."""
 
     materials: Sequence[Material]
-    stated: ArrayLike | Breakdown | None
+    stated: ArrayLike | BreakdownLaw | None
     needed: bool
 
     def varied(self) -> list[ArrayLike]:
         """The numbers of which there may be one for each case."""
-        return [] if self.stated is None or isinstance(self.stated, Breakdown) else [self.stated]
+        return [] if self.stated is None or isinstance(self.stated, BreakdownLaw) else [self.stated]
 
     def field(self, prestretch: tuple[Floats | None, Floats | None], cases: int) -> Floats:
         """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
@@ -231,7 +232,7 @@ class _Limits:
         equibiaxial, fields = np.sqrt(area), np.full(cases, np.inf)
         for index, each in enumerate(self.materials):
             own = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
-            known = self.stated if isinstance(self.stated, Breakdown) else each.breakdown
+            known = self.stated if isinstance(self.stated, BreakdownLaw) else each.breakdown
             if known is not None:
                 fields[own] = known.at(equibiaxial[own])
             elif self.needed:
