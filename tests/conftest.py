@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import tempfile
+from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
 
@@ -41,5 +42,39 @@ def shared_data() -> Callable[[str], Path]:
     return find
 
 
+SLOW = Path(__file__).with_name("slow.txt")
+LONG_RUNS = ("tests/physics/", "tests/recipes/", "tests/cli/test_cluster.py", "tests/cli/test_readme.py")
+TAKEN: dict[str, float] = defaultdict(float)  # s, by test without its parameters, the longest of them
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-golden", action="store_true", help="refresh the golden files under tests/golden")
+    parser.addoption("--quick", action="store_true", help="leave out long runs, and the tests that slow.txt lists")
+    parser.addoption("--update-slow", type=float, metavar="SECONDS", help="write to slow.txt which tests took longer than that")
+
+
+def function_of(test: str) -> str:
+    """A test without its parameters."""
+    return test.partition("[")[0]
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--quick"):
+        slow = set(SLOW.read_text().split())
+        left_out = {item for item in items if item.nodeid.startswith(LONG_RUNS) or function_of(item.nodeid) in slow}
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    if report.when == "call":
+        TAKEN[function_of(report.nodeid)] = max(TAKEN[function_of(report.nodeid)], report.duration)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Tests that did not run stay in the list as they were; only the process that gathers all reports writes it."""
+    longest = session.config.getoption("--update-slow")
+    if longest is not None and not hasattr(session.config, "workerinput"):
+        kept = {test for test in SLOW.read_text().split() if test not in TAKEN}
+        slow = kept | {test for test, seconds in TAKEN.items() if seconds > longest and not test.startswith(LONG_RUNS)}
+        SLOW.write_text("".join(f"{test}\n" for test in sorted(slow)))

@@ -46,6 +46,6 @@ def followed(points: Points, pieces: Sequence[Piece], *, points_per_decade: int 
     cases = points.rate.shape[1]
     recorder = Recorder(Wanted(None, points_per_decade), cases, points.rate.shape[0])
     result = follow(Film.at_rest(points, symmetry_of(pieces)), pieces, rtol=rtol, recorder=recorder)
-    time, values, _ = recorder.collect()
+    record = recorder.collect()
     outcome = tuple(map(Outcome.of, result.status.tolist(), result.time.tolist()))
-    return Followed(time, values[:2], values[2:4], outcome, result.steps)
+    return Followed(record.time, record.values[:2], record.nominal_stress, outcome, result.steps)

@@ -16,8 +16,8 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not if Ctrl-C is ignored, as in the background
         signal.signal(signal.SIGINT, leave)
     mend_streams()
-    gc.disable()  # until a run has its modules: what they are made of stays, so that there is nothing to collect
-    os.environ["MPLBACKEND"] = "agg"  # files are all that is drawn, and a notebook's own would not load here
+    gc.disable()  # until a run has its modules: loading makes no garbage
+    os.environ["MPLBACKEND"] = "agg"  # figures go to files; the backend of a notebook would not load here
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # looking for them takes as long as loading half of pydantic
     from dielast.cli.app import application
     from dielast.cli.help import UsageError, report_usage

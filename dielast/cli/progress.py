@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 class Bar:
-    """A bar for each sort of thing that is counted, one after the other, with the time left; none where nobody would see it."""
+    """A bar with the time left for cases, cells or draws in turn; none where standard error is no terminal."""
 
     def __init__(self, quiet: bool, jobs: int) -> None:
-        """Say that `jobs` processes share the work, if they are more than one."""
+        """Label the bar with the number of processes, `jobs`, if they are more than one."""
         self._seen = not quiet and sys.stderr is not None and sys.stderr.isatty()
         self._shared = f" in {jobs} processes" if jobs > 1 else ""
         self._bar: Progress | None = None
 
     def __call__(self, done: int, total: int, what: str) -> None:
-        """Show that of `total` things, `what` they are such as cells, so many are `done`."""
+        """Show that so many of `total` things are `done`; `what` is their plural, such as cells."""
         if not self._seen:
             return
         if self._bar is None:
@@ -30,7 +30,7 @@ class Bar:
             self.stop()
 
     def stop(self) -> None:
-        """Take the bar away, so that what is printed next has a line of its own."""
+        """Take the bar away, so that the next line to be printed begins on an empty line."""
         if self._bar is not None:
             self._bar.stop()
             self._bar = None

@@ -17,7 +17,7 @@ from dielast.cli.help import listed
 from dielast.cli.interrupt import leave, working
 from dielast.cli.progress import Bar
 from dielast.commands.registry import COMMANDS, others_in, read_cases
-from dielast.errors import DielastWarning, InputError, NumericsError
+from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case
 from dielast.recipe.overrides import settings
@@ -105,15 +105,14 @@ def compute(
         try:
             with working():
                 report = run_cases(cases, inputs, execution)
-        except (InputError, NumericsError) as error:
-            own = (path, *inputs.names, execution.scheduler)
-            raise type(error)(*(_located(line, own) for line in error.messages)) from None
+        except DielastError as error:
+            raise error.at(file=path) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught)
     if plots:
         import logging  # which a run without figures need not load
 
-        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where its cache lies is nothing to a user of this
+        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # a user need not know where its cache lies
     return contents(kind, report, summary, plots), summary, inputs, caught
 
 
@@ -143,11 +142,6 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _located(line: str, own: Sequence[Path | str | None]) -> str:
-    """The line with a name in front: that of what it speaks of, an input or a scheduler, or else the recipe's, the first."""
-    return line if line.startswith(tuple(f"{name}: " for name in own)) else f"{own[0]}: {line}"
-
-
 def _check_scheduler(kind: str, options: Options) -> None:
     """Raise `InputError` for a scheduler that the run has no use for."""
     if options.scheduler is None:
@@ -165,7 +159,7 @@ def _check_golden(golden: Path, out: Path) -> None:
 
     golden_files(golden)
     if os.path.realpath(golden) == os.path.realpath(out):
-        raise InputError(f"{golden}: the result would overwrite the golden files; write it to another folder (see --out)")
+        raise InputError("the result would overwrite the golden files; write it to another folder (see --out)", file=golden)
 
 
 def _print_note(line: str) -> None:

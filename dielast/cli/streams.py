@@ -1,4 +1,4 @@
-"""Standard streams that are closed, full or broken: results are written all the same, and the exit code stays what it is."""
+"""Standard streams that are closed, full or broken: results are written all the same, and the exit code does not change."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ class _Unheard(io.FileIO):
 
 
 def mend_streams() -> None:
-    """Open what is closed, and let no error come from standard error; for the start of a program only."""
+    """Open closed streams, and let writing to standard error never fail; for the start of a program only."""
     for number in range(3):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free: this one
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is this `number`
     if sys.stdout is None:
         sys.stdout = io.TextIOWrapper(io.BufferedWriter(io.FileIO(1, "w", closefd=False)), encoding="utf-8")
     encoding = "utf-8" if sys.stderr is None else sys.stderr.encoding

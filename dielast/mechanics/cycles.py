@@ -55,8 +55,8 @@ class Cycles:
 
     def take(self, cases: Cases) -> Cycles:
         """The same for some of the cases."""
-        some = {name: getattr(self, name)[cases] for name in ("low", "high", "period")}
-        return replace(self, base=self.base[:, cases], edges=self.edges[:, cases], **some)
+        values = {name: getattr(self, name)[cases] for name in ("low", "high", "period")}
+        return replace(self, base=self.base[:, cases], edges=self.edges[:, cases], **values)
 
     @property
     def target(self) -> Targets:

@@ -114,8 +114,8 @@ class Watch:
             dips = where(wanted & ~fallen & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature))
             if dips.size:
                 brackets = self._brackets(stride, dips, last, value)
-                found = brackets.sampled(lookout.signal, system.take(dips), lookout.criterion.needs_springs)[0]
-                fallen[dips] = np.any(found <= 0, axis=0)
+                sampled = brackets.sampled(lookout.signal, system.take(dips), lookout.criterion.needs_springs)[0]
+                fallen[dips] = np.any(sampled <= 0, axis=0)
             if fallen.any():
                 lookout.brackets.append(self._brackets(stride, where(fallen), last, value))
                 lookout.seen[cases[fallen]] = True

@@ -8,12 +8,13 @@ to stop cases at an event.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 
 from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.progress import Progress
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
 from dielast.numerics.stride import Observer, Stride
 from dielast.numerics.system import Spans, System
@@ -86,39 +87,6 @@ def integrate(
     return result
 
 
-@dataclass(slots=True, eq=False)
-class _Progress:
-    """Where each column of a pool stands: all arrays (pool,).
-
-    A column integrates a case through a span of a `duration` s, which begins `begin` s after the integration. `time` s of the span
-    are done, and `rounding` s that are too few for the digits of `time` (compensated summation).
-    """
-
-    cases: Cases
-    span: Cases
-    begin: Floats
-    duration: Floats
-    time: Floats
-    rounding: Floats
-    next_step: Floats
-    last_step: Floats
-    last_error: Floats
-
-    @classmethod
-    def fresh(cls, cases: Cases, duration: Floats) -> _Progress:
-        """Columns (k,) that are at the beginning of the first span, of a `duration` (k,) s."""
-        zero = np.zeros((6, cases.size))
-        return cls(cases, np.zeros_like(cases), zero[0], duration, *zero[1:])
-
-    def take(self, columns: Cases) -> _Progress:
-        """Some of the columns."""
-        return _Progress(*(getattr(self, one.name)[columns] for one in fields(self)))
-
-    def joined(self, other: _Progress) -> _Progress:
-        """These columns, and then those of the other."""
-        return _Progress(*(np.concatenate((getattr(self, one.name), getattr(other, one.name))) for one in fields(self)))
-
-
 class _Pool:
     """The cases that advance together. Columns that have finished are replaced by waiting cases, or dropped."""
 
@@ -139,7 +107,7 @@ class _Pool:
         self.milestone = np.zeros_like(duration)  # time in the span after the last so many tries
         self.tries = np.zeros(duration.size, dtype=np.intp)  # in the span
         self.last_span = self._last_spans()
-        self.at = _Progress.fresh(np.zeros(0, dtype=np.intp), np.zeros(0))
+        self.at = Progress.fresh(np.zeros(0, dtype=np.intp), np.zeros(0))
         self.active = np.zeros(0, dtype=bool)
         self.state = result.state[:, :0]
 
@@ -166,7 +134,7 @@ class _Pool:
     def _refill(self, fresh: Cases) -> None:
         """Drop what has ended and take in `fresh` cases."""
         keep, count = np.flatnonzero(self.active), fresh.size
-        at = self.at.take(keep).joined(_Progress.fresh(fresh, self.durations[fresh]))
+        at = self.at.take(keep).joined(Progress.fresh(fresh, self.durations[fresh]))
         state = np.concatenate((self.state[:, keep], self.result.state[:, fresh]), axis=1)
         system = self.whole.take(at.cases)
         if self.spans is not None and at.cases.size:
@@ -213,8 +181,8 @@ class _Pool:
         step = np.zeros(columns.size)
         known = np.flatnonzero(tried > 0)
         if known.size:
-            own = columns[known]
-            step[known] = self._continued_step(system, state, own, np.minimum(tried[known], duration[own]))
+            guided = columns[known]
+            step[known] = self._continued_step(system, state, guided, np.minimum(tried[known], duration[guided]))
         unknown = np.flatnonzero(step <= 0)
         if unknown.size:
             pair = paired(columns[unknown])

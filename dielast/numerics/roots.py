@@ -38,9 +38,9 @@ def samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Floats
         lower = signal(first) < signal(second)
         left, right = np.where(lower, left, first), np.where(lower, second, right)
     at = 0.5 * (left + right)
-    found = signal(at)
-    better = dipping & (found < middle)
-    values[inner[better], every[better]] = found[better]
+    lowest_yet = signal(at)
+    better = dipping & (lowest_yet < middle)
+    values[inner[better], every[better]] = lowest_yet[better]
     fractions[inner[better], every[better]] = at[better]
     return values, fractions
 

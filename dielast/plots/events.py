@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named, names
 from dielast.plots.looks import Arrangement
+from dielast.plots.style import SHADE
 
 Array = NDArray[np.float64]
-SHADE = 0.18  # opacity of a band
 BAR = 0.8  # line width of the bar through an event
 TIP = 3.0  # points, between the end of the axes and the middle of a marker at it
 LEAST_SEEN = 0.02  # of the height of the axes: a band narrower than that is within its line

@@ -14,10 +14,22 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
-from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes, spread_indices
+from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes
 from dielast.plots.looks import MOST_BANDS
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import SECONDS, TEMPERATURES, degrees, lasting, number, panels, row_legend, sheet, style
+from dielast.plots.style import (
+    SECONDS,
+    TEMPERATURES,
+    degrees,
+    grid,
+    lasting,
+    number,
+    panels,
+    row_legend,
+    sheet,
+    spread_indices,
+    style,
+)
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
@@ -54,12 +66,8 @@ def plot_failure_map(
             figure, axes = panels(2, title, widths=(1.0, 1.2), height=2.75 + 0.15 * rows)
         else:
             across = min(count, 2)
-            down = -(-count // across)
-            figure = sheet(title, across, down * (2.75 + 0.15 * rows))
-            axes = list(figure.subplots(down, across, squeeze=False).ravel())
-            for unused in axes[count:]:
-                unused.remove()
-            axes = axes[:count]
+            figure = sheet(title, across, -(-count // across) * (2.75 + 0.15 * rows))
+            axes = grid(figure, count, across)
         draw_panels(axes[:count], result, films)
         for own, panel, drawn in zip(axes, arranged, films, strict=False):
             own.set_ylabel("time to failure [s]")

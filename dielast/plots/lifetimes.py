@@ -14,7 +14,7 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import COLOURS, LINES, MARKERS, degrees, log_axis, number, row_legend
+from dielast.plots.style import COLOURS, LINES, MARKERS, SHADE, degrees, log_axis, number, row_legend, spread_indices
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
@@ -26,7 +26,6 @@ MOST_MARKERS = 25  # a line
 ROW = 0.04  # of the height of the axes: a film's arrows and markers beyond the times that a log axis can show
 BESIDE = 4.5  # points, from an arrow to the marker of its film
 LONGEST_BESIDE = 28  # characters of a label with another one beside it
-SHADE = 0.18  # opacity of a band
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,11 +102,6 @@ def arrange(result: FailureMap, most: int = MOST_LINES) -> list[Panel]:
 
 def _shared(result: FailureMap, own: int, by_temperature: bool) -> str:
     return degrees(result.temperature[own]) if by_temperature else _prestretch(result.prestretch[own])
-
-
-def spread_indices(count: int, most: int) -> list[int]:
-    """At most so many indices of `count`, evenly spread from the first to the last."""
-    return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
 
 
 def _prestretch(pair: Array) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.plots.style import COLOURS, LINES, TEMPERATURES, number
+from dielast.plots.style import COLOURS, LINES, TEMPERATURES, number, spread_indices
 
 MOST_LINES = 7  # cases in a panel, each with its look
 MOST_BANDS = 3  # in a panel: more hide each other
@@ -157,5 +157,4 @@ def _grid(factors: Sequence[Swept]) -> list[list[Any]]:
 
 def _some(levels: Sequence[Any], most: int) -> list[Any]:
     """At most so many levels, evenly spread from the first to the last."""
-    chosen = np.unique(np.linspace(0, len(levels) - 1, min(len(levels), most)).round()).astype(int)
-    return [levels[index] for index in chosen]
+    return [levels[index] for index in spread_indices(len(levels), most)]

@@ -16,14 +16,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.plots.events import SHADE, Band, Frame, Mark, Span, draw_bands, draw_marks, event_handle
+from dielast.plots.events import Band, Frame, Mark, Span, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.quantities import axis_of
 from dielast.plots.style import (
     FIXED,
     LONGEST_LABEL,
     MARKERS,
+    SHADE,
     TEMPERATURES,
+    grid,
     grid_of,
     legend_below,
     log_axis,
@@ -164,20 +166,15 @@ def _alike(arranged: Arrangement, frame: Frame, cases: Sequence[Mapping[str, Arr
 def _panels(arranged: Arrangement, title: str | None, below: float, alike: bool) -> tuple[Figure, list[Axes]]:
     """The figure, with the axes of each panel, one y axis for all if they are `alike`, and so much room below for a legend."""
     count, across = len(arranged.panels), arranged.across
-    down = -(-count // across)
-    figure = sheet(title, 1.0 if count == 1 else 2.0, HEIGHTS[across] * down + below)
-    grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=alike)
-    for unused in list(grid.ravel())[count:]:
-        unused.remove()
-    for place in range(count - across, count):
-        # the lowest of its column has the numbers
-        if place >= 0:
-            grid.ravel()[place].tick_params(labelbottom=True)
+    figure = sheet(title, 1.0 if count == 1 else 2.0, HEIGHTS[across] * -(-count // across) + below)
+    panels = grid(figure, count, across, sharex=True, sharey=alike)
+    for lowest in panels[-across:]:
+        lowest.tick_params(labelbottom=True)
     if across > 2:
-        for axes in grid.ravel()[:count]:
+        for axes in panels:
             # numbers of neighbours would run into each other
             axes.locator_params(axis="x", nbins=4)
-    return figure, list(grid.ravel()[:count])
+    return figure, panels
 
 
 def _name_axes(panels: Sequence[Axes], across: int, names: tuple[str, str]) -> None:

@@ -26,6 +26,7 @@ LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (9, 2)), (0, (1, 3))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 # viridis without its lightest end, which is lost on white: the lightness still tells the order in grey
 TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))
+SHADE = 0.18  # opacity of a band
 COLUMN_WIDTH = 3.4  # inches, one column of a journal page: 86 mm
 SECONDS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "\N{MICRO SIGN}s"), (1e-9, "ns"))
 FIXED = "\N{NO-BREAK SPACE}"
@@ -86,6 +87,19 @@ def sheet(title: str | None, columns: float, height: float) -> Figure:
         # a dollar sign is money here, not mathematics
         figure.suptitle("\n".join(lines).replace(FIXED, " "), fontsize=8, parse_math=False)
     return figure
+
+
+def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
+    """The axes of `count` panels, so many `across`; the last row may be shorter."""
+    axes = list(figure.subplots(-(-count // across), across, squeeze=False, **shared).ravel())
+    for unused in axes[count:]:
+        unused.remove()
+    return axes[:count]
+
+
+def spread_indices(count: int, most: int) -> list[int]:
+    """At most so many indices of `count`, evenly spread from the first to the last."""
+    return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
 
 
 def log_axis(axes: Axes, which: str) -> None:

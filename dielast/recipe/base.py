@@ -23,7 +23,7 @@ class RecipeBase(Section):
 
 
 class TextTable(Section):
-    """How a table of numbers is written; what is left out is sniffed."""
+    """How a table of numbers is written; keys left out are sniffed."""
 
     separator: str | None = Field(None, description="One character between columns; sniffed if left out.")
     decimal: Literal[".", ","] | None = Field(None, description="Decimal mark; sniffed if left out.")
@@ -55,14 +55,13 @@ class TextTable(Section):
 
     def text_format(self) -> TextFormat:
         """The same for the reader."""
-
         from dielast.io.text_table import TextFormat
 
         return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows, self.sheet)
 
 
 def units_of(**roles: Dimension | None) -> AfterValidator:
-    """Units by the role of a column, for headers that do not say them; None leaves the dimension open."""
+    """Units by the role of a column, for headers without units; None leaves the dimension open."""
 
     def check(units: dict[str, str]) -> dict[str, str]:
         for role, unit in units.items():

@@ -15,7 +15,6 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     PlainValidator,
-    ValidationError,
     ValidationInfo,
     WithJsonSchema,
 )
@@ -29,9 +28,9 @@ from dielast.units import Dimension
 
 
 class Section(BaseModel):
-    """Base of every table of a recipe: unknown keys are errors, nothing is converted behind the user's back.
+    """Base of every table of a recipe: unknown keys are errors, and no value is converted silently.
 
-    `ELSEWHERE` says of keys that are known in other recipes why they are not here.
+    `ELSEWHERE` holds, by key, why a key of other recipes is not here.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
@@ -39,14 +38,14 @@ class Section(BaseModel):
 
 
 QUANTITY, UNIT = "x-quantity", "x-unit"
-"""Keys of the JSON Schema for what a quantity is and the unit it is kept in."""
+"""Keys of the JSON Schema for the name of a quantity and the SI unit in which it is kept."""
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Marks a number in `dimension.unit`, given as text with a unit, optionally bounded; `many` marks one or a list, as a tuple.
+    """Marks a number in `dimension.unit`, given as text with a unit, optionally bounded.
 
-    `within` bounds the magnitude of what is not 0.
+    `within` bounds the magnitude of all numbers but 0; `many` allows a number or a list, read as a tuple.
     """
 
     dimension: Dimension
@@ -80,8 +79,8 @@ class Quantity:
         name, example = self.dimension.name, self.dimension.example
         text = f'{name[0].upper()}{name[1:]} with its unit, such as "{example}".'
         marks = {QUANTITY: name.split(" ", 1)[1], UNIT: self.dimension.unit}
-        one = {"type": "string", "description": text, "examples": [example], **marks}
-        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]} if self.many else one
+        quantity = {"type": "string", "description": text, "examples": [example], **marks}
+        return {"anyOf": [quantity, {"type": "array", "items": quantity, "minItems": 1}]} if self.many else quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +149,7 @@ def is_path(field: FieldInfo) -> bool:
 
 
 def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
-    """Numbers and the unit of them all, or None unless all values are numbers or quantities of one dimension."""
+    """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension."""
     found = []
     for value in values:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
@@ -161,13 +160,6 @@ def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
             return None
     units_found = {unit for _, unit in found}
     return ([number for number, _ in found], units_found.pop()) if len(units_found) == 1 else None
-
-
-def mistake_at(key: str | int, told: str, value: Any) -> ValidationError:
-    """The error that the `value` of a `key` is wrong, for a validator of the table or list that holds it."""
-    return ValidationError.from_exception_data(
-        "recipe", [{"type": "value_error", "loc": (key,), "input": value, "ctx": {"error": InputError(told)}}]
-    )
 
 
 def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path], bool]) -> str:
@@ -218,9 +210,9 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     return tuple(found if base else (os.path.relpath(path, folder) for path in found))
 
 
-def _name_or_number(what: str, name: Any) -> str | int:
+def _name_or_number(noun: str, name: Any) -> str | int:
     if isinstance(name, bool) or (not (isinstance(name, str) and name) and not (isinstance(name, int) and name >= 1)):
-        raise InputError(f"{shown(name)}: a {what}'s name, or its number from 1, is needed")
+        raise InputError(f"{shown(name)}: a {noun}'s name, or its number from 1, is needed")
     return name
 
 

@@ -1,4 +1,4 @@
-"""Paths of keys as `--set` and sweeps have them, `step.0.rate` or `step[0].rate`: read as TOML reads dotted keys, and followed."""
+"""Paths of keys as `--set` and sweeps state them, `step.0.rate` or `step[0].rate`: read as TOML reads dotted keys."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from dielast.errors import InputError, shown_path
 
 DEEPEST = 64  # parts of a dotted key
-# a part in quotes may hold anything; one without, more than TOML's bare keys: what is wrong with a key is told where it leads
+# a part in quotes may hold anything; a part without may hold more than TOML allows: its mistake is stated where it leads
 _PART = r"""\s*+("(?:[^"\\]|\\.)*+"|'[^']*+'|[^."'=][^.=]*+)\s*+"""
 _PATH = rf"{_PART}(?:\.{_PART})*+"
 _INDEXED = re.compile(r"(?P<name>[^\[\]]+)(?P<indices>(?:\[\d+\])+)")
@@ -18,17 +18,17 @@ _SETTING = re.compile(rf"(?P<path>{_PATH})=(?P<value>.*)", re.DOTALL)
 
 
 def read_path(text: str) -> tuple[str, ...] | None:
-    """The keys of a path; None if it is none."""
+    """The keys of a path; None if the text is no path."""
     if not re.fullmatch(_PATH, text):
         return None
     try:
         return tuple(key for part in re.findall(_PART, text) for key in _keys_of(part))
-    except tomllib.TOMLDecodeError:  # an escape that there is not
+    except tomllib.TOMLDecodeError:  # an unknown escape
         return None
 
 
 def read_setting(text: str) -> tuple[tuple[str, ...], str] | None:
-    """The keys and the value of `PATH=VALUE`; None if it is none."""
+    """The keys and the value of `PATH=VALUE`; None if the text has another form."""
     match = _SETTING.fullmatch(text)
     keys = match and read_path(match["path"])
     return (keys, match["value"].strip()) if match and keys else None
@@ -42,10 +42,10 @@ def _keys_of(part: str) -> list[str]:
     return [indexed["name"].strip(), *re.findall(r"\d+", indexed["indices"])] if indexed else [part.strip()]
 
 
-def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str) -> None:
-    """Set the key that the path `keys` leads to; raises `InputError` beginning with `where` if it leads nowhere."""
+def set_key(values: dict[str, Any], keys: Sequence[str], value: Any) -> None:
+    """Set the key that the path `keys` leads to; raises `InputError` if it leads nowhere."""
     if len(keys) > DEEPEST:
-        raise InputError(f"{where}: the path leads nowhere: it has {len(keys)} parts")
+        raise InputError(f"the path leads nowhere: it has {len(keys)} parts")
     target: Any = values
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1
@@ -53,7 +53,7 @@ def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str)
             if not key.isdecimal() or len(key) > 9 or int(key) >= len(target):
                 path = shown_path(keys[:depth])
                 there = "is empty" if not target else f"has entries 0 to {len(target) - 1}"
-                raise InputError(f"{where}: {path} {f'has one entry, {path}.0' if len(target) == 1 else there}")
+                raise InputError(f"{path} {f'has one entry, {path}.0' if len(target) == 1 else there}")
             if last:
                 target[int(key)] = value
             target = target[int(key)]
@@ -62,4 +62,4 @@ def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str)
                 target[key] = value
             target = target.setdefault(key, {})
         else:
-            raise InputError(f"{where}: {shown_path(keys[:depth])} is not a table")
+            raise InputError(f"{shown_path(keys[:depth])} is not a table")

@@ -1,4 +1,4 @@
-"""TOML text read, and what is wrong with it said in plain words."""
+"""Read TOML text; mistakes in it are stated in plain words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dielast.units import decimal_comma
 
 LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 TABLES = (".csv", ".tsv", ".txt", ".dat", ".xls", ".xlsx")
-"""How the names of tables end, which are no TOML."""
+"""Endings of the names of tables, which are no TOML."""
 NAMED_IN_RECIPES = "tables are named in a recipe, such as [data] file or [[step]] table"
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 _DIGITS = re.compile(r"[0-9A-Fa-f_]{250,}")
@@ -29,10 +29,12 @@ _LISTED = ("step", "compare")
 def parse_toml(content: bytes, source: str, instead: str = NAMED_IN_RECIPES) -> dict[str, Any]:
     """The TOML text `content`; raises `InputError` naming `source` and the line.
 
-    `instead` says what is to be done with a table of numbers.
+    `instead` is the advice where the text is a table of numbers.
     """
     if len(content) > LARGEST_TOML:
-        raise InputError(f"{source}: larger than {LARGEST_TOML >> 20} MiB: recipes and material files are not; tables go into CSV")
+        raise InputError(
+            f"larger than {LARGEST_TOML >> 20} MiB: recipes and material files are not; tables go into CSV", file=source
+        )
     hint = f"; {instead}" if PurePath(source).suffix.lower() in TABLES else ""
     try:
         text = content.decode("utf-8-sig")
@@ -42,21 +44,21 @@ def parse_toml(content: bytes, source: str, instead: str = NAMED_IN_RECIPES) -> 
         return values
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise InputError(f"{source}: line {line}: not UTF-8 text{hint}") from None
+        raise InputError(f"not UTF-8 text{hint}", file=source, line=line) from None
     except tomllib.TOMLDecodeError as error:
-        number, what = _told(text, str(error))
-        raise InputError(f"{source}: line {number}: not TOML: {what}{hint}") from None
+        number, wrong = _explained(text, str(error))
+        raise InputError(f"not TOML: {wrong}{hint}", file=source, line=number) from None
     except RecursionError:
-        raise InputError(f"{source}: not TOML: nested too deeply") from None
-    except (ValueError, OverflowError):  # ValueError is Python's own limit
+        raise InputError("not TOML: nested too deeply", file=source) from None
+    except (ValueError, OverflowError):  # ValueError: Python's limit for digits of an integer
         digits = _DIGITS.search(text)
         line = text.count("\n", 0, digits.start() if digits else None) + 1
-        raise InputError(f"{source}: line {line}: not TOML: a number of too many digits") from None
+        raise InputError("not TOML: a number of too many digits", file=source, line=line) from None
 
 
 def load(text: str) -> dict[str, Any]:
     """The values of a TOML text; raises `ValueError`, or `RecursionError` if it is nested too deeply."""
-    if _DEEP_KEY.search(text):  # which takes the parser memory without end
+    if _DEEP_KEY.search(text):  # the parser would take memory without end
         raise RecursionError
     return tomllib.loads(text)
 
@@ -68,37 +70,38 @@ def _too_large(value: Any) -> bool:
     return any(map(_too_large, value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()))
 
 
-def _told(text: str, said: str) -> tuple[int, str]:
-    """The line (from 1) that the parser stopped at, and what it said, with a hint where a usual mistake is plain."""
+def _explained(text: str, message: str) -> tuple[int, str]:
+    """The line (from 1) that the parser stopped at, and its `message`, with a hint where a usual mistake is plain."""
     lines = text.split("\n")
-    place = _PLACE.search(said)
-    what = said[: place.start()] if place else said
-    what = what[0].lower() + what[1:]
+    place = _PLACE.search(message)
+    wrong = message[: place.start()] if place else message
+    wrong = wrong[0].lower() + wrong[1:]
     if place is None or place["line"] is None:
-        number, column = text.count("\n") + 1, len(lines[-1]) + 1
+        number, column = len(lines), len(lines[-1]) + 1
     else:
         number, column = int(place["line"]), int(place["column"])
     line = lines[number - 1][:1000]
-    if what.startswith(("cannot overwrite a value", "cannot declare ", "duplicate inline table key")):
-        return number, _stated_twice(line, what)
+    if wrong.startswith(("cannot overwrite a value", "cannot declare ", "duplicate inline table key")):
+        return number, _stated_twice(line, wrong)
     before = line[: column - 1]
     start = max(before.rfind(mark) for mark in "=[,") + 1
     value = re.split(r"[,\]}#]", before[start:] + line[column - 1 :])[0].strip()
+    hint = ""
     if comma := _COMMA.search(line):
-        return number, f"{what}; {decimal_comma(comma[1])}"
-    if what == "invalid value" and value.lower() in ("true", "false"):
-        return number, f"{what}; write {value.lower()}"
-    if what == "invalid value" and _WORD.fullmatch(value):
-        return number, f"{what}; text needs quotes: {shown(value)}"
-    if _QUANTITY.fullmatch(value):
-        return number, f"{what}; a quantity needs quotes: {shown(value)}"
-    return number, what
+        hint = decimal_comma(comma[1])
+    elif wrong == "invalid value" and value.lower() in ("true", "false"):
+        hint = f"write {value.lower()}"
+    elif wrong == "invalid value" and _WORD.fullmatch(value):
+        hint = f"text needs quotes: {shown(value)}"
+    elif _QUANTITY.fullmatch(value):
+        hint = f"a quantity needs quotes: {shown(value)}"
+    return number, f"{wrong}; {hint}" if hint else wrong
 
 
-def _stated_twice(line: str, what: str) -> str:
-    """What is said of a key or a table that is there already."""
-    if inline := re.search(r"duplicate inline table key '(.*)'", what):
+def _stated_twice(line: str, wrong: str) -> str:
+    """What is wrong with a key or a table that was stated before."""
+    if inline := re.search(r"duplicate inline table key '(.*)'", wrong):
         return f"{inline[1]} is stated twice"
-    found = _STATED.match(line)
-    hint = f"; write [[{found['table']}]] each time" if found and found["table"] in _LISTED else ""
-    return f"{(found['header'] or found['key']) if found else 'a key'} is stated twice{hint}"
+    stated = _STATED.match(line)
+    hint = f"; write [[{stated['table']}]] each time" if stated and stated["table"] in _LISTED else ""
+    return f"{(stated['header'] or stated['key']) if stated else 'a key'} is stated twice{hint}"

@@ -34,15 +34,15 @@ class Tolerance(NamedTuple):
     atol: float = 0.0
 
     def holds(self, a: float, b: float, floor: float = 0.0) -> bool:
-        """Whether `a` and `b` are the same; what differs by less than `floor` is."""
+        """Whether `a` and `b` are the same; numbers that differ by less than `floor` are."""
         return abs(a - b) <= max(self.rtol * max(abs(a), abs(b)), self.atol, floor)
 
 
 def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> list[str]:
     """One line for each cell of `contents` (name -> bytes) that differs from the folder `golden` by more than `rtol`, or than the
-    folder's own tolerance for it.
+    folder's tolerance for the cell.
 
-    Tables and `summary.toml` are compared; a table or a row that only one side has is a difference. Plots, digests and versions are
+    Tables and `summary.toml` are compared; a table or a row on one side alone is a difference. Plots, digests and versions are
     not compared. Raises `InputError` if there is nothing to compare with, or if the tolerances cannot be read.
     """
     expected = golden_files(golden)
@@ -77,7 +77,7 @@ def golden_files(golden: Path) -> dict[str, Path]:
 def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, Tolerance]]:
     """The tolerances that the folder `golden` states, by file and column or key; none where it states none.
 
-    Raises `InputError` for a file or column that is not there, and for what is no tolerance.
+    Raises `InputError` for an unknown file or column, and for a value that is no tolerance.
     """
     path = golden / TOLERANCES
     if not os.path.isfile(path):
@@ -85,15 +85,15 @@ def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, T
     result: dict[str, dict[str, Tolerance]] = {}
     for name, columns in parse_toml(read_file(path, str(path)), str(path)).items():
         if name not in files:
-            raise InputError(f"{path}: {name}: no such golden file; there are {', '.join(files)}")
+            raise InputError(f"{name}: no such golden file; there are {', '.join(files)}", file=path)
         if not isinstance(columns, Mapping):
-            raise InputError(f"{path}: {name}: a table of tolerances by column is needed")
+            raise InputError(f"{name}: a table of tolerances by column is needed", file=path)
         content = read_file(files[name], str(files[name]))
         known = _flat(parse_toml(content, str(files[name]))) if name == "summary.toml" else parse_csv(content, str(files[name]))
         result[name] = {}
         for column, value in columns.items():
             if column not in known:
-                raise InputError(f'{path}: {name}: no "{column}" there to compare')
+                raise InputError(f'{name}: no "{column}" there to compare', file=path)
             result[name][column] = _tolerance(f'{path}: {name}: "{column}"', value)
     return result
 

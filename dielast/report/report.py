@@ -23,7 +23,7 @@ FIGURES = ("png", "svg", "pdf")
 class Report:
     """A run's results: `tables` by file name, other `files` by name, headline numbers by section, and how to draw the figure.
 
-    `failures` has a line for each case that the numerics could not finish; the tables then hold what was reached.
+    `failures` has a line for each case that the numerics could not finish; the tables then end where the case was left.
     """
 
     tables: Mapping[str, Table]
@@ -35,7 +35,7 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The recipe of a run: its file's name, what that holds if it is known, and which keys were set beside it."""
+    """The recipe of a run: the name of its file, the content if known, and the keys set on the command line."""
 
     name: str
     content: bytes | None = None
@@ -84,7 +84,7 @@ def left_over(folder: Path, names: Collection[str], kind: str, written: Collecti
 
 
 def _known(value: Any) -> bool:
-    """Whether there is a value: a standard error that the data do not determine is left out."""
+    """Whether there is a value: None, NaN and infinity, as of a standard error that the data do not determine, are left out."""
     return value is not None and not (isinstance(value, float) and not math.isfinite(value))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 UNITS = {"_V_per_m": "V/m", "_J_per_mol": "J/mol", "_Pa": "Pa", "_degC": "°C", "_K": "K", "_V": "V", "_s": "s"}
 SCALED = ("V/m", "J/mol", "Pa", "V", "s")
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
-LONG = 1e4  # s; longer times are told in hours
+LONG = 1e4  # s; longer times are shown in hours
 SHOWN = 5  # values of a list
 PLAIN = str.maketrans({"°": "deg", "µ": "u", "±": "+-", "…": "..."})
 
@@ -89,7 +89,7 @@ def _scaled(value: float, unit: str) -> tuple[float, str]:
     if unit == "s" and abs(value) >= LONG:
         return 3600.0, "h"
     prefixes = [entry for entry in PREFIXES if entry[0] <= 1 or unit != "s"]
-    # what rounds up to a thousand belongs to the next prefix
+    # a number that rounds up to a thousand takes the next prefix
     return next(((factor, sign + unit) for factor, sign in prefixes if abs(value) >= 0.99995 * factor), (1.0, unit))
 
 

@@ -26,7 +26,7 @@ from dielast.simulate.events import Event, event_columns, events_of, first_of
 from dielast.simulate.film import Outcome
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History
-from dielast.simulate.record import Recorder, ending
+from dielast.simulate.record import Record, Recorder, ending
 from dielast.simulate.setup import FilmSetup, Setup, set_up
 from dielast.simulate.voltage import VoltageStep, voltage_pieces
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
@@ -98,9 +98,9 @@ def actuate(
     anything wrong with the arguments; numerics that give up are an outcome.
     """
     if stop_at not in (*names(), END):
-        raise InputError(f"stop at {stop_at!r}: it must be one of {', '.join((*names(), END))}")
+        raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
     if points_per_decade < 1:
-        raise InputError(f"{points_per_decade} points per decade: at least one is needed")
+        raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     setup = set_up(
         material,
         FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary),
@@ -127,12 +127,11 @@ def actuate(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Run:
-    """What some films did: output times (cases, rows) and values (6, cases, rows), stretches and determinant at the `begin` (3,
-    cases), what happened, how far they came in s, and their `Status`.
+    """What some films did: the `record`, stretches and determinant at the `begin` (3, cases), what happened, how far they came in
+    s, and their `Status`.
     """
 
-    time: Floats
-    values: Floats
+    record: Record
     begin: Floats
     happened: Mapping[Criterion, Happening]
     reached: Floats
@@ -143,13 +142,15 @@ class _Run:
     def joined(cls, runs: Sequence[_Run], place: Cases) -> _Run:
         """The runs of all cases, each of which is at its `place` (cases,) in the runs one after another."""
 
-        def whole(name: str, axis: int) -> Any:
-            return np.take(np.concatenate([getattr(run, name) for run in runs], axis=axis), place, axis=axis)
+        def whole(name: str) -> Any:
+            return np.concatenate([getattr(run, name) for run in runs], axis=-1)[..., place]
 
         happened = {
             criterion: Happening.joined([run.happened[criterion] for run in runs]).take(place) for criterion in runs[0].happened
         }
-        return cls(whole("time", 0), whole("values", 1), whole("begin", 1), happened, whole("reached", 0), whole("status", 0))
+        time = np.concatenate([run.record.time for run in runs])[place]
+        record = Record(time, np.concatenate([run.record.values for run in runs], axis=1)[:, place])
+        return cls(record, whole("begin"), happened, whole("reached"), whole("status"))
 
 
 def _run(
@@ -170,13 +171,12 @@ def _run(
     meter = CycleMeter(film.points.permittivity, stretch[0], False)
     begin = np.concatenate((stretch, watch.stability(relaxed).determinant[None]))
     followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter)
-    time, values, _ = recorder.collect()
-    return _Run(time, values, begin, watch.happened, followed.time, followed.status, meter.collect())
+    return _Run(recorder.collect(), begin, watch.happened, followed.time, followed.status, meter.collect())
 
 
 def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: CycleTable | None) -> ActuationHistory:
     """Results in the user's terms, nothing of which is after the end of its case."""
-    time, values, reached = run.time, run.values, run.reached
+    record, reached = run.record, run.reached
     stopped = run.status == Status.STOPPED
     # an equilibrium that ends where the numerics give up may end a little later
     latest = np.fmax.reduce([np.zeros_like(reached), *(entry.time for entry in run.happened.values())])
@@ -185,22 +185,22 @@ def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: Cycl
         last = first_of(run.happened, stop_at)
         reached = np.where(stopped, last.time, reached)
     # a time that was asked for may lie beyond the end by rounding
-    values = np.where(time > reached[:, None] * (1 + 1e-12), np.nan, values)
+    record = Record(record.time, np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
     if stopped.any() and with_end:
-        time, values = ending(time, values, reached, np.where(stopped, last.row, np.nan))
-    stretch = np.exp(0.5 * values[:2])
+        record = ending(record, reached, np.where(stopped, last.row, np.nan))
+    stretch, field = record.stretch, record.field
     return ActuationHistory(
         temperature=setup.temperature,
-        time=time,
-        voltage=values[4] * setup.thickness[:, None],
+        time=record.time,
+        voltage=field * setup.thickness[:, None],
         stretch_1=stretch[0],
         stretch_2=stretch[1],
         relative_stretch_1=stretch[0] / run.begin[0, :, None],
         relative_stretch_2=stretch[1] / run.begin[1, :, None],
-        nominal_stress_1=values[2],
-        nominal_stress_2=values[3],
-        true_field=values[4] * stretch[0] * stretch[1],
-        stability=values[5] / run.begin[2, :, None],
+        nominal_stress_1=record.nominal_stress[0],
+        nominal_stress_2=record.nominal_stress[1],
+        true_field=field * stretch[0] * stretch[1],
+        stability=record.determinant / run.begin[2, :, None],
         events=tuple(events_of(run.happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
         outcome=tuple(Outcome.of(*ended, stop_at) for ended in zip(run.status.tolist(), reached.tolist(), strict=True)),
         cycles=cycles,

@@ -44,25 +44,25 @@ def apply_at_once(
         field=condition.field.copy(),
         next_step=np.where(jumps, 0.0, condition.next_step),
     )
-    some = where(jumps)
+    columns = where(jumps)
     if watch is not None:
-        after.field[some] = target[2, some]
-        some = _hold(points, condition, controls, target, some, after, watch)
-    if not some.size:
+        after.field[columns] = target[2, columns]
+        columns = _hold(points, condition, controls, target, columns, after, watch)
+    if not columns.size:
         return after
-    internal, start = after.internal[:, :, some], after.log_squared_stretch[:, some]
-    log_squared, nominal, found = jump(points.take(some), controls, target[:, some], internal, start)
-    vanished, there = some[~found], some[found]
+    internal, start = after.internal[:, :, columns], after.log_squared_stretch[:, columns]
+    log_squared, nominal, stable = jump(points.take(columns), controls, target[:, columns], internal, start)
+    vanished, there = columns[~stable], columns[stable]
     status[vanished] = Status.NO_START
     if watch is not None:  # a film to which all that is asked for has happened need not go on
         status[vanished[watch.done[vanished]]] = Status.STOPPED
-    after.log_squared_stretch[:, there], after.nominal_stress[:, there] = log_squared[:, found], nominal[:, found]
+    after.log_squared_stretch[:, there], after.nominal_stress[:, there] = log_squared[:, stable], nominal[:, stable]
     after.field[there] = target[2, there]
     return after
 
 
 def _hold(
-    points: Points, condition: Condition, controls: Controls, target: Floats, some: Cases, after: Condition, watch: Watch
+    points: Points, condition: Condition, controls: Controls, target: Floats, columns: Cases, after: Condition, watch: Watch
 ) -> Cases:
     """Write how films that hold the load are `after` it, and note what happens to the others, which are returned."""
     on_the_way = {
@@ -70,17 +70,17 @@ def _hold(
         for lookout in watch.lookouts
         if lookout.signal is not None and lookout.criterion.found_in_jumps
     }
-    film = condition.take(some)
+    film = condition.take(columns)
     time = film.time
-    begin = film.moment(points.take(some), controls, some, watch.clock.age(some, time))
-    way = follow_load(begin, film.prescribed(controls), target[:, some], on_the_way)
-    held = some[way.held]
+    begin = film.moment(points.take(columns), controls, columns, watch.clock.age(columns, time))
+    way = follow_load(begin, film.prescribed(controls), target[:, columns], on_the_way)
+    held = columns[way.held]
     reached = way.reached
     after.log_squared_stretch[:, held] = reached.log_squared_stretch[:, way.held]
     after.nominal_stress[:, held] = reached.nominal_stress[:, way.held]
     after.internal[:, -1, held] = reached.log_squared_stretch[:, way.held]
     # a voltage that is lowered ends a snapped-through state, which is no failure
-    failed = ~way.held & (np.abs(target[2, some]) > np.abs(condition.field[some]))
+    failed = ~way.held & (np.abs(target[2, columns]) > np.abs(condition.field[columns]))
     for lookout in watch.lookouts:
         if lookout.criterion in way.events:
             event = way.events[lookout.criterion]
@@ -89,9 +89,9 @@ def _hold(
             event, new = reached, failed
         else:
             continue
-        columns = where(new & ~lookout.seen[some])
-        watch.note(lookout, time[columns], event.take(columns))
-    return some[~way.held]
+        noted = where(new & ~lookout.seen[columns])
+        watch.note(lookout, time[noted], event.take(noted))
+    return columns[~way.held]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,8 +138,8 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         going = paired(going)
         wanted = np.minimum(reached[going] + share[going], 1.0)
         load = load_at(wanted, going)
-        moved, stress, found = jump(bare.take(going), begin.controls, load, begin.internal[:, :, going], log_squared[:, going])
-        near = found & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= MAX_MOVE)
+        moved, stress, stable = jump(bare.take(going), begin.controls, load, begin.internal[:, :, going], log_squared[:, going])
+        near = stable & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= MAX_MOVE)
         there = replace(begin.take(going), log_squared_stretch=moved, nominal_stress=stress, field=load[2])
         closely = share[going] < 2 * SMALLEST_SHARE  # as closely as the load can be divided
         falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)

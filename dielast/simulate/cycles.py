@@ -1,7 +1,7 @@
 """What a film does in each cycle of a waveform: extremes, mean, the component at the period, and work, by quadrature on the
 stepper's dense output.
 
-With the load's own component -cos(2 pi t / T) times half of (high - low), a quantity y has the component a cos(w t - phi), where
+With the load's component -cos(2 pi t / T) times half of (high - low), a quantity y has the component a cos(w t - phi), where
 a exp(i phi) = 2/T int y exp(i w t) dt, w = 2 pi / T. Its phase is the lead over the load's component: negative where y lags.
 The work per undeformed volume is int s_1 dlambda_1 + s_2 dlambda_2 + E~ dD~ with the nominal stress s, the nominal field E~ and the
 nominal charge density D~ = eps lambda_1^2 lambda_2^2 E~; in a cycle that repeats itself it is what the film dissipates.
@@ -69,11 +69,11 @@ class CycleTable(TabularResult):
 
 def cycle_table(cases: Mapping[int, Mapping[str, Floats]]) -> Table:
     """The cycles of cases, by number, one below the other."""
-    counts = [own["cycle"].size for own in cases.values()]
+    counts = [table["cycle"].size for table in cases.values()]
     columns = [Column("case", None, np.repeat(list(cases), counts))]
     for header in next(iter(cases.values())):
         name, _, unit = header.rstrip("]").partition(" [")
-        columns.append(Column(name, unit or None, np.concatenate([own[header] for own in cases.values()])))
+        columns.append(Column(name, unit or None, np.concatenate([table[header] for table in cases.values()])))
     return columns
 
 
@@ -193,8 +193,9 @@ class CycleMeter:
         # what is the same throughout has no component at the period, and must not leave that of the quadrature's error
         swing = measured - self._rest[wide.cases].reshape(places, count)
         where = steps.cases, cycle
-        np.minimum.at(self._sums[0], where, fine.min(axis=0))
-        np.maximum.at(self._sums[1], where, fine.max(axis=0))
-        for index, part in ((2, measured), (3, swing * np.cos(turn)), (4, swing * np.sin(turn))):
-            np.add.at(self._sums[index], where, steps.step * (WEIGHTS @ part))
-        np.add.at(self._sums[5], where, work)
+        lowest, highest, whole, cosine, sine, worked = self._sums
+        np.minimum.at(lowest, where, fine.min(axis=0))
+        np.maximum.at(highest, where, fine.max(axis=0))
+        for integral, part in ((whole, measured), (cosine, swing * np.cos(turn)), (sine, swing * np.sin(turn))):
+            np.add.at(integral, where, steps.step * (WEIGHTS @ part))
+        np.add.at(worked, where, work)

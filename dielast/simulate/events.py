@@ -31,7 +31,7 @@ class Event:
 
 def event_columns(events: Sequence[Sequence[Event]]) -> Table:
     """The table of the events of each case, in order of time."""
-    flat = [(case, event) for case, own in enumerate(events) for event in own]
+    flat = [(case, event) for case, in_order in enumerate(events) for event in in_order]
     return [
         Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
         Column("event", None, [event.name for _, event in flat]),

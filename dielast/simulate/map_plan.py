@@ -40,8 +40,8 @@ def groups_of(setup: Setup, first: int, rtol: float) -> tuple[Group, ...]:
     """The films of a setup, numbered from `first`."""
     groups = []
     for columns in setup.groups():
-        own = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
-        groups.append(Group(setup.film(columns, rtol), first + own, setup.breakdown_field[own], setup.thickness[own], rtol))
+        films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
+        groups.append(Group(setup.film(columns, rtol), first + films, setup.breakdown_field[films], setup.thickness[films], rtol))
     return tuple(groups)
 
 

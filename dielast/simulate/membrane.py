@@ -128,10 +128,10 @@ def simulate(
         temperature = [each.reference_temperature for each in materials]
     temperature = numbers(temperature, "temperature")
     if not np.all(np.isfinite(temperature)):
-        raise InputError("every temperature must be finite")
+        raise InputError("every value must be finite", argument="temperature")
     check_tolerance(rtol)
     if not isinstance(points_per_decade, int) or points_per_decade < 1:
-        raise InputError(f"{points_per_decade} points per decade: a whole number of at least one is needed")
+        raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
     cases = case_count(steps, temperature, np.zeros(len(materials)))
     temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
     points = Points.of(materials, temperature, rtol)
@@ -144,19 +144,17 @@ def simulate(
     meter = CycleMeter(points.permittivity, np.ones(cases), stress_is_measured)
     followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorder=recorder, meter=meter)
     check_end(wanted.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
-    time, values, inner = recorder.collect()
-    stretch = np.exp(0.5 * values[:2])
-    viscous = None if inner is None else np.exp(0.5 * inner[:, 1:])
+    record = recorder.collect()
     return MembraneHistory(
         temperature=temperature,
-        time=time,
-        stretch_1=stretch[0],
-        stretch_2=stretch[1],
-        nominal_stress_1=values[2],
-        nominal_stress_2=values[3],
+        time=record.time,
+        stretch_1=record.stretch[0],
+        stretch_2=record.stretch[1],
+        nominal_stress_1=record.nominal_stress[0],
+        nominal_stress_2=record.nominal_stress[1],
         outcome=tuple(map(Outcome.of, followed.status.tolist(), followed.time.tolist())),
         steps=followed.steps,
-        viscous_stretch=viscous,
+        viscous_stretch=None if record.internal is None else np.exp(0.5 * record.internal[:, 1:]),
         points=points,
         cycles=meter.collect(),
     )

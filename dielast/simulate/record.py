@@ -19,6 +19,37 @@ DIGITS = 1e-8  # of a time; no table tells rows apart that are closer
 AFTER = 1e-13  # of the duration of a piece: a row so soon after another shows what has jumped
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """Films at output times (cases, rows) in s: `values` (6, cases, rows), NaN for what was never reached, and x (2, n, cases,
+    rows) if it was asked for.
+    """
+
+    time: Floats
+    values: Floats
+    internal: Floats | None = None
+
+    @property
+    def stretch(self) -> Floats:
+        """Of axes 1 and 2, (2, cases, rows)."""
+        return np.asarray(np.exp(0.5 * self.values[:2]))
+
+    @property
+    def nominal_stress(self) -> Floats:
+        """Mechanical, of axes 1 and 2, (2, cases, rows) in Pa."""
+        return self.values[2:4]
+
+    @property
+    def field(self) -> Floats:
+        """The nominal field V/L_3 (cases, rows) in V/m."""
+        return np.asarray(self.values[4])
+
+    @property
+    def determinant(self) -> Floats:
+        """That of pull-in (cases, rows), of films that are watched."""
+        return np.asarray(self.values[5])
+
+
 @dataclass(slots=True, eq=False)
 class Recorder:
     """Writes Lambda and nominal stress of both axes, the nominal field, and with a `watch` the determinant of the tangent, and on
@@ -96,14 +127,14 @@ class Recorder:
         columns = np.flatnonzero(stride.accepted)
         case, end = stride.cases[columns], stride.elapsed[columns]
         row, last = self._next[case], self._relative.shape[1] - 1
-        found: list[tuple[Cases, Cases]] = []
+        due_rows: list[tuple[Cases, Cases]] = []
         while (due := (row <= last) & (self._relative[case, np.minimum(row, last)] <= end)).any():
             columns, case, row, end = columns[due], case[due], row[due], end[due]
-            found.append((columns, row))
+            due_rows.append((columns, row))
             row = row + 1
             self._next[case] = row
-        if found:
-            pooled, rows = (paired(np.concatenate(parts)) for parts in zip(*found, strict=True))
+        if due_rows:
+            pooled, rows = (paired(np.concatenate(parts)) for parts in zip(*due_rows, strict=True))
             case = stride.cases[pooled]
             moment = self._relative[case, rows] - stride.begin[pooled]
             assert isinstance(stride.system, Films)
@@ -119,21 +150,21 @@ class Recorder:
         """
         if not case.size:
             return
-        some = system.take(pooled)
-        driven = some.load.value(moment)
-        log_squared, nominal = some.membrane(state, driven)
-        values = self._values[-1]
-        values[:2, case, row], values[2:4, case, row], values[4, case, row] = log_squared, nominal, driven[2]
+        films = system.take(pooled)
+        driven = films.load.value(moment)
+        log_squared, nominal = films.membrane(state, driven)
+        self._values[-1][:5, case, row] = np.concatenate((log_squared, nominal, driven[2:]))
         if self.watch is not None:
-            values[5, case, row] = self.watch.stability(self.watch.moment(some, case, begin, moment, state)).determinant
+            seen = self.watch.moment(films, case, begin, moment, state)
+            self._values[-1][5, case, row] = self.watch.stability(seen).determinant
         if self.wanted.internal:
-            self._internal[-1][:, :, case, row] = some.internal(state)
+            self._internal[-1][:, :, case, row] = films.internal(state)
 
-    def collect(self) -> tuple[Floats, Floats, Floats | None]:
-        """Times (cases, k), values (6, cases, k) and x (2, n, cases, k) or None of all pieces."""
+    def collect(self) -> Record:
+        """The record of all pieces."""
         time = np.concatenate(self._times, axis=1) if self.wanted.times is None else self.wanted.times
         internal = np.concatenate(self._internal, axis=3) if self.wanted.internal else None
-        return time, np.concatenate(self._values, axis=2), internal
+        return Record(time, np.concatenate(self._values, axis=2), internal)
 
     @staticmethod
     def _within(times: Floats, start: Floats, duration: Floats, last: bool) -> Floats:
@@ -144,17 +175,17 @@ class Recorder:
         return np.where(((times > begin) | ((times == 0) & (begin == 0))) & (times <= end + slack), relative, np.nan)
 
 
-def ending(time: Floats, values: Floats, reached: Floats, at_end: Floats) -> tuple[Floats, Floats]:
-    """Output times (cases, k) and values (rows, cases, k) up to `reached` (cases,) whose last is what held there, `at_end` (rows,
-    cases), NaN for a case that has its last row already.
+def ending(record: Record, reached: Floats, at_end: Floats) -> Record:
+    """The record up to `reached` (cases,), whose last row is what held there, `at_end` (6, cases), NaN for a case that has its last
+    row already.
 
     That comes in the place of the first output that was not reached, or of one at the same time.
     """
-    time, values = time.copy(), values.copy()
+    time, values = record.time.copy(), record.values.copy()
     case = np.flatnonzero(np.isfinite(at_end[0]))
     written = np.isfinite(values[0, case])
     rows = np.where(written.any(axis=1), time.shape[1] - np.argmax(written[:, ::-1], axis=1), 0)
     before = time[case, np.maximum(rows - 1, 0)]
     column = np.where((rows > 0) & (before >= reached[case] * (1 - 1e-12)), rows - 1, np.minimum(rows, time.shape[1] - 1))
     time[case, column], values[:, case, column] = reached[case], at_end[:, case]
-    return time, values
+    return Record(time, values)

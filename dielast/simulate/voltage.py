@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.errors import InputError, located
 from dielast.io.result import Result
 from dielast.mechanics.cases import spread
 from dielast.mechanics.course import Piece
@@ -51,7 +51,7 @@ def voltage_pieces(steps: Sequence[VoltageStep], controls: Controls, thickness: 
     result: list[Piece] = []
     present = np.zeros(thickness.size)
     for index, step in enumerate(steps):
-        try:
+        with located(step=index):
             if isinstance(step.voltage, Path):
                 if step.rate is not None or step.duration is not None:
                     raise InputError("a waveform or a track has its pace with it")
@@ -59,8 +59,6 @@ def voltage_pieces(steps: Sequence[VoltageStep], controls: Controls, thickness: 
                 present = spread(step.voltage.last, "voltage", thickness.size)
                 continue
             voltage, duration = _ramp(step, present)
-        except InputError as error:
-            raise InputError(f"step {index}: {error}") from None
         result.append(Ramp(controls, (None, None, voltage / thickness), duration, origin=index))
         present = voltage
     return result

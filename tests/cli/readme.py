@@ -24,9 +24,11 @@ from dielast.cli.app import application
 from dielast.commands.registry import COMMANDS
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.handover.material_file import material_file
-from dielast.recipe.schema import Key, keys
 
 ROOT = Path(__file__).parents[2]
+sys.path.append(str(ROOT / "tests"))
+from keys import Key, keys  # noqa: E402
+
 README = ROOT / "README.md"
 KEYS = ROOT / "recipes/KEYS.md"
 INTRODUCTION = """\

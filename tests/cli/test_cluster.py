@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import dask.config
@@ -55,26 +56,32 @@ MAPPING = ("failure-map", "m.toml", "--plot", "none")
 
 @contextmanager
 def node(role: str, file: Path, **environment: str) -> Iterator[Process]:
-    """A Dask scheduler or worker that is gone afterwards."""
+    """A Dask scheduler or worker that is up, and gone afterwards."""
     command = [sys.executable, "-m", "dask", role, "--scheduler-file", str(file), "--host", "127.0.0.1"]
     command += ["--dashboard-address", "127.0.0.1:0"]
     command += ["--port", "0"] if role == "scheduler" else ["--nthreads", "1", "--no-nanny"]
-    with open(file.parent / f"{role}.log", "a") as log:
+    path = file.parent / f"{role}.log"
+    before = connections(path)
+    with open(path, "a") as log:
         process = subprocess.Popen(command, cwd=file.parent, env=dict(os.environ, **environment), stdout=log, stderr=log, text=True)
     try:
+        until(lambda: is_whole(file) if role == "scheduler" else connections(path) > before)
         yield process
     finally:
         process.kill()
         process.wait()
 
 
-@contextmanager
-def scheduler(folder: Path) -> Iterator[Path]:
-    """The scheduler file of a scheduler that is up."""
-    file = folder / "scheduler.json"
-    with node("scheduler", file):
-        until(file.exists)
-        yield file
+def connections(log: Path) -> int:
+    """How many workers that write this log have found the scheduler."""
+    return log.read_text().count("Starting established connection") if log.exists() else 0
+
+
+def is_whole(file: Path) -> bool:
+    """Whether a scheduler has written its file to the end."""
+    with suppress(OSError, ValueError):
+        return "address" in json.loads(file.read_text())
+    return False
 
 
 @pytest.fixture
@@ -88,7 +95,8 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(MAP)
     with ExitStack() as stack:
-        file = stack.enter_context(scheduler(tmp_path))
+        file = tmp_path / "scheduler.json"
+        stack.enter_context(node("scheduler", file))
         workers = [stack.enter_context(node("worker", file)) for _ in range(2)]
         assert dielast(*MAPPING, "-o", "here").returncode == 0
         with half_done(tmp_path, "killed", "--scheduler", str(file)) as run:
@@ -126,7 +134,8 @@ def test_a_sweep_with_draws_outlives_a_worker(dielast: Run, tmp_path: Path) -> N
     cases = read_cases(recipe)
     here = actuate.run(cases, Inputs(tmp_path), Execution()).tables
     with ExitStack() as stack:
-        file = stack.enter_context(scheduler(tmp_path))
+        file = tmp_path / "scheduler.json"
+        stack.enter_context(node("scheduler", file))
         workers = [stack.enter_context(node("worker", file)) for _ in range(2)]
 
         def kill(done: int, of: int, what: str) -> None:
@@ -155,10 +164,10 @@ def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) 
         assert not (tmp_path / "m").exists()
         return done.stderr
 
-    with scheduler(tmp_path) as file:
+    file = tmp_path / "scheduler.json"
+    with node("scheduler", file):
         assert refused() == f"{file}: the scheduler has no workers, after {PATIENCE} s of waiting\n"
         with node("worker", file, PYTHONPATH=str(other.parent)) as worker:
-            until(lambda: "Starting established connection" in (tmp_path / "worker.log").read_text())
             said = refused()
             assert worker.poll() is None
     assert said.startswith(f"{file}: worker tcp://127.0.0.1:")

@@ -9,7 +9,7 @@ import pytest
 from films import SOFT
 
 from dielast.simulate.actuate import ActuationHistory, actuate
-from dielast.simulate.record import ending
+from dielast.simulate.record import Record, ending
 from dielast.simulate.voltage import VoltageStep
 
 COLUMNS = ("voltage", "stretch_1", "stretch_2", "relative_stretch_1", "nominal_stress_1", "nominal_stress_2", "true_field")
@@ -107,7 +107,9 @@ def test_rows_of_one_time_are_not_doubled() -> None:
     values[0, 1, 2:] = values[0, 2, :] = values[0, 3, 3] = np.nan
     reached = np.array([4.0, 2.0, 0.5, 3.5])
     at_end = np.array([[np.nan, 50.0, 60.0, 70.0]])
-    new_time, new = ending(time, values, reached, at_end)
-    assert new_time.tolist() == [[1, 2, 3, 4], [1, 2, 3, 4], [0.5, 2, 3, 4], [1, 2, 3, 3.5]]
-    np.testing.assert_array_equal(new[0], [[0, 1, 2, 3], [4, 50, np.nan, np.nan], [60, np.nan, np.nan, np.nan], [12, 13, 14, 70]])
+    ended = ending(Record(time, values), reached, at_end)
+    assert ended.time.tolist() == [[1, 2, 3, 4], [1, 2, 3, 4], [0.5, 2, 3, 4], [1, 2, 3, 3.5]]
+    np.testing.assert_array_equal(
+        ended.values[0], [[0, 1, 2, 3], [4, 50, np.nan, np.nan], [60, np.nan, np.nan, np.nan], [12, 13, 14, 70]]
+    )
     assert time[3, 3] == 4  # what came in is left alone

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from keys import keys
 
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import InputError
-from dielast.recipe.schema import keys, recipe_schema
+from dielast.recipe.schema import recipe_schema
 
 TOP = Path(__file__).parents[2]
 RECIPES = [

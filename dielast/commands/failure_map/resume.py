@@ -30,7 +30,7 @@ PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than
 
 
 def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
-    """What an unfinished map must share with this one to be of use: versions, recipe and inputs."""
+    """A digest of all that an unfinished map must share with this map to be continued: versions, recipe and inputs."""
     # whether a value is stated may matter, even where it is the default
     stated = f"{__version__}\n{np.__version__}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{sorted(inputs.digests)}"
     return hashlib.sha256(stated.encode()).hexdigest()
@@ -79,16 +79,16 @@ def _unheard(line: str) -> None:
 
 
 def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:
-    some = False
+    begun = False
     try:
         with closing(share_out(solve_cells, plan, chunks, execution)) as solved:
             for cells in solved:
-                some = True
+                begun = True
                 yield cells
     except (InputError, NumericsError) as error:
-        if not some:
+        if not begun:
             raise
-        raise type(error)(*(f"{line}; {KEPT}" for line in error.messages)) from None
+        raise error.adding(f"; {KEPT}") from None
 
 
 def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
@@ -122,8 +122,8 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             }
         chunks = set(plan.chunks(CHUNK))
         return (known if all(_belongs(cells, chunks, plan.horizon) for cells in known.values()) else {}), 0
-    except Exception:  # zipfile and numpy have many for what is damaged
-        return {}, 0  # not what this program wrote, or not whole: begin anew
+    except Exception:  # zipfile and numpy raise many kinds for a damaged file
+        return {}, 0  # not written by this program, or not whole: begin anew
 
 
 def _belongs(cells: Cells, chunks: set[tuple[int, int]], horizon: float) -> bool:

@@ -19,7 +19,7 @@ COLUMNS = (
     *(f"{what}_stress_{axis} [Pa]" for what in ("nominal", "true") for axis in (1, 2)),
 )
 
-# what a column of the result may be measured as
+# column of the result -> columns of a testing machine that measure the same
 _MEASURED_AS = {
     "time [s]": {"time"},
     "stretch_1 [1]": {"stretch", "strain", "extension"},
@@ -33,10 +33,10 @@ def roles_of(header: str) -> set[str]:
 
 
 def _column(header: str, info: ValidationInfo) -> str:
-    """A column of the result, of which the model of the recipe says what it has."""
+    """A column of the result; the model of the recipe lists them as `COLUMNS`."""
     known = (info.context or {}).get("columns")
     if known and header not in known:
-        near = [own for own in known if split_header(own)[0] == split_header(header)[0]]
+        near = [column for column in known if split_header(column)[0] == split_header(header)[0]]
         near = near or difflib.get_close_matches(header, known, n=1, cutoff=0.8)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(known)
         raise InputError(f'"{header}" is no column of the result; {hint}')

@@ -1,4 +1,4 @@
-"""What may happen to a film, in the order in which things that happen at one moment are told."""
+"""What may happen to a film, in the order in which things that happen at one moment are listed."""
 
 from __future__ import annotations
 

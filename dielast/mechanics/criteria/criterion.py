@@ -121,6 +121,6 @@ class Criterion:
         """
         return time, moment
 
-    def determinant(self, found: Stability) -> Floats:
-        """The pull-in determinant (k,) that is told of the event, of the stability found."""
-        return found.determinant
+    def determinant(self, stability: Stability) -> Floats:
+        """The pull-in determinant (k,) of an event at this stability."""
+        return stability.determinant

@@ -72,12 +72,12 @@ class PullIn(Criterion):
         time[ends], internal[:, :, ends], log_squared[:, ends], nominal[:, ends] = fold.find()
         internal[:, -1, ends] = log_squared[:, ends]  # the damper has no part in it
         age[ends], field[ends] = switched_on + time[ends], driving.value(time[ends])[2]
-        found = replace(moment, age=age, internal=internal, log_squared_stretch=log_squared, nominal_stress=nominal, field=field)
-        return time, found
+        refined = replace(moment, age=age, internal=internal, log_squared_stretch=log_squared, nominal_stress=nominal, field=field)
+        return time, refined
 
-    def determinant(self, found: Stability) -> Floats:
+    def determinant(self, stability: Stability) -> Floats:
         """0 at a pull-in, but for a film that cannot hold a voltage applied at once."""
-        return np.where(np.abs(found.margin) < NO_MARGIN, 0.0, found.determinant)
+        return np.where(np.abs(stability.margin) < NO_MARGIN, 0.0, stability.determinant)
 
 
 def _without_damper(points: Points) -> Points:
