@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from dielast.material.springs import Floats
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Points
-from dielast.mechanics.span import Control
+from dielast.mechanics.span import Control, stretched
 
 ITERATIONS = 200
 SETTLED = 1e-12  # in Lambda; what is left is then squared away by the last Newton step
@@ -23,7 +23,7 @@ def jump(
     `internal` is x (2, n, cases), `log_squared_stretch` the Lambda (2, cases) to start from. Newton's method on the nominal
     stresses, whose tangent is positive wherever the springs' energy is convex, with steps halved until the imbalance falls.
     """
-    driven = np.array([[control is Control.STRETCH] for control in controls])
+    driven = stretched(controls)
     with np.errstate(all="ignore"):
         log_squared = np.where(driven, 2 * np.log(np.where(driven, target[:2], 1.0)), log_squared_stretch)
         pull = np.where(driven, 0.0, target[:2])

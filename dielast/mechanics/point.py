@@ -25,7 +25,7 @@ from dielast.material.material import Material
 from dielast.material.springs import Floats, SpringLaw, gathered
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.electric import ELECTRIC, FIELD, ElectricalLoad
-from dielast.mechanics.span import Control, Load
+from dielast.mechanics.span import Control, Load, stretched
 
 Cases = NDArray[np.intp]
 
@@ -128,8 +128,7 @@ class LoadedPoints:
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
-        stressed = np.array([[control is Control.STRESS] for control in self.load.controls])
-        left_open = np.where(stressed, log_squared_stretch, nominal_stress)
+        left_open = np.where(stretched(self.load.controls), nominal_stress, log_squared_stretch)
         return np.concatenate((internal.reshape(-1, internal.shape[2]), left_open))
 
     def internal(self, state: Floats) -> Floats:

@@ -23,6 +23,11 @@ class Control(Enum):
 Controls = tuple[Control, Control]
 
 
+def stretched(controls: Controls) -> Flags:
+    """The axes (2, 1) whose stretch is prescribed."""
+    return np.array([[control is Control.STRETCH] for control in controls])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Wave:
     """swing (cos(angle) - cos(angle + pace t)): `swing` (3, cases), `angle` in rad and `pace` in rad/s (cases,)."""

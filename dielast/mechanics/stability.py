@@ -20,7 +20,7 @@ from dielast.errors import InputError
 from dielast.material.springs import Floats
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Points
-from dielast.mechanics.span import Control
+from dielast.mechanics.span import Control, stretched
 
 FOLD_STEPS, FOLD_REACH = 6, 1e-2  # Newton steps to a fold, and how far, relatively, it may be
 DAMPER_MODULUS_RATIO = 1e4  # modulus of the damper, over the equilibrium spring's
@@ -199,9 +199,8 @@ class Fold:
         """
         log_squared, time = place[:2], place[2]
         internal, driven, nominal, carried = self._film(place, rate)
-        stretched = np.array([[control is Control.STRETCH] for control in self.controls])
         lacking = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
-        off = np.where(stretched, log_squared - self.log_squared_stretch, lacking)
+        off = np.where(stretched(self.controls), log_squared - self.log_squared_stretch, lacking)
         margin = stability(self.points, self.held(time), self.controls, internal, log_squared, nominal, driven[ELECTRIC]).margin
         return np.concatenate((off, margin[None]))
 
@@ -213,5 +212,4 @@ class Fold:
         carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(
             log_squared.sum(axis=0), driven[ELECTRIC]
         )
-        stretched = np.array([[control is Control.STRETCH] for control in self.controls])
-        return internal, driven, np.where(stretched, carried * np.exp(-0.5 * log_squared), driven[:2]), carried
+        return internal, driven, np.where(stretched(self.controls), carried * np.exp(-0.5 * log_squared), driven[:2]), carried

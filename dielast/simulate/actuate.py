@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.table import Frame, to_frame
-from dielast.material.material import Breakdown, Material
+from dielast.material.breakdown import BreakdownLaw
+from dielast.material.material import Material
 from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
@@ -76,7 +77,7 @@ def actuate(
     relax: float = 0.0,
     boundary: str | tuple[str, str] = "dead-load",
     temperature: ArrayLike | None = None,
-    breakdown_field: ArrayLike | Breakdown | None = None,
+    breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     stop_at: str = "breakdown",
     times: ArrayLike | None = None,

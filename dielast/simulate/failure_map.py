@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError, in_a_draw
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.material import Breakdown, Material
+from dielast.material.breakdown import BreakdownLaw
+from dielast.material.material import Material
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
@@ -91,7 +92,7 @@ def failure_map(
     relax: float = 0.0,
     ramp: float = 0.0,
     boundary: str | tuple[str, str] = "dead-load",
-    breakdown_field: ArrayLike | Breakdown | None = None,
+    breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
@@ -144,7 +145,7 @@ def plan_failure_map(
     relax: float = 0.0,
     ramp: float = 0.0,
     boundary: str | tuple[str, str] = "dead-load",
-    breakdown_field: ArrayLike | Breakdown | None = None,
+    breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
     sample: Sample | None = None,
@@ -167,7 +168,7 @@ def plan_failure_map(
     if not 0 <= ramp <= horizon:
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
     films = temperatures.size * len(pairs)
-    if breakdown_field is not None and not isinstance(breakdown_field, Breakdown):
+    if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
         given = np.asarray(breakdown_field, dtype=float).reshape(-1)
         if given.size not in (1, len(pairs)):
             raise InputError(
@@ -177,7 +178,7 @@ def plan_failure_map(
 
     film = FilmSetup(thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary)
 
-    def laid_out(materials: Sequence[Material], field: Floats | Breakdown | None, thick: ArrayLike, tolerance: float) -> Setup:
+    def laid_out(materials: Sequence[Material], field: Floats | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
         """The map's films of each material, one material after the other."""
         first, second = (np.tile(pairs[:, axis], temperatures.size * len(materials)) for axis in (0, 1))
         return set_up(

@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.mechanics.criteria.criterion import Moment
 from dielast.mechanics.point import LoadedPoints, Points
-from dielast.mechanics.span import Control, Controls, Load
+from dielast.mechanics.span import Controls, Load, stretched
 from dielast.mechanics.symmetric import Films, SymmetricPoints, Symmetry
 from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.integrate import Status
@@ -62,8 +62,7 @@ class Condition:
 
     def prescribed(self, controls: Controls) -> Floats:
         """The present values (3, cases) of what a load with these controls prescribes."""
-        stretched = np.array([[control is Control.STRETCH] for control in controls])
-        values = np.where(stretched, np.exp(0.5 * self.log_squared_stretch), self.nominal_stress)
+        values = np.where(stretched(controls), np.exp(0.5 * self.log_squared_stretch), self.nominal_stress)
         return np.concatenate((values, self.field[None]))
 
 

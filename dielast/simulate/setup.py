@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
-from dielast.material.material import Breakdown, Material
+from dielast.material.breakdown import BreakdownLaw
+from dielast.material.material import Material
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
@@ -176,7 +177,7 @@ def set_up(
     film: FilmSetup,
     *,
     temperature: ArrayLike | None,
-    breakdown_field: ArrayLike | Breakdown | None,
+    breakdown_field: ArrayLike | BreakdownLaw | None,
     breakdown_needed: bool,
     rtol: float,
     spanning: Sequence[ArrayLike] = (),
@@ -216,12 +217,12 @@ class _Limits:
     """The breakdown field as it is stated, in V/m, over prestretch, or by the materials; and whether it must be known."""
 
     materials: Sequence[Material]
-    stated: ArrayLike | Breakdown | None
+    stated: ArrayLike | BreakdownLaw | None
     needed: bool
 
     def varied(self) -> list[ArrayLike]:
         """The numbers of which there may be one for each case."""
-        return [] if self.stated is None or isinstance(self.stated, Breakdown) else [self.stated]
+        return [] if self.stated is None or isinstance(self.stated, BreakdownLaw) else [self.stated]
 
     def field(self, prestretch: tuple[Floats | None, Floats | None], cases: int) -> Floats:
         """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
@@ -237,7 +238,7 @@ class _Limits:
         equibiaxial, fields = np.sqrt(area), np.full(cases, np.inf)
         for index, material in enumerate(self.materials):
             cases_of = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
-            known = self.stated if isinstance(self.stated, Breakdown) else material.breakdown
+            known = self.stated if isinstance(self.stated, BreakdownLaw) else material.breakdown
             if known is not None:
                 fields[cases_of] = known.at(equibiaxial[cases_of])
             elif self.needed:

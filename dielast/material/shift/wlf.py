@@ -20,7 +20,7 @@ SMALLEST_C2 = 50.0  # K, about the coldest temperature: that of most polymers at
 ASSUMED_C2 = 25  # values of an assumed C2 that are tried
 POORLY_KNOWN = 0.25  # relative standard error of C2 beyond which it is warned of
 BEFORE_POLE = 0.98  # of the distance to a pole: the pole lies outside of the measured temperatures
-ITERATIONS, SETTLED, SHORTEST_STEP = 100, 1e-12, 1e-6  # of the Gauss-Newton method; relative
+SETTLED = 1e-14  # relative change of the constants with which the search ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class WLF(ShiftLaw):
         # no pole among the measured temperatures
         lowest = -BEFORE_POLE / float(distance.max()) if distance.max() > 0 else -np.inf
         highest = -BEFORE_POLE / float(distance.min()) if distance.min() < 0 else np.inf
-        g, k = _gauss_newton(distance, wanted, whiten, lowest, highest)
+        g, k = _least_squares(distance, wanted, whiten, lowest, highest)
         jacobian = _jacobian(distance, g, k, whiten)
         normal: Array = jacobian.T @ jacobian
         misfit = reduced_chi_square(whiten @ (wanted + g * distance / (1 + k * distance)), 2)
@@ -129,38 +129,34 @@ def _with_k(k: Array, distance: Array, wanted: Array, whiten: Array) -> Array:
     return np.stack((columns @ whiten @ wanted / np.sum(columns**2, axis=1), k), axis=1)
 
 
-def _linear_guess(distance: Array, wanted: Array, whiten: Array, lowest: float, highest: float) -> tuple[float, float]:
-    """g, k from wanted (1 + k d) = -g d, which is linear in both."""
-    matrix = whiten @ np.stack((-distance, -wanted * distance), axis=1)
-    g, k = np.linalg.lstsq(matrix, whiten @ wanted, rcond=None)[0].tolist()
-    return g, float(np.clip(k, lowest, highest))
-
-
 def _jacobian(distance: Array, g: float, k: float, whiten: Array) -> Array:
+    """Derivatives (m, 2) of the whitened log10 a in g and k."""
     pole = 1 + k * distance
     return whiten @ np.stack((-distance / pole, g * distance**2 / pole**2), axis=1)
 
 
-def _gauss_newton(distance: Array, wanted: Array, whiten: Array, lowest: float, highest: float) -> tuple[float, float]:
-    g, k = _linear_guess(distance, wanted, whiten, lowest, highest)
+def _least_squares(distance: Array, wanted: Array, whiten: Array, lowest: float, highest: float) -> tuple[float, float]:
+    """g and k, k within bounds; the start is the solution of wanted (1 + k d) = -g d, which is linear in both."""
+    from scipy.optimize import least_squares  # which takes its time to load
 
-    def miss(g: float, k: float) -> Array:
-        return whiten @ (wanted + g * distance / (1 + k * distance))
+    matrix = whiten @ np.stack((-distance, -wanted * distance), axis=1)
+    g, k = np.linalg.lstsq(matrix, whiten @ wanted, rcond=None)[0].tolist()
 
-    for _ in range(ITERATIONS):
-        rest = miss(g, k)
-        step = np.linalg.lstsq(_jacobian(distance, g, k, whiten), rest, rcond=None)[0]
-        factor = 1.0
-        while factor > SHORTEST_STEP:
-            new_g, new_k = g + factor * step[0], float(np.clip(k + factor * step[1], lowest, highest))
-            fresh = miss(new_g, new_k)
-            if fresh @ fresh <= rest @ rest:
-                break
-            factor /= 2
-        else:
-            break
-        moved = abs(new_g - g) / max(abs(g), 1e-12) + abs(new_k - k) / max(abs(k), 1e-12)
-        g, k = float(new_g), new_k
-        if moved < SETTLED:
-            break
-    return g, k
+    def misses(x: Array) -> Array:
+        return np.asarray(whiten @ (-x[0] * distance / (1 + x[1] * distance) - wanted))
+
+    def slopes(x: Array) -> Array:
+        return _jacobian(distance, float(x[0]), float(x[1]), whiten)
+
+    found = least_squares(
+        misses,
+        np.array([g, float(np.clip(k, lowest, highest))]),
+        slopes,
+        bounds=((-np.inf, lowest), (np.inf, highest)),
+        method="dogbox",
+        x_scale="jac",
+        xtol=SETTLED,
+        ftol=None,
+        gtol=None,
+    )
+    return float(found.x[0]), float(found.x[1])
