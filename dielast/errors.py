@@ -1,16 +1,23 @@
-"""What can go wrong, in the words that reach the user.
+"""What can go wrong: the errors and the warning of dielast, and how their messages read.
 
 Bad input raises `InputError`, numerics that give up raise `NumericsError`, and what a user should know but can live with is
 warned of as `DielastWarning`. A predicted failure of the film is none of these: it is a value in a result.
+
+Every error holds its place as data, a `Problem` for each thing found wrong. Whoever knows more about the place of an error than
+the function that raises it adds that with `placed`: a command turns arguments of the library into keys of its recipe.
 """
 
 from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Any
+from pathlib import Path
+from typing import Any, Self, TypedDict, TypeVar, Unpack
 
 LONGEST = 1000  # characters of a message: more than any that is meant to be read
 _ENDLESS = re.compile(r"\S{300,}")
@@ -19,16 +26,98 @@ _SHOWN = 60  # characters of a value, and more than enough entries of a list
 _DEEPEST = 9  # lists and tables within each other
 
 
-class DielastError(Exception):
-    """Base of every error that dielast raises on purpose; `messages` holds one line for each thing found wrong."""
+class Where(TypedDict, total=False):
+    """The fields of a `Problem` that say where it is."""
 
-    def __init__(self, *messages: str) -> None:
-        self.messages = tuple(map(_one_line, messages))
+    file: str | Path | None
+    line: int | None
+    row: int | None
+    case: int | None
+    step: int | None
+    argument: str | None
+    key: str | None
+    mentions: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong or doubtful: `text` says what, the other fields say where; a field that does not apply is None.
+
+    `file` is a file, folder or address, `line` and `row` (from 1) lead into it. `case` and `step` (from 0) are those of a
+    simulation, `argument` is that of a function of the library and `key` that of a recipe. `mentions` are further arguments that
+    the text names.
+    """
+
+    text: str
+    file: str | Path | None = None
+    line: int | None = None
+    row: int | None = None
+    case: int | None = None
+    step: int | None = None
+    argument: str | None = None
+    key: str | None = None
+    mentions: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """The message: `file: line: step: case: key: text`, or the argument where there is no key."""
+        numbered = {"line": self.line, "row": self.row, "step": self.step, "case": self.case}
+        places = [self.file, *(f"{name} {number}" for name, number in numbered.items() if number is not None)]
+        return _one_line(": ".join(str(part) for part in [*places, self.key or self.argument, self.text] if part))
+
+    def at(self, **place: Unpack[Where]) -> Problem:
+        """The same with those parts of the `place` that are not known yet."""
+        unknown: dict[str, Any] = {name: value for name, value in place.items() if getattr(self, name) is None}
+        return replace(self, **unknown)
+
+    def adding(self, more: str) -> Problem:
+        """The same with `more` behind its text."""
+        return replace(self, text=self.text + more)
+
+    def within(self, **place: Unpack[Where]) -> Problem:
+        """The problem as one of something that leads to it, such as the key of a recipe that names the file with a mistake."""
+        return Problem(str(self), **place)
+
+    def in_keys(self, keys: Mapping[str, str]) -> Problem:
+        """The same for a reader of a recipe: `keys` maps arguments of the library to keys."""
+        text = self.text
+        for name in self.mentions:
+            text = text.replace(name, keys.get(name, name))
+        known = self.key or keys.get(self.argument or "")
+        return replace(self, text=text, key=known, mentions=())
+
+
+Change = Callable[[Problem], Problem]
+Made = TypeVar("Made")
+_CHANGES: ContextVar[tuple[Change, ...]] = ContextVar("_CHANGES", default=())
+
+
+class DielastError(Exception):
+    """Base of every error that dielast raises on purpose; `problems` holds each thing found wrong, `messages` a line for each."""
+
+    def __init__(self, *problems: str | Problem, **place: Unpack[Where]) -> None:
+        self.problems = tuple(problem if isinstance(problem, Problem) else Problem(problem, **place) for problem in problems)
         super().__init__("\n".join(self.messages))
 
-    def __reduce__(self) -> tuple[type[DielastError], tuple[str, ...]]:
-        """The same error in another process."""
-        return type(self), self.messages
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """A line for each thing found wrong."""
+        return tuple(map(str, self.problems))
+
+    def changed(self, change: Change) -> Self:
+        """The same error with each problem changed."""
+        return type(self)(*map(change, self.problems))
+
+    def at(self, **place: Unpack[Where]) -> Self:
+        """The same error with those parts of the `place` that its problems do not know yet."""
+        return self.changed(lambda problem: problem.at(**place))
+
+    def adding(self, more: str) -> Self:
+        """The same error with `more` behind the text of each problem."""
+        return self.changed(lambda problem: problem.adding(more))
+
+    def __reduce__(self) -> tuple[type[DielastError], tuple[Problem, ...]]:
+        """Pickling support."""
+        return type(self), self.problems
 
 
 class InputError(DielastError, ValueError):
@@ -39,13 +128,61 @@ class NumericsError(DielastError):
     """The numerics gave up on a problem that was well posed (exit code 3)."""
 
 
+class Mistakes(list[Problem]):
+    """Problems of several attempts, which a user is to hear of together."""
+
+    def tried(self, make: Callable[[], Made]) -> Made | None:
+        """What `make` returns; None where it raises `InputError`, whose problems are then among these."""
+        try:
+            return make()
+        except InputError as error:
+            self += error.problems
+            return None
+
+    def refuse(self) -> None:
+        """Raise `InputError` with all problems, each once, if there are any."""
+        if self:
+            raise InputError(*dict.fromkeys(self))
+
+
 class DielastWarning(UserWarning):
     """A result stands, but not as firmly as its digits suggest."""
 
 
-def warn(message: str) -> None:
-    """Issue `message` as a `DielastWarning`; the command line prints it and puts it into the summary."""
-    warnings.warn(message, DielastWarning, stacklevel=3)
+def warn(text: str, **place: Unpack[Where]) -> None:
+    """Issue a `DielastWarning`; the command line prints it and puts it into the summary."""
+    problem = Problem(text, **place)
+    for change in reversed(_CHANGES.get()):
+        problem = change(problem)
+    warnings.warn(str(problem), DielastWarning, stacklevel=3)
+
+
+@contextmanager
+def placed(change: Change) -> Iterator[None]:
+    """Errors and warnings from within the block have their problems changed, as a rule to say more about the place."""
+    token = _CHANGES.set((*_CHANGES.get(), change))
+    try:
+        yield
+    except DielastError as error:
+        raise error.changed(change) from None
+    finally:
+        _CHANGES.reset(token)
+
+
+def located(**place: Unpack[Where]) -> AbstractContextManager[None]:
+    """Errors and warnings from within the block have those parts of the `place` that are not known yet."""
+    return placed(lambda problem: problem.at(**place))
+
+
+def in_keys(keys: Mapping[str, str]) -> AbstractContextManager[None]:
+    """Errors and warnings from within the block name keys of a recipe; `keys` holds the key of each argument of the library."""
+    return placed(lambda problem: problem.in_keys(keys))
+
+
+def in_a_draw(**place: Unpack[Where]) -> AbstractContextManager[None]:
+    """Errors from within the block say that a draw of the material meets them; `place` is what asks for draws."""
+    # the case is then the number of a draw, which nobody can look up
+    return placed(lambda problem: Problem(f"in a draw: {replace(problem, case=None)}", **place))
 
 
 def shown(value: Any) -> str:

@@ -21,53 +21,41 @@ TIMES = (1e-15, 1e15)  # s: from less than a bond's vibration to 30 million year
 BASE = ("m", "s", "kg", "A", "K", "mol")
 # Names of units, their size and what they are made of. Sizes are exact by definition: SI Brochure, 9th edition; for inch and
 # pound-force NIST SP 811, appendix B.8.
-DEFINITIONS = (
-    ("meter metre m", 1.0, "m"),
-    ("second sec s", 1.0, "s"),
-    ("kilogram kg", 1.0, "kg"),
-    ("ampere A", 1.0, "A"),
-    ("kelvin K", 1.0, "K"),
-    ("mole mol", 1.0, "mol"),
-    ("gram g", 1e-3, "kg"),
-    ("degree_Celsius degreeC celsius degC °C", 1.0, "K"),
-    ("degree_Fahrenheit degreeF fahrenheit degF °F", 5 / 9, "K"),
-    ("minute min", 60.0, "s"),
-    ("hour hr h", 3600.0, "s"),
-    ("day d", 86400.0, "s"),
-    ("week", 604800.0, "s"),
-    ("newton N", 1.0, "kg*m/s^2"),
-    ("gram_force gf", GRAVITY * 1e-3, "N"),
-    ("kilogram_force kgf", GRAVITY, "N"),
-    ("pound_force lbf", 4.4482216152605, "N"),
-    ("dyne dyn", 1e-5, "N"),
-    ("inch in", 0.0254, "m"),
-    ("pascal Pa", 1.0, "N/m^2"),
-    ("bar", 1e5, "Pa"),
-    ("psi", 6894.757293168361, "Pa"),
-    ("joule J", 1.0, "N*m"),
-    ("watt W", 1.0, "J/s"),
-    ("volt V", 1.0, "W/A"),
-    ("coulomb coul", 1.0, "A*s"),
-    ("farad F", 1.0, "A*s/V"),
-    ("hertz Hz", 1.0, "1/s"),
-    ("radian rad", 1.0, "1"),
-    ("percent %", 0.01, "1"),
-)
-PREFIXES = (
-    *(
-        ("", 1.0),
-        ("pico", 1e-12),
-        ("p", 1e-12),
-        ("nano", 1e-9),
-        ("n", 1e-9),
-        ("micro", 1e-6),
-        ("µ", 1e-6),
-        ("μ", 1e-6),
-        ("u", 1e-6),
-    ),
-    *(("milli", 1e-3), ("m", 1e-3), ("centi", 1e-2), ("c", 1e-2), ("kilo", 1e3), ("k", 1e3), ("mega", 1e6), ("M", 1e6)),
-    *(("giga", 1e9), ("G", 1e9)),
-)
+_TABLE = """
+meter metre m: 1 m
+second sec s: 1 s
+kilogram kg: 1 kg
+ampere A: 1 A
+kelvin K: 1 K
+mole mol: 1 mol
+gram g: 1e-3 kg
+degree_Celsius degreeC celsius degC °C: 1 K
+degree_Fahrenheit degreeF fahrenheit degF °F: 0.5555555555555556 K
+minute min: 60 s
+hour hr h: 3600 s
+day d: 86400 s
+week: 604800 s
+newton N: 1 kg*m/s^2
+gram_force gf: 9.80665e-3 N
+kilogram_force kgf: 9.80665 N
+pound_force lbf: 4.4482216152605 N
+dyne dyn: 1e-5 N
+inch in: 0.0254 m
+pascal Pa: 1 N/m^2
+bar: 1e5 Pa
+psi: 6894.757293168361 Pa
+joule J: 1 N*m
+watt W: 1 J/s
+volt V: 1 W/A
+coulomb coul: 1 A*s
+farad F: 1 A*s/V
+hertz Hz: 1 1/s
+radian rad: 1 1
+percent %: 0.01 1
+"""
+DEFINITIONS = [(names, float(size), made_of) for names, size, made_of in re.findall(r"^(.+): (\S+) (\S+)$", _TABLE, re.MULTILINE)]
+_PREFIXES = "pico p 1e-12, nano n 1e-9, micro µ μ u 1e-6, milli m 1e-3, centi c 1e-2, kilo k 1e3, mega M 1e6, giga G 1e9"
+PREFIXES = [("", 1.0), *((name, float(size)) for *names, size in map(str.split, _PREFIXES.split(", ")) for name in names)]
 ZERO_OF_SCALE = {"degree_Celsius": 0.0, "degree_Fahrenheit": -160 / 9}  # in degC, of scales that do not begin at absolute zero
 
 

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.io.files import Inputs
-from dielast.material.measurement import FrequencySweep, Measurement
+from dielast.material.measurement import FrequencySweep, Measurement, RelaxationCurve
 from dielast.readings.read import Reading, read_all
 from dielast.readings.recipe import MeasurementData
 from dielast.recipe.validate import check
@@ -41,6 +41,13 @@ def model(folder: Path, **options: Any) -> MeasurementData:
 
 def read(folder: Path, **options: Any) -> Reading:
     return read_all(model(folder, **options), Inputs(folder))
+
+
+def relaxation_curves(data: MeasurementData, inputs: Inputs) -> list[RelaxationCurve]:
+    """The measurements, which are relaxation tests."""
+    found = read_all(data, inputs).measurements
+    assert all(isinstance(curve, RelaxationCurve) for curve in found)
+    return [curve for curve in found if isinstance(curve, RelaxationCurve)]
 
 
 def expect_sweeps(found: list[Measurement], per_shear: float = 1.0) -> None:

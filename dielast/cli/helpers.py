@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.errors import DielastWarning, InputError, shown
+from dielast.errors import DielastWarning, InputError, Problem, shown
 from dielast.io.files import Inputs, read_file
 from dielast.recipe.kinds import or_kind
 from dielast.recipe.toml import parse_toml
@@ -26,12 +26,12 @@ def print_starter(kind: str) -> int:
 
 def validate_files(paths: Sequence[Path]) -> int:
     """Check recipes, the files they name, load and material files; raises `InputError` with every mistake of every file."""
-    mistakes: list[str] = []
+    mistakes: list[Problem] = []
     for path in paths:
         try:
             caught = _validate(path)
         except InputError as error:
-            mistakes += error.messages
+            mistakes += error.problems
             continue
         print(f"{path}: ok", flush=True)
         for message in caught:
@@ -61,7 +61,7 @@ def _validate(path: Path) -> list[str]:
         warnings.simplefilter("always", DielastWarning)
         wrong = mistakes(COMMANDS[cases[0].recipe.kind].readings(cases, Inputs(path.parent)))
     if wrong:
-        raise InputError(*(f"{path}: {line}" for line in wrong))
+        raise InputError(*(problem.within(file=path) if problem.file else problem.at(file=path) for problem in wrong))
     return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
 
 

@@ -17,7 +17,7 @@ from dielast.cli.help import listed
 from dielast.cli.interrupt import leave, working
 from dielast.cli.progress import Bar
 from dielast.commands.registry import COMMANDS, others_in, read_cases
-from dielast.errors import DielastWarning, InputError, NumericsError
+from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case
 from dielast.recipe.overrides import settings
@@ -105,9 +105,8 @@ def compute(
         try:
             with working():
                 report = run_cases(cases, inputs, execution)
-        except (InputError, NumericsError) as error:
-            names = (path, *inputs.names, execution.scheduler)
-            raise type(error)(*(_located(line, names) for line in error.messages)) from None
+        except DielastError as error:
+            raise error.at(file=path) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught)
     if plots:
@@ -143,11 +142,6 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _located(line: str, names: Sequence[Path | str | None]) -> str:
-    """The line with a name in front, that of an input or a scheduler, or else that of the recipe, the first of the `names`."""
-    return line if line.startswith(tuple(f"{name}: " for name in names)) else f"{names[0]}: {line}"
-
-
 def _check_scheduler(kind: str, options: Options) -> None:
     """Raise `InputError` for a scheduler that the run has no use for."""
     if options.scheduler is None:
@@ -165,7 +159,7 @@ def _check_golden(golden: Path, out: Path) -> None:
 
     golden_files(golden)
     if os.path.realpath(golden) == os.path.realpath(out):
-        raise InputError(f"{golden}: the result would overwrite the golden files; write it to another folder (see --out)")
+        raise InputError("the result would overwrite the golden files; write it to another folder (see --out)", file=golden)
 
 
 def _print_note(line: str) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dielast.errors import InputError, shown
+from functools import partial
+
+from dielast.errors import InputError, Mistakes, shown
 from dielast.export import abaqus, ansys, comsol, febio, mfront
 from dielast.export.code import Code
 from dielast.export.options import CardOptions
@@ -26,15 +28,15 @@ def spring_names() -> tuple[str, ...]:
 def export_card(material: Material, form: str, options: CardOptions | None = None) -> dict[str, str]:
     """The material as text files (name -> ASCII text) for the finite-element code `form`, one of `CODES`.
 
-    Every card states its conventions and what it leaves out. Raises `InputError`, beginning with the key of a recipe's [export]
-    section, for what the code cannot carry and the options do not allow to be replaced.
+    Every card states its conventions and what it leaves out. Raises `InputError` with the option to change
+    for what the code cannot carry and the options do not allow to be replaced.
     """
     if form not in CODES:
-        raise InputError(f"export.formats: {shown(form)}: one of {', '.join(CODES.names)} is needed")
+        raise InputError(f"{shown(form)}: one of {', '.join(CODES.names)} is needed", argument="formats")
     options = options or CardOptions()
     known = spring_names()
     if options.hyperelastic is not None and options.hyperelastic not in known:
-        raise InputError(f'export.hyperelastic: "{options.hyperelastic}": one of {", ".join(known)} is needed')
+        raise InputError(f'"{options.hyperelastic}": one of {", ".join(known)} is needed', argument="hyperelastic")
     code = CODES[form]
     return code.write(prepare(material, code, options))
 
@@ -42,12 +44,8 @@ def export_card(material: Material, form: str, options: CardOptions | None = Non
 def export_cards(material: Material, formats: tuple[str, ...], options: CardOptions | None = None) -> dict[str, str]:
     """The files of several codes; raises `InputError` with a line for every code that cannot carry the material."""
     files: dict[str, str] = {}
-    wrong: list[str] = []
+    wrong = Mistakes()
     for form in formats:
-        try:
-            files |= export_card(material, form, options)
-        except InputError as error:
-            wrong += error.messages
-    if wrong:
-        raise InputError(*dict.fromkeys(wrong))
+        files |= wrong.tried(partial(export_card, material, form, options)) or {}
+    wrong.refuse()
     return files

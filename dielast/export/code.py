@@ -115,7 +115,8 @@ class Card:
         rest, wanted = math.fsum((1.0, *(-float(text) for text in written))), self.equilibrium / self.instantaneous
         if abs(rest - wanted) > LARGEST_LOSS * wanted:
             raise InputError(
-                f"export.formats: {self.code.name} takes one minus the sum of the ratios for the equilibrium modulus, which is "
-                f"only {wanted:.2g} of the instantaneous one and would be lost in rounding: keep fewer branches ([truncate] keep)"
+                f"{self.code.name} takes one minus the sum of the ratios for the equilibrium modulus, which is "
+                f"only {wanted:.2g} of the instantaneous one and would be lost in rounding: keep fewer branches ([truncate] keep)",
+                argument="formats",
             )
         return written

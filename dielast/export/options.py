@@ -57,11 +57,11 @@ class CardOptions:
             ("moduli", self.moduli, MODULI),
         ):
             if value not in known:
-                raise InputError(f'export.{key}: "{value}": one of {", ".join(str(name) for name in known if name)} is needed')
+                raise InputError(f'"{value}": one of {", ".join(str(name) for name in known if name)} is needed', argument=key)
         for key, number in (("J_lim", self.J_lim), ("bulk_modulus", self.bulk_modulus), ("density", self.density)):
             if number is not None and not 0 < number < math.inf:
-                raise InputError(f"export.{key}: {number:g}: a positive number is needed")
+                raise InputError(f"{number:g}: a positive number is needed", argument=key)
         if self.poisson_ratio is not None and not 0 <= self.poisson_ratio < 0.5:
-            raise InputError(f"export.poisson_ratio: {self.poisson_ratio:g}: at least 0 and below 0.5 is needed")
+            raise InputError(f"{self.poisson_ratio:g}: at least 0 and below 0.5 is needed", argument="poisson_ratio")
         if self.bulk_modulus is not None and self.poisson_ratio is not None:
-            raise InputError("export.bulk_modulus: give bulk_modulus or poisson_ratio, not both")
+            raise InputError("give bulk_modulus or poisson_ratio, not both", argument="bulk_modulus")

@@ -6,14 +6,12 @@ allowed by an option and then named in the card.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, warn
+from dielast.errors import InputError, Mistakes, Problem, located, warn
 from dielast.export.code import Card, Code
 from dielast.export.options import UNITS, CardOptions
 from dielast.export.text import identifier, plain
@@ -21,31 +19,22 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift, ShiftLaw
 from dielast.material.springs import SpringLaw
 
-Made = TypeVar("Made")
-
 
 def prepare(material: Material, code: Code, options: CardOptions) -> Card:
-    """The material as `code` can carry it; raises `InputError`, a line for each recipe key to change, where it cannot."""
-    wrong: list[str] = []
-
-    def tried(make: Callable[[], Made]) -> Made | None:
-        try:
-            return make()
-        except InputError as error:
-            wrong.extend(error.messages)
-            return None
-
+    """The material as `code` can carry it; raises `InputError`, a problem for each option to change, where it cannot."""
+    wrong = Mistakes()
     options = replace(options, units=code.units or options.units)
     units = UNITS[options.units]
     there = material.spectrum.shear_modulus > 0
     dropped = int(np.count_nonzero(~there))
     modulus, time = material.spectrum.shear_modulus[there], material.spectrum.relaxation_time[there]
-    tried(lambda: _check_branches(material, len(modulus), code))
-    spring = tried(lambda: _springs(material, code, options))
-    shifted = tried(lambda: _shift(material.shift, time, code, options))
-    bulk = tried(lambda: _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options))
-    if wrong or spring is None or shifted is None:
-        raise InputError(*wrong)
+    wrong.tried(lambda: _check_branches(material, len(modulus), code))
+    spring = wrong.tried(lambda: _springs(material, code, options))
+    shifted = wrong.tried(lambda: _shift(material.shift, time, code, options))
+    bulk = wrong.tried(lambda: _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options))
+    wrong.refuse()
+    assert spring is not None
+    assert shifted is not None
     (law, equilibrium_law, branch_law, spring_notes), (shift, time, note) = spring, shifted
     notes = [
         f"Name in dielast: {plain(material.name)}",
@@ -55,7 +44,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     ]
     if dropped:
         notes.append(f"Left out: branches of zero modulus ({dropped}).")
-        warn(f"export: the cards leave out {dropped} branches of zero modulus")
+        warn(f"the cards leave out {dropped} branches of zero modulus")
     notes += spring_notes
     if bulk is not None:
         notes.append("The material is incompressible; the bulk modulus K makes Young's modulus 9 K G/(3 K + G), short of 3 G.")
@@ -82,21 +71,26 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
 
 
 def _check_branches(material: Material, terms: int, code: Code) -> None:
-    wrong = []
+    wrong = Mistakes()
     if terms == 0:
-        wrong.append(f"export.formats: {code.name}: no branch has a modulus: there is nothing viscoelastic to write")
+        wrong.append(Problem(f"{code.name}: no branch has a modulus: there is nothing viscoelastic to write", argument="formats"))
     if code.most_terms is not None and terms > code.most_terms:
         wrong.append(
-            f"export.formats: {code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "
-            "fit fewer ([fit] branches), or as many as a window of times needs ([reduce] window)"
+            Problem(
+                f"{code.name} takes at most {code.most_terms} Prony terms, the spectrum has {terms}: "
+                "fit fewer ([fit] branches), or as many as a window of times needs ([reduce] window)",
+                argument="formats",
+            )
         )
     if material.equilibrium_modulus == 0 and not code.flows:
         wrong.append(
-            f"export.formats: {code.name} needs an equilibrium modulus above zero (ratios that sum to less than one): "
-            "the material flows; if it does not, state fit.equilibrium_modulus"
+            Problem(
+                f"{code.name} needs an equilibrium modulus above zero (ratios that sum to less than one): "
+                "the material flows; if it does not, state fit.equilibrium_modulus",
+                argument="formats",
+            )
         )
-    if wrong:
-        raise InputError(*wrong)
+    wrong.refuse()
 
 
 def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str, SpringLaw, SpringLaw, list[str]]:
@@ -109,18 +103,21 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
     if wanted not in code.springs:
         allowed = " or ".join(f'"{form}"' for form in possible)
         instead = f"allow {allowed} instead, which the card will name as an approximation" if allowed else "no card can hold it"
-        raise InputError(f'export.hyperelastic: {code.name} has no "{wanted}" law: {instead}')
+        raise InputError(f'{code.name} has no "{wanted}" law: {instead}', argument="hyperelastic")
     forms = first.form(wanted), rest.form(wanted)
     if forms[0] is None or forms[1] is None:
-        raise InputError(f'export.hyperelastic: "{wanted}" cannot stand for {_titles(first, rest)}')
+        raise InputError(f'"{wanted}" cannot stand for {_titles(first, rest)}', argument="hyperelastic")
     if forms[0].constants and forms[0].needs and forms[1].needs:
         needs = forms[0].needs
-        raise InputError(f'export.hyperelastic: "{wanted}" needs a {needs}, and the material has none: state export.{needs}')
+        raise InputError(
+            f'"{wanted}" needs a {needs}, and the material has none: state {needs}', argument="hyperelastic", mentions=(needs,)
+        )
     if forms[0].constants != forms[1].constants and not code.separate_limits:
         name, value = next(iter(first.values().items()))
         raise InputError(
-            f"export.{name}: {code.name} has one {name} for the equilibrium spring and the branches alike, "
-            f'not {value:g} and {rest.values()[name]:g}: state one, or allow hyperelastic = "neo-hookean"'
+            f"{code.name} has one {name} for the equilibrium spring and the branches alike, "
+            f'not {value:g} and {rest.values()[name]:g}: state one, or allow hyperelastic = "neo-hookean"',
+            argument=name,
         )
     notes = [f"Springs: {wanted}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
     if wanted in stated[0].exact_forms() and wanted in stated[1].exact_forms() and _constants(first, rest) == _constants(*stated):
@@ -152,19 +149,19 @@ def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOp
     if law.name in code.shifts:
         if law.name in code.absolute and options.temperature_scale != "K":
             raise InputError(
-                f'export.temperature_scale: {code.name} takes the {law.title} law in absolute temperatures only: "K" is needed'
+                f'{code.name} takes the {law.title} law in absolute temperatures only: "K" is needed', argument="temperature_scale"
             )
         return law, time, f"Relaxation times hold at {there}, the reference temperature of the shift law."
     missing = f'{code.name} has no shift function for the law "{law.name}"'
     if options.temperature is None:
-        raise InputError(f"export.temperature: {missing}: state the one temperature that its card holds for")
-    try:
+        raise InputError(f"{missing}: state the one temperature that its card holds for", argument="temperature")
+    with located(argument="temperature"):
         shift_factor = float(10 ** law.log10_shift_factor(options.temperature))
-    except InputError as error:
-        raise InputError(f"export.temperature: {error}") from None
     scaled = time * shift_factor
     if not np.all(np.isfinite(scaled) & (scaled > 0)):
-        raise InputError(f"export.temperature: {options.temperature:g} degC: the relaxation times are beyond what a number holds")
+        raise InputError(
+            f"{options.temperature:g} degC: the relaxation times are beyond what a number holds", argument="temperature"
+        )
     return NoShift(options.temperature), scaled, f"Relaxation times hold at {options.temperature:g} degC ONLY: {missing}."
 
 
@@ -172,8 +169,9 @@ def _bulk(shear: float, code: Code, options: CardOptions) -> float | None:
     if options.bulk_modulus is not None:
         if options.bulk_modulus <= 2 / 3 * shear:
             raise InputError(
-                f"export.bulk_modulus: {options.bulk_modulus:g} Pa with an instantaneous shear modulus of {shear:.4g} Pa makes "
-                f"Poisson's ratio negative: more than {2 / 3 * shear:.4g} Pa is needed, for rubbers about 2 GPa"
+                f"{options.bulk_modulus:g} Pa with an instantaneous shear modulus of {shear:.4g} Pa makes "
+                f"Poisson's ratio negative: more than {2 / 3 * shear:.4g} Pa is needed, for rubbers about 2 GPa",
+                argument="bulk_modulus",
             )
         return options.bulk_modulus
     ratio = code.poisson_ratio if options.poisson_ratio is None else options.poisson_ratio

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, located
 from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.handover.material_draws import draw_columns
+from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, number_columns
 from dielast.material.material import Material
@@ -72,29 +73,28 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
     headers = curve.shift.drawn_headers()
     number, *constants = number_columns(inputs.read(name), name, ["draw", *headers])
     for row in np.flatnonzero(~(np.isfinite(number) & (number == np.floor(number))))[:1]:
-        raise InputError(f'{name}: row {row + 2}: column "draw": {number[row]:g} is not a whole number')
+        raise InputError(f'column "draw": {number[row]:g} is not a whole number', file=name, row=row + 2)
     rows = np.array(constants).reshape(len(headers), number.size).T
     for row, column in np.argwhere(~np.isfinite(rows))[:1]:
-        raise InputError(f'{name}: row {row + 2}: column "{headers[column]}": a number is needed')
+        raise InputError(f'column "{headers[column]}": a number is needed', file=name, row=row + 2)
     if number.size < 2:
-        raise InputError(f"{name}: {number.size} draws: at least 2 are needed")
+        raise InputError(f"{number.size} draws: at least 2 are needed", file=name)
     shifts = []
     for row, constants_of_draw in enumerate(rows.tolist()):
-        try:
+        with located(file=name, row=row + 2):
             shifts.append(curve.shift.redrawn(constants_of_draw))
-        except InputError as error:
-            raise InputError(f"{name}: row {row + 2}: {error}") from None
     name = f"{folder}/{CURVES}"
     abscissa, unit = curve.kind.reduced_abscissa
-    headers = [f"{abscissa} [{unit}]", *(f"{name}_{int(k)} [{unit}]" for name, unit in curve.kind.ordinates for k in number)]
-    columns = np.array(number_columns(inputs.read(name), name, headers))
-    for column, row in np.argwhere(~((columns > 0) & np.isfinite(columns)))[:1]:
-        raise InputError(f'{name}: row {row + 2}: column "{headers[column]}": a positive number is needed')
+    headers = [
+        f"{abscissa} [{unit}]",
+        *(f"{ordinate}_{int(k)} [{unit}]" for ordinate, unit in curve.kind.ordinates for k in number),
+    ]
+    columns = finite_columns(inputs.read(name), name, headers, positive=True)
     first, values = columns[0], columns[1:].reshape(len(curve.kind.ordinates), number.size, -1)
     for row in np.flatnonzero(np.diff(first) <= 0)[:1]:
-        raise InputError(f'{name}: row {row + 3}: column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}')
+        raise InputError(f'column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}', file=name, row=row + 3)
     if not first.size:
-        raise InputError(f"{name}: no rows: a folder written by mastercurve is needed")
+        raise InputError("no rows: a folder written by mastercurve is needed", file=name)
     return ReadDraws(number.astype(np.int64), CurveDraws(first, np.moveaxis(values, 1, 0)), tuple(shifts))
 
 

@@ -9,10 +9,11 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, located
 from dielast.handover.material_file import draws_file, parse_material
+from dielast.handover.tables import finite_columns
 from dielast.io.files import EXAMPLE, read_file, resolve
-from dielast.io.table import Column, Table, number_columns
+from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.spectrum import Spectrum
 
@@ -42,27 +43,23 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
     count = len(material.spectrum)
     first_line = content.split(b"\n", 1)[0].decode(errors="replace")
     if f",shear_modulus_{count + 1} [Pa]" in first_line:
-        raise InputError(f"{source}: draws of more than the material's {count} branches: make both anew")
+        raise InputError(f"draws of more than the material's {count} branches: make both anew", file=source)
     headers = [f"{EQUILIBRIUM} [Pa]", *law, *(f"shear_modulus_{k + 1} [Pa]" for k in range(count))]
     if ",relaxation_time_1 [s]" in first_line:
         headers += [f"relaxation_time_{k + 1} [s]" for k in range(count)]
-    columns = np.array(number_columns(content, source, headers))
-    for column, row in np.argwhere(~np.isfinite(columns))[:1]:
-        raise InputError(f'{source}: row {row + 2}: column "{headers[column]}": a number is needed')
+    columns = finite_columns(content, source, headers)
     if not columns.size:
-        raise InputError(f"{source}: no draws")
+        raise InputError("no draws", file=source)
     members = []
     for row, values in enumerate(columns.T):
         constants, moduli, times = np.split(values[1:], [len(law), len(law) + count])
-        try:
+        with located(file=source, row=row + 2):
             if values[0] < 0:
                 raise InputError(f"an equilibrium modulus of {values[0]:g} Pa: it must not be negative")
             if not (values[0] or np.any(moduli)):
                 raise InputError("every shear modulus is zero: the material carries no load")
             shift = material.shift.redrawn(constants.tolist())
             spectrum = Spectrum(times if times.size else material.spectrum.relaxation_time, moduli)
-        except InputError as error:
-            raise InputError(f"{source}: row {row + 2}: {error}") from None
         members.append(replace(material, equilibrium_modulus=float(values[0]), spectrum=spectrum, shift=shift))
     return tuple(members)
 
@@ -82,6 +79,6 @@ def read_draws(path: str | Path) -> tuple[Material, ...]:
     content = read_file(resolve(Path(), path), str(path))
     material, name = parse_material(content, str(path)), draws_file(content, str(path))
     if name is None:
-        raise InputError(f"{path}: a material without draws: mastercurve and spectrum with [uncertainty] make them")
+        raise InputError("a material without draws: mastercurve and spectrum with [uncertainty] make them", file=path)
     table = beside(str(path), name)
     return parse_draws(read_file(resolve(Path(), table), table), table, material)

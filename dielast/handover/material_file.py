@@ -102,12 +102,12 @@ class MaterialFile(Section):
         if self.equilibrium.shear_modulus == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
-            raise InputError("measured_temperature: the lowest comes first")
+            raise InputError("the lowest comes first", key="measured_temperature")
         shift, there = self.shift.at(self.reference_temperature), self.reference_temperature
         reach = shift.measured_range()
         if reach is not None and not reach[0] <= there <= reach[1]:
             outside = f"{there:g} degC is outside the {shift.title}'s {reach[0]:g} to {reach[1]:g} degC"
-            raise InputError(f"reference_temperature: {outside}: an entry of 0 is needed there")
+            raise InputError(f"{outside}: an entry of 0 is needed there", key="reference_temperature")
         return self
 
     def material(self) -> Material:

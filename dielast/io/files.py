@@ -72,7 +72,7 @@ def resolve(folder: Path, name: str | Path) -> Path:
         path = next((entry for entry in entries if entry.stem == name), root / name)  # vhb4905 is vhb4905.toml
         if not path.resolve().is_relative_to(root.resolve()) or not exists(path):
             known = ", ".join(f"{EXAMPLE}{entry.name}" for entry in entries)
-            raise InputError(f"{text}: no such example; there are {known}")
+            raise InputError(f"no such example; there are {known}", file=text)
         return path
     return folder / text
 
@@ -83,9 +83,9 @@ def read_file(path: Path, name: str) -> bytes:
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
     except (OSError, ValueError) as error:  # a name with a NUL in it is a ValueError
-        raise InputError(f"{name}: {_unreadable(path, error)}") from None
+        raise InputError(_unreadable(path, error), file=name) from None
     if len(content) > LARGEST:
-        raise InputError(f"{name}: larger than {LARGEST >> 20} MiB, which no table or recipe should be")
+        raise InputError(f"larger than {LARGEST >> 20} MiB, which no table or recipe should be", file=name)
     return content
 
 
@@ -115,9 +115,9 @@ def check_targets(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
     read = {os.path.realpath(path) for path in inputs}
     for target in targets:
         if os.path.realpath(target) in read:
-            raise InputError(f"{target}: is an input of this run; write the results to another folder (see --out)")
+            raise InputError("is an input of this run; write the results to another folder (see --out)", file=target)
         if os.path.isdir(target):
-            raise InputError(f"{target}: is a folder, a file is to be written there")
+            raise InputError("is a folder, a file is to be written there", file=target)
 
 
 def check_folder(folder: Path, needed: str) -> None:
@@ -130,9 +130,9 @@ def check_folder(folder: Path, needed: str) -> None:
         nearest = nearest.parent
     if not os.path.isdir(nearest):
         what = "is a file" if os.path.exists(nearest) else "leads nowhere"
-        raise InputError(f"{folder}: {what}, a folder {needed}")
+        raise InputError(f"{what}, a folder {needed}", file=folder)
     if not os.access(nearest, os.W_OK | os.X_OK):
-        raise InputError(f"{folder}: cannot write here: permission denied")
+        raise InputError("cannot write here: permission denied", file=folder)
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
@@ -154,7 +154,7 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
             for part, target in parts:
                 os.replace(part, target)
     except OSError as error:
-        raise InputError(f"{folder}: cannot write here: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"cannot write here: {(error.strerror or str(error)).lower()}", file=folder) from None
     finally:
         for part, _ in parts:
             with contextlib.suppress(OSError):

@@ -14,15 +14,6 @@ _NUMBER = r"[+\-\u2212]?\d++(?:[.,]\d++)?"
 _DEGREE = r"(?:°\s?[CF]|º\s?[CF]|℃|℉|deg\.?\s?[CF]|degrees?\s[CF]|[CK])"
 # 20 °C, but not the 20 of E20 or of 1.20
 _TEMPERATURE = re.compile(rf"(?<![A-Za-z0-9.,])(?P<number>{_NUMBER})\s*_?(?P<unit>{_DEGREE})(?![A-Za-z0-9]|-[A-Za-z])")
-# tan(d) and G(t), whose brackets hold no unit
-_ARGUMENT = re.compile(r"\w['\"]*\([^()]*\)$")
-# E-20: a sign or a dash
-_JOINED = re.compile(r"(?<=[A-Za-z\])])[-\u2212]$")
-# what leads to a temperature in a name, as in "E at T = 20 °C" and "E, 20 °C"
-_BEFORE = re.compile(r"(?:\b[Tt](?:emp(?:erature)?)?\.?\s*=|@|\bat\b|[_,;:/=|\s-])*$")
-_AFTER = re.compile(r"^[_,;:=|@\s-]+")
-# what is left of "E (20 °C)" without the temperature
-_EMPTY = re.compile(r"\(\s*\)|\[\s*\]|\(\s*[Tt]\s*=\s*\)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +26,10 @@ class Header:
     units: tuple[str | None, ...]
     spelled: tuple[str, ...]
     temperature: tuple[float | None, ...]
+
+
+# tan(d) and G(t), whose brackets hold no unit
+_ARGUMENT = re.compile(r"\w['\"]*\([^()]*\)$")
 
 
 def read_header(source: str, above: Sequence[Sequence[str]], columns: int, aligned: bool) -> Header:
@@ -58,7 +53,7 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, align
     if filled_width(names) != columns and len(names) != columns:
         # a name with the separator in it, or a column without a name: which column is which cannot be told
         found = f"the header has {filled_width(names)} cells, the rows have {columns}"
-        raise InputError(f"{source}: {found}; quote cells that hold the separator, or skip_rows")
+        raise InputError(f"{found}; quote cells that hold the separator, or skip_rows", file=source)
     spelled = tuple(name.lstrip("# ") for name in _padded(names, columns))
     # beside a row of units, tan(d) and G(t) are names
     split = [(name, None) if any(below) and _ARGUMENT.search(name) else split_header(name) for name in spelled]
@@ -75,6 +70,15 @@ def filled_width(row: Sequence[str]) -> int:
     while width and not row[width - 1]:
         width -= 1
     return width
+
+
+# E-20: a sign or a dash
+_JOINED = re.compile(r"(?<=[A-Za-z\])])[-\u2212]$")
+# what leads to a temperature in a name, as in "E at T = 20 °C" and "E, 20 °C"
+_BEFORE = re.compile(r"(?:\b[Tt](?:emp(?:erature)?)?\.?\s*=|@|\bat\b|[_,;:/=|\s-])*$")
+_AFTER = re.compile(r"^[_,;:=|@\s-]+")
+# what is left of "E (20 °C)" without the temperature
+_EMPTY = re.compile(r"\(\s*\)|\[\s*\]|\(\s*[Tt]\s*=\s*\)")
 
 
 def temperature_in(text: str, unit: str | None = None) -> tuple[float, str] | None:

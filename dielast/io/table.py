@@ -105,9 +105,9 @@ def parse_csv(content: bytes, name: str) -> dict[str, list[str]]:
     try:
         rows = list(csv.reader(io.StringIO(content.decode()), strict=True))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{name}: not a table that dielast wrote: {error}") from None
+        raise InputError(f"not a table that dielast wrote: {error}", file=name) from None
     if not rows or any(len(row) != len(rows[0]) for row in rows):
-        raise InputError(f"{name}: not a table that dielast wrote: rows differ in length")
+        raise InputError("not a table that dielast wrote: rows differ in length", file=name)
     return {header: [row[index] for row in rows[1:]] for index, header in enumerate(rows[0])}
 
 
@@ -117,12 +117,12 @@ def number_columns(content: bytes, name: str, headers: Sequence[str]) -> list[ND
     columns = []
     for header in headers:
         if header not in cells:
-            raise InputError(f'{name}: column "{header}" is missing')
+            raise InputError(f'column "{header}" is missing', file=name)
         values = np.empty(len(cells[header]))
         for row, text in enumerate(cells[header]):
             try:
                 values[row] = float(text) if text else np.nan
             except ValueError:
-                raise InputError(f'{name}: row {row + 2}: column "{header}": "{text}" is not a number') from None
+                raise InputError(f'column "{header}": "{text}" is not a number', file=name, row=row + 2) from None
         columns.append(values)
     return columns

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, Where, shown
 from dielast.io.header import filled_width, read_header, temperatures_in
 from dielast.io.table import split_header
 from dielast.io.workbook import is_workbook, sheet_text
@@ -74,7 +74,7 @@ class MeasuredTable:
         if isinstance(wanted, int):
             if 1 <= wanted <= len(self.names):
                 return wanted - 1
-            raise InputError(f"{self.source}: column {wanted} is wanted for {role}, but there are {len(self.names)} columns")
+            raise InputError(f"column {wanted} is wanted for {role}, but there are {len(self.names)} columns", file=self.source)
         headers = [_header_of(name, unit) for name, unit in zip(self.names, self.units, strict=True)]
         spelled = self.spelled or headers
         unitless = [name if unit is None else "" for name, unit in zip(self.names, self.units, strict=True)]
@@ -85,14 +85,14 @@ class MeasuredTable:
             for spelling, text in ways:
                 matches = [index for index, own in enumerate(spelling) if own and same(own) == same(text)]
                 if len(matches) > 1:
-                    raise InputError(f'{self.source}: column "{wanted}" for {role} stands there {len(matches)} times')
+                    raise InputError(f'column "{wanted}" for {role} stands there {len(matches)} times', file=self.source)
                 if matches:
                     return matches[0]
         # as the file spells them, but with their units from a row below
         there = [own if split_header(own)[1] else header for own, header in zip(spelled, headers, strict=True)]
         near = difflib.get_close_matches(wanted, there, n=1)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
-        raise InputError(f'{self.source}: no column "{wanted}" for {role}; {hint}')
+        raise InputError(f'no column "{wanted}" for {role}; {hint}', file=self.source)
 
     def has(self, name: str) -> bool:
         """Whether a column is called `name`."""
@@ -119,7 +119,7 @@ class MeasuredTable:
             values = _numbers(self, index, rows) * scale + offset
         for row in np.flatnonzero(~np.isfinite(values))[:1]:
             line = (self.lines if rows is None else self.lines[rows])[row]
-            raise InputError(f'{self.source}: line {line}: column "{self.names[index]}": the number is too large')
+            raise InputError(f'column "{self.names[index]}": the number is too large', file=self.source, line=line)
         return values
 
     def check(self, wanted: str | int, role: str, dimension: Dimension | None) -> None:
@@ -132,23 +132,24 @@ class MeasuredTable:
         name, in_header = self.names[index], self.units[index]
         in_mapping = split_header(wanted)[1] if isinstance(wanted, str) and in_header is None else None
         stated = (self.stated_units or {}).get(role, in_mapping)
-        here = f"{self.source}: " + (f"line {self.header_line}: " if self.header_line else "") + f'column "{name}"'
+        here = f'column "{name}"'
+        place: Where = {"file": self.source, "line": self.header_line or None}
         # brackets may as well hold a part of the name
         if in_header is not None and stated is not None and (is_ambiguous(in_header, dimension) or not is_unit(in_header)):
             in_header = None
         if in_header is not None and stated is not None and not _alike(stated, in_header, dimension):
-            raise InputError(f"{here}: the header says [{in_header}], the recipe's units say [{stated}]; leave one out")
+            raise InputError(f"{here}: the header says [{in_header}], the recipe's units say [{stated}]; leave one out", **place)
         unit = in_header if in_header is not None else stated
         if unit is None:
             if dimension is NUMBER:
                 return 1.0, 0.0
             needed = dimension.unit
             or_else = "" if self.stated_units is None else f' or say units = {{ {role} = "{needed}" }}'
-            raise InputError(f'{here} has no unit: call it "{name} [{needed}]"{or_else}')
+            raise InputError(f'{here} has no unit: call it "{name} [{needed}]"{or_else}', **place)
         try:
             return conversion(unit, dimension)
         except InputError as error:
-            raise InputError(f"{here} [{unit}]: {error}") from None
+            raise InputError(f"{here} [{unit}]: {error}", **place) from None
 
 
 def read_measured(
@@ -168,14 +169,14 @@ def read_measured(
     except InputError as error:
         if form.sheet is not None:
             raise
-        raise InputError(*(f'{line} (in the first sheet: say sheet = "NAME" for another)' for line in error.messages)) from None
+        raise error.adding(' (in the first sheet: say sheet = "NAME" for another)') from None
 
 
 def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | None) -> MeasuredTable:
     numbered = list(enumerate(split_lines(text), start=1))[form.skip_rows :]
     filled = [(number, line) for number, line in numbered if line.strip(" \t;,")]
     if not filled:
-        raise InputError(f"{source}: the file is empty" + (f" after skip_rows = {form.skip_rows}" if text.strip() else ""))
+        raise InputError("the file is empty" + (f" after skip_rows = {form.skip_rows}" if text.strip() else ""), file=source)
     separator, decimal = _sniff(source, [line for _, line in filled], form)
     rows = [split_cells(line, separator) for _, line in filled]
     width = _modal_width(rows, decimal)
@@ -183,7 +184,7 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     if first is None:
         _refuse_header_alone(source, [line for _, line in filled], separator)
         between = SEPARATORS.get(separator, separator)
-        raise InputError(f'{source}: no row of numbers found (separator {between}, decimal mark "{decimal}")')
+        raise InputError(f'no row of numbers found (separator {between}, decimal mark "{decimal}")', file=source)
     lines = [number for number, _ in filled[first:]]
     data = rows[first:]
     # blanks align the numbers below names that tabs may part
@@ -193,7 +194,7 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     names = header.names
     for line, row in zip(lines, data, strict=True):
         if filled_width(row) > len(names):
-            raise InputError(f"{source}: line {line}: {filled_width(row)} cells, but the table has {len(names)} columns")
+            raise InputError(f"{filled_width(row)} cells, but the table has {len(names)} columns", file=source, line=line)
         row[len(names) :] = [""] * (len(names) - len(row))
     cells = tuple(list(column) for column in zip(*data, strict=True))
     return MeasuredTable(
@@ -212,7 +213,7 @@ def decode(
     if is_workbook(content):
         return sheet_text(content, source, sheet, decimal)
     if sheet is not None:
-        raise InputError(f"{source}: sheet = {shown(sheet)} is stated, but this is no workbook")
+        raise InputError(f"sheet = {shown(sheet)} is stated, but this is no workbook", file=source)
     if encoding is None:
         if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             encoding = "utf-16"
@@ -226,11 +227,11 @@ def decode(
     try:
         text = content.decode(encoding).lstrip("\ufeff")
     except LookupError:
-        raise InputError(f'{source}: unknown encoding "{encoding}", such as "utf-8" or "latin-1" is needed') from None
+        raise InputError(f'unknown encoding "{encoding}", such as "utf-8" or "latin-1" is needed', file=source) from None
     except UnicodeDecodeError as error:
-        raise InputError(f"{source}: byte {error.start} is not {encoding} text") from None
+        raise InputError(f"byte {error.start} is not {encoding} text", file=source) from None
     if "\x00" in text:
-        raise InputError(f"{source}: not a text table (it holds NUL characters)")
+        raise InputError("not a text table (it holds NUL characters)", file=source)
     return "\n".join(split_lines(text))
 
 
@@ -260,7 +261,7 @@ def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, st
     if best_score == 0.0 and form.separator is None:
         for separator in "\t;,":
             _refuse_header_alone(source, lines, separator)
-        raise InputError(f"{source}: no columns of numbers found; state separator and decimal if they are unusual")
+        raise InputError("no columns of numbers found; state separator and decimal if they are unusual", file=source)
     return best
 
 
@@ -268,7 +269,7 @@ def _refuse_header_alone(source: str, lines: Sequence[str], separator: str) -> N
     """Raise `InputError` if `lines`, in which no numbers were found, are a row of names and perhaps one of units, and no more."""
     names, *below = (split_cells(line, separator) for line in lines[:3])
     if len(names) > 1 and (not below or (len(below) == 1 and all(is_unit(cell.strip("[]()")) for cell in below[0]))):
-        raise InputError(f"{source}: no columns of numbers found: there are no rows below the header")
+        raise InputError("no columns of numbers found: there are no rows below the header", file=source)
 
 
 def split_cells(line: str, separator: str) -> list[str]:
@@ -324,7 +325,7 @@ def _numbers(table: MeasuredTable, index: int, rows: NDArray[np.bool_] | None) -
         first = int(wrong[0])
         what = f'"{cells[first]}" is not a finite number' if cells[first] else "the cell is empty"
         more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
-        raise InputError(f'{table.source}: line {table.lines[chosen[first]]}: column "{table.names[index]}": {what}{more}')
+        raise InputError(f'column "{table.names[index]}": {what}{more}', file=table.source, line=table.lines[chosen[first]])
     return values
 
 

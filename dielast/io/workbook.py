@@ -43,7 +43,7 @@ def sheet_text(content: bytes, source: str, sheet: str | int | None = None, deci
     it cannot be read, if there is no such sheet, or if what is needed to read it is not installed.
     """
     if find_spec("python_calamine") is None:
-        raise InputError(f"{source}: a workbook is read by a package that is not installed: {NEEDED}, or save it as CSV")
+        raise InputError(f"a workbook is read by a package that is not installed: {NEEDED}, or save it as CSV", file=source)
     import subprocess  # which no text needs
 
     wanted = ("", "") if sheet is None else ("number" if isinstance(sheet, int) else "name", str(sheet))
@@ -53,13 +53,13 @@ def sheet_text(content: bytes, source: str, sheet: str | int | None = None, deci
     try:
         done = subprocess.run(command, input=content, capture_output=True, timeout=SECONDS, env=environment, check=False)
     except subprocess.TimeoutExpired:
-        raise InputError(f"{source}: {_TOO_LARGE}") from None
+        raise InputError(_TOO_LARGE, file=source) from None
     except OSError as error:
-        raise InputError(f"{source}: a workbook takes a process of its own to read: {error.strerror}; save it as CSV") from None
+        raise InputError(f"a workbook takes a process of its own to read: {error.strerror}; save it as CSV", file=source) from None
     if done.returncode == _REFUSED:
-        raise InputError(f"{source}: {done.stdout.decode(errors='replace')}")
+        raise InputError(done.stdout.decode(errors="replace"), file=source)
     if done.returncode != 0:
-        raise InputError(f"{source}: {_TOO_LARGE}")
+        raise InputError(_TOO_LARGE, file=source)
     return done.stdout.decode()
 
 

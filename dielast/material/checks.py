@@ -33,7 +33,7 @@ UNSEEN = 1e-5  # strain that no extensometer resolves
 SQUEEZED = 0.7  # stretch: who squeezes a film farther has typed a strain
 
 
-def doubt_material(material: Material) -> None:
+def warn_of_material(material: Material) -> None:
     """Warn of constants that look as if they were in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
     if rest > 0 and not SOFTEST <= rest <= HARDEST:
@@ -45,27 +45,27 @@ def doubt_material(material: Material) -> None:
         beside = f"beside an equilibrium modulus of {rest:g} Pa"
         warn(f"the branches add up to {branches:.3g} Pa {beside}, so that nothing relaxes: are they in another unit?")
     for law, whose in ((material.equilibrium_law, "equilibrium"), (material.nonequilibrium_law, "nonequilibrium")):
-        if reason := law.doubt(whose):
+        if reason := law.warning(whose):
             warn(reason)
-    doubt_temperature(material.reference_temperature, "the reference temperature is")
-    if reason := material.shift.doubt():
+    warn_of_temperature(material.reference_temperature, "the reference temperature is")
+    if reason := material.shift.warning():
         warn(reason)
     if material.dielectric is not None:
         relative = float(material.dielectric.at(material.reference_temperature)) / VACUUM_PERMITTIVITY
         if not 1 <= relative <= LARGEST_PERMITTIVITY:
             warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
     if material.breakdown is not None:
-        doubt_breakdown(material.breakdown.typical_fields())
+        warn_of_breakdown(material.breakdown.typical_fields())
 
 
-def doubt_breakdown(field: ArrayLike) -> None:
+def warn_of_breakdown(field: ArrayLike) -> None:
     """Warn of breakdown fields (V/m, any shape) that no film has."""
     values = np.atleast_1d(np.asarray(field, dtype=float))
     for value in values[(values < FAINTEST) | (values > STRONGEST)][:1]:
         warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
 
 
-def doubt_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[BreakdownLaw | None]) -> None:
+def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[BreakdownLaw | None]) -> None:
     """Warn of prestretches, one pair a film, outside of those that breakdown fields are `known` for."""
     films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, known, strict=True)]
     outside = [(pair, value, law) for pair, value, law in films if law is not None and not law.is_known_at(value)]
@@ -77,7 +77,7 @@ def doubt_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequenc
     warn(f"{what}{f' (and {others} more)' if others else ''}: {law.outside(value)}")
 
 
-def doubt_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
+def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
     """Warn of thicknesses (m, any shape) that no film has; `whose` they are, and the `thickest` (m) of these."""
     values = np.atleast_1d(np.asarray(thickness, dtype=float))
     for value in values[(values < THINNEST) | (values > thickest)][:1]:
@@ -85,7 +85,7 @@ def doubt_thickness(thickness: ArrayLike, whose: str = "film", thickest: float =
         warn(f"the thickness is {value * 1e3:g} mm, but {known}: is it in another unit?")
 
 
-def doubt_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
+def warn_of_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
     """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields."""
     field, limit = np.broadcast_arrays(np.abs(np.asarray(highest, dtype=float)), np.asarray(breakdown, dtype=float))
     if not np.any(field):
@@ -101,7 +101,7 @@ def doubt_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
         warn(f"the highest voltage makes a field of {field[k]:.3g} V/m, {so}: is it, or the thickness, in another unit?")
 
 
-def doubt_temperature(temperature: ArrayLike, what: str) -> None:
+def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
     """Warn of temperatures (degC, any shape) that look as if they were on another scale; `what` says whose they are."""
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
     if not values.size:
@@ -117,7 +117,7 @@ def doubt_temperature(temperature: ArrayLike, what: str) -> None:
         warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")
 
 
-def doubt_curve(largest: float, plateau: float | None = None) -> None:
+def warn_of_curve(largest: float, plateau: float | None = None) -> None:
     """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau` if there is one, is no polymer's."""
     if largest > 3 * GLASS:
         warn(f"the largest Young's modulus is {largest:.3g} Pa, more than any polymer's glass: is it in another unit?")
@@ -127,16 +127,17 @@ def doubt_curve(largest: float, plateau: float | None = None) -> None:
         warn(f"Young's modulus levels off at {plateau:.3g} Pa, less than that of a gel: is it in another unit, such as kPa?")
 
 
-def doubt_tension(names: Sequence[str], source: str) -> None:
+def warn_of_tension(names: Sequence[str], source: str) -> None:
     """Warn of moduli, compliances, strains or stresses that are taken for those of tension, in columns whose `names` say shear."""
     for name in [name for name in names if _SHEAR.search(name.strip().casefold().replace("_", " "))][:1]:
         warn(
-            f'{source}: column "{name}" looks like one of shear, but is read as one of tension, which is a factor of three: say '
-            'test = "shear", or test = "tension"'
+            f'column "{name}" looks like one of shear, but is read as one of tension, which is a factor of three: say '
+            'test = "shear", or test = "tension"',
+            file=source,
         )
 
 
-def doubt_strain(strain: ArrayLike) -> None:
+def warn_of_strain(strain: ArrayLike) -> None:
     """Warn of strains (1, any shape) of a relaxation test that are no small ones, or that look like stretches or per cent."""
     values = np.atleast_1d(np.asarray(strain, dtype=float))
     typical = float(np.median(values)) if values.size else 0.0
@@ -151,15 +152,17 @@ def doubt_strain(strain: ArrayLike) -> None:
         warn(f"{said}: stress over strain is the relaxation modulus at small strain only; or is it {per_cent}?")
 
 
-def doubt_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
+def warn_of_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
     """Warn of measured stretches (1, any shape) in a column whose `name` says strain, or of values that no stretch has."""
     values = np.atleast_1d(np.asarray(stretch, dtype=float))
     typical = float(np.median(values))
     if _STRAIN.search(name.casefold()) or not 0.5 <= typical <= 20:
-        warn(f'{source}: column "{name}" is about {typical:.3g} and compared with a stretch, which is 1 + strain: is it a strain?')
+        warn(
+            f'column "{name}" is about {typical:.3g} and compared with a stretch, which is 1 + strain: is it a strain?', file=source
+        )
 
 
-def doubt_stretch(lowest: float, highest: float) -> None:
+def warn_of_stretch(lowest: float, highest: float) -> None:
     """Warn of prescribed stretches, from the `lowest` to the `highest`, that look like strains."""
     if lowest < SQUEEZED:
         warn(f"a stretch of {lowest:g} squeezes the film (1 is undeformed): is it a strain, so that the stretch is {1 + lowest:g}?")
@@ -167,7 +170,7 @@ def doubt_stretch(lowest: float, highest: float) -> None:
         warn("the stretch is 1 throughout, which is undeformed: is it a strain of 100 %, so that the stretch is 2?")
 
 
-def doubt_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLike) -> None:
+def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLike) -> None:
     """Warn of films whose stretches (points,) under load are those of taut chains, or not to be seen at all.
 
     `room` (points,) is that of the equilibrium spring's law: 1 at rest, 0 at its limit.
@@ -182,9 +185,9 @@ def doubt_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLike
         warn(f"the load strains the film by less than {UNSEEN:g}: is it, or the section, in another unit?")
 
 
-def doubt_use(material: Material, temperature: ArrayLike) -> None:
+def warn_of_use(material: Material, temperature: ArrayLike) -> None:
     """Warn of temperatures (degC, any shape) that look wrong, or that the material's shift law was not measured at."""
-    doubt_temperature(temperature, "the temperature is")
+    warn_of_temperature(temperature, "the temperature is")
     if material.measured_temperature is not None:
         low, high = material.measured_temperature
         values = np.atleast_1d(np.asarray(temperature, dtype=float))
@@ -212,7 +215,7 @@ def fastest_branch(material: Material, temperature: float) -> float:
     return float(carrying[-1]) if carrying.size else 0.0
 
 
-def doubt_paces(paces: Iterable[Pace]) -> None:
+def warn_of_paces(paces: Iterable[Pace]) -> None:
     """Warn of the most hasty of the paces that are faster than the fastest branch: processes that the spectrum does not hold, as it
     was truncated or not measured so far, would resist then, and the film comes out too soft.
     """

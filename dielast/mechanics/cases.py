@@ -11,19 +11,19 @@ from dielast.errors import InputError, shown
 from dielast.numerics.columns import Floats
 
 
-def of_case(case: int, cases: int) -> str:
-    """How an error message about one of so many cases begins; a lone case needs no name."""
-    return f"case {case}: " if cases > 1 else ""
+def of_case(case: int, cases: int) -> int | None:
+    """The case that an error names as its place: none where there is one only."""
+    return case if cases > 1 else None
 
 
 def numbers(values: ArrayLike, name: str) -> Floats:
-    """One number or a list of them as an array (cases,); `InputError` beginning with `name` for anything else."""
+    """One number or a list of them as an array (cases,); `InputError` with the argument `name` for anything else."""
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: {shown(values)}: a number in SI units, or a list of numbers, is needed") from None
+        raise InputError(f"{shown(values)}: a number in SI units, or a list of numbers, is needed", argument=name) from None
     if array.ndim > 1 or not array.size:
-        raise InputError(f"{name}: an array of shape {array.shape}: one number, or one for each case, is needed")
+        raise InputError(f"an array of shape {array.shape}: one number, or one for each case, is needed", argument=name)
     return array.reshape(-1)
 
 
@@ -36,8 +36,8 @@ def one_set(sizes: Iterable[int]) -> int:
 
 
 def spread(value: ArrayLike, name: str, cases: int) -> Floats:
-    """One finite number for each case, (cases,); `InputError` beginning with `name` for a number that is not finite."""
+    """One finite number for each case, (cases,); `InputError` with the argument `name` for a number that is not finite."""
     array = np.asarray(value, dtype=float)
     if not np.all(np.isfinite(array)):
-        raise InputError(f"{name} must be finite")
+        raise InputError("every value must be finite", argument=name)
     return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, located, shown
 from dielast.mechanics.cases import numbers, one_set, spread
 from dielast.mechanics.chain import Chain
 from dielast.mechanics.course import Piece
@@ -22,19 +22,26 @@ def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
     """Number of cases that the arrays in `steps` and `others` span; `InputError` if their lengths disagree."""
     sizes = {np.size(other) for other in others}
     for index, step in enumerate(steps):
-        if not isinstance(step, Step):
-            raise InputError(f"step {index}: {shown(step)}: a Step is needed")
-        for name in ("stretch", "stress", "rate", "duration"):
-            given = getattr(step, name)
-            pair = isinstance(given, tuple) and name in ("stretch", "stress")
-            if pair and len(given) != 2:
-                raise InputError(f"step {index}: a {name} of {len(given)} values: a tuple is a pair, one value for each axis")
-            if isinstance(given, Path):
-                sizes |= {np.size(value) for value in given.varied()}
-                continue
-            values = given if pair else (given,)
-            sizes |= {numbers(value, f"step {index}: {name}").size for value in values if value is not None}
+        with located(step=index):
+            sizes |= _sizes(step)
     return one_set(sizes)
+
+
+def _sizes(step: Step) -> set[int]:
+    """The lengths of the arrays in a step."""
+    if not isinstance(step, Step):
+        raise InputError(f"{shown(step)}: a Step is needed")
+    sizes = set[int]()
+    for name in ("stretch", "stress", "rate", "duration"):
+        given = getattr(step, name)
+        pair = isinstance(given, tuple) and name in ("stretch", "stress")
+        if pair and len(given) != 2:
+            raise InputError(f"a {name} of {len(given)} values: a tuple is a pair, one value for each axis")
+        if isinstance(given, Path):
+            sizes |= {np.size(value) for value in given.varied()}
+        else:
+            sizes |= {numbers(value, name).size for value in (given if pair else (given,)) if value is not None}
+    return sizes
 
 
 def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
@@ -42,16 +49,14 @@ def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
     try:
         mode = Mode(mode)
     except ValueError:
-        raise InputError(f"mode {mode!r} is not one of {', '.join(known.value for known in Mode)}") from None
+        raise InputError(f"{mode!r} is not one of {', '.join(known.value for known in Mode)}", argument="mode") from None
     if not steps:
         raise InputError("a history needs at least one step")
     result: list[Piece] = []
     held: Controls = (Control.STRESS, Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
     for index, step in enumerate(steps):
-        try:
+        with located(step=index):
             result += _pieces(step, mode, held, cases, index)
-        except InputError as error:
-            raise InputError(f"step {index}: {error}") from None
         held = result[-1].controls
     return result
 
@@ -106,7 +111,7 @@ def pace(duration: ArrayLike | None, rate: ArrayLike | None, cases: int, goal: s
     """Duration in s and signed rate (cases,) of a step that is no path; where there is a rate, the duration means nothing."""
     lasts = spread(0.0 if duration is None else duration, "duration", cases)
     if np.any(lasts < 0):
-        raise InputError(f"duration {float(lasts.min()):g} s: it must not be negative")
+        raise InputError(f"{float(lasts.min()):g} s: it must not be negative", argument="duration")
     if rate is None:
         return lasts, None
     if duration is not None:
@@ -155,7 +160,7 @@ def voltage_pieces(steps: Sequence[VoltageStep], controls: Controls, thickness: 
     result: list[Piece] = []
     present = np.zeros(thickness.size)
     for index, step in enumerate(steps):
-        try:
+        with located(step=index):
             if isinstance(step.voltage, Path):
                 if step.rate is not None or step.duration is not None:
                     raise InputError("a waveform or a track has its pace with it")
@@ -163,8 +168,6 @@ def voltage_pieces(steps: Sequence[VoltageStep], controls: Controls, thickness: 
                 present = spread(step.voltage.last, "voltage", thickness.size)
                 continue
             voltage, duration = _voltage_ramp(step, present)
-        except InputError as error:
-            raise InputError(f"step {index}: {error}") from None
         result.append(Ramp(controls, (None, None, voltage / thickness), duration, origin=index))
         present = voltage
     return result

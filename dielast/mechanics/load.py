@@ -42,15 +42,15 @@ class Waveform:
 
     def __post_init__(self) -> None:
         if self.shape not in SHAPES:
-            raise InputError(f"waveform {shown(self.shape)}: it must be one of {', '.join(SHAPES)}")
+            raise InputError(f"{shown(self.shape)}: it must be one of {', '.join(SHAPES)}", argument="waveform")
         if not isinstance(self.cycles, int | np.integer) or self.cycles < 1:
-            raise InputError(f"{self.cycles} cycles: a whole number of at least one is needed")
+            raise InputError(f"{self.cycles}: a whole number of at least one is needed", argument="cycles")
         for name in ("low", "high", "period"):
             values = numbers(getattr(self, name), name)
             if not np.all(np.isfinite(values)):
-                raise InputError(f"{name} must be finite")
+                raise InputError("it must be finite", argument=name)
         if np.any((period := numbers(self.period, "period")) <= 0):
-            raise InputError(f"period {float(period.min()):g} s: it must be positive")
+            raise InputError(f"{float(period.min()):g} s: it must be positive", argument="period")
 
     def values(self) -> Floats:
         """All values that it turns around at."""

@@ -102,7 +102,7 @@ def _relaxation_time(material: Material, temperature: Floats, first: int, cases:
             try:
                 material.relaxation_time(np.array([alone]))
             except InputError as error:
-                raise InputError(f"{of_case(case, temperature.size)}{error}") from None
+                raise error.at(case=of_case(case, temperature.size)) from None
         raise
 
 

@@ -27,6 +27,10 @@ class CurveData(MeasuredData):
         "files": "files of several temperatures are for mastercurve; a spectrum has one file",
         "temperatures": "several temperatures are for mastercurve; a spectrum has one: reference_temperature",
         "temperature": "the temperature of the test is reference_temperature",
+        "temperature_in_name": "the temperature of the test is reference_temperature",
+        "layout": "columns for each temperature are for mastercurve; a spectrum has one temperature",
+        "temperature_stderr": "errors of shift factors are for mastercurve; a spectrum has one temperature",
+        "drift": "a drift from one temperature to the next is for mastercurve; a spectrum has one temperature",
     }
 
     file: InputFile = Field(description="The test or the curve, a table of numbers or an instrument's export.")

@@ -58,7 +58,7 @@ def temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
     pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
     match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
     if match is None:
-        raise InputError(f'{name}: the name does not fit temperature_in_name = "{data.temperature_in_name}"')
+        raise InputError(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"', file=name)
     groups = match.groupdict()
     return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 

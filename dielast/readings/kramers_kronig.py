@@ -5,8 +5,8 @@ angle is pi/2 times the slope of log |E*| over log omega: H. C. Booij and G. P. 
 columns, and two moduli in different units, break it.
 
 It says nothing on the scale of the frequency: omega enters by its logarithm alone, so that a sweep whose Hz are rad/s in truth is
-as consistent as before. That takes a second quantity that knows of time: a complex viscosity, |eta*| = |E*| / omega (see
-`viscosity_factor`), a column with the other frequency, or a relaxation test of the same material (see `frequency_factor`).
+as consistent as before. That takes a second quantity that depends on time: a complex viscosity, |eta*| = |E*| / omega (see
+`viscosity_factor`), or a column with the other frequency.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
-from dielast.material.measurement import FrequencySweep, RelaxationCurve
+from dielast.material.measurement import FrequencySweep
 
 Array = NDArray[np.float64]
 
@@ -85,32 +85,3 @@ def viscosity_factor(sweep: FrequencySweep, complex_viscosity: Array) -> float:
         raise InputError("no complex viscosity is positive")
     modulus = np.hypot(sweep.storage_modulus, sweep.loss_modulus)
     return float(np.median(modulus[good] / (sweep.angular_frequency[good] * viscosity[good])))
-
-
-def frequency_factor(sweep: FrequencySweep, relaxation: RelaxationCurve) -> float:
-    """What the frequencies of `sweep` must be multiplied with so that it agrees with a relaxation test at the same temperature.
-
-    E(t) = E'(w) - 0.40 E''(0.40 w) + 0.014 E''(10 w) at t = 1/w, K. Ninomiya and J. D. Ferry, J. Colloid Sci. 14 (1959) 36,
-    is laid over the relaxation modulus along log time. 2 pi or its inverse speaks of Hz taken for rad/s or the other way round;
-    two measurements of one polymer may differ by a factor of two or three all the same. Raises `InputError` if the two do not
-    overlap in modulus, or the modulus is level, so that nothing fixes the position.
-    """
-    omega, storage, loss = _sorted(sweep)
-    log_omega = np.log(omega)
-    inside = (log_omega + np.log(0.4) >= log_omega[0]) if omega.size else np.zeros(0, dtype=bool)
-    low = np.exp(np.interp(log_omega + np.log(0.4), log_omega, np.log(loss))) if omega.size else loss
-    # beyond the highest frequency the last loss will do: its weight is small
-    high = np.exp(np.interp(log_omega + np.log(10.0), log_omega, np.log(loss))) if omega.size else loss
-    modulus = storage - 0.40 * low + 0.014 * high
-    good = inside & (modulus > 0)
-    measured = relaxation.modulus > 0
-    x, y = -log_omega[good][::-1], np.log(modulus[good][::-1])
-    order = np.argsort(relaxation.time[measured])
-    t, g = np.log(relaxation.time[measured][order]), np.log(relaxation.modulus[measured][order])
-    # both as falling functions, so that log time can be read over log modulus
-    y, g = np.minimum.accumulate(y), np.minimum.accumulate(g)
-    if y.size < 2 or g.size < 2 or min(y[0], g[0]) - max(y[-1], g[-1]) < np.log(1.1):
-        raise InputError("frequency sweep and relaxation test do not overlap over 10 % of modulus: they cannot be compared")
-    levels = np.linspace(max(y[-1], g[-1]), min(y[0], g[0]), 22)[1:-1]
-    shift = np.interp(levels, y[::-1], x[::-1]) - np.interp(levels, g[::-1], t[::-1])
-    return float(np.exp(np.median(shift)))

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from dielast.errors import InputError, warn
+from dielast.errors import InputError, Mistakes, Problem, warn
 from dielast.io.files import Inputs
-from dielast.material.checks import doubt_tension
+from dielast.material.checks import warn_of_tension
 from dielast.material.measurement import FrequencySweep, Measurement, measurement_of
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.readings.isotherms import isotherms
@@ -63,10 +63,10 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
         machine = [role for role in ("extension", "force") if role in part.columns]
         if deformation == "shear" and machine:
             what = f"{' and '.join(machine)} are of a test in tension, but this one is in shear"
-            raise InputError(f"{part.table.source}: {what}: state strain and stress, or modulus")
+            raise InputError(f"{what}: state strain and stress, or modulus", file=part.table.source)
     if data.test is None:
         for part in parts:
-            _doubt_tension(part)
+            _warn_of_tension(part)
     if kind.over_frequency and (data.ramp is not None or data.discard_before > 0):
         raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
     labels: dict[tuple[int, str], int] = {}
@@ -104,7 +104,7 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
     deformations = {part.deformation: part for part in parts}
     for deformation, part in deformations.items():
         if deformation is None:
-            raise InputError(f'{part.table.source}: the export does not say what modulus it is: say test = "tension" or "shear"')
+            raise InputError('the export does not say what modulus it is: say test = "tension" or "shear"', file=part.table.source)
     if len(deformations) > 1:
         found = " and ".join(f"{deformation} ({part.table.source})" for deformation, part in deformations.items())
         raise InputError(f'there are tests in {found}: leave one out, or say test = "tension" or "shear"')
@@ -113,23 +113,23 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
 
 def _check_columns(part: Part, data: MeasuredData) -> None:
     """Raise `InputError` for all columns of a plain table that are not there or in a wrong unit, with the recipe's keys."""
-    wrong: list[str] = []
+    wrong = Mistakes()
     for role, wanted in part.columns.items() if not part.is_export else ():
         try:
             part.table.check(wanted, role, ROLES.get(role))
         except InputError as error:
             key = f" (data.columns.{role})" if data.columns is not None and role in data.columns.model_fields_set else ""
             instead = mistaken(part.table, wanted, role)
-            wrong += [f"{line}{key}" for line in ([instead] if instead else error.messages)]
-    if wrong:
-        raise InputError(*wrong)
+            problems = [Problem(instead, file=part.table.source)] if instead else error.problems
+            wrong += [problem.adding(key) for problem in problems]
+    wrong.refuse()
 
 
-def _doubt_tension(part: Part) -> None:
+def _warn_of_tension(part: Part) -> None:
     """A plain table is taken for one of tension unless the recipe says otherwise."""
     if not part.is_export:
         used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
-        doubt_tension(used, part.table.source)
+        warn_of_tension(used, part.table.source)
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
@@ -143,9 +143,10 @@ def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
         for off, truth in ((2 * np.pi, "Hz"), (1 / (2 * np.pi), "rad/s")):
             if abs(np.log(factor / off)) < VISCOSITY_AGREEMENT:
                 warn(
-                    f"{part.table.source}: the complex viscosity fits if what is given as {said[0].replace('_', ' ')} is in {truth}"
+                    f"the complex viscosity fits if what is given as {said[0].replace('_', ' ')} is in {truth}",
+                    file=part.table.source,
                 )
                 return
         if abs(np.log(factor)) > VISCOSITY_AGREEMENT:
-            warn(f"{part.table.source}: complex modulus over angular frequency is {factor:.3g} times the complex viscosity")
+            warn(f"complex modulus over angular frequency is {factor:.3g} times the complex viscosity", file=part.table.source)
             return

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
@@ -179,6 +179,16 @@ class MeasuredData(TextTable):
     temperature_tolerance: TemperatureDifference = Field(
         0.5, validate_default=False, description="Readings closer together than this belong to one temperature."
     )
+
+    @field_validator("sheet", mode="before")
+    @classmethod
+    def _one_sheet(cls, sheet: Any) -> Any:
+        if isinstance(sheet, list):
+            raise InputError(
+                "one sheet is read, by its name or number: save sheets of one temperature each as files, and state them in files, "
+                "with temperatures"
+            )
+        return sheet
 
     @property
     def names(self) -> tuple[str, ...]:

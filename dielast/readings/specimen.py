@@ -35,7 +35,7 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
     given = {} if columns is None else columns.by_role
     stated = [role for role in dict.fromkeys(known.values()) if role in given]
     if len(stated) > 1:
-        raise InputError(f"{table.source}: columns.{' and columns.'.join(stated)} say the same: one of them is needed")
+        raise InputError(f"columns.{' and columns.'.join(stated)} say the same: one of them is needed", file=table.source)
     if stated:
         return stated[0], given[stated[0]]
     found = next((name for name in known if table.has(name)), None)
@@ -44,7 +44,7 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
         there = ", ".join(f'"{name}"' for name in table.names)
         keys = f"columns.{', columns.'.join(roles[:-1])} or columns.{roles[-1]}"
         raise InputError(
-            f"{table.source}: no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: say {keys}"
+            f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: say {keys}", file=table.source
         )
     return known[found], found
 
@@ -62,8 +62,8 @@ def read_as(
     `key` is the role by which the recipe states the column's unit. Raises `InputError` naming the file for a wrong unit, or where
     the specimen lacks what the role needs.
     """
-    if lacking := unmeasured((role,), specimen, f'{table.source}: column "{table.names[table.find(column, role)]}": '):
-        raise InputError(lacking)
+    if lacking := unmeasured((role,), specimen):
+        raise InputError(f'column "{table.names[table.find(column, role)]}": {lacking}', file=table.source)
     values = table.column(column, key or role, DIMENSION[role], rows)
     with np.errstate(over="ignore"):
         if role in ("strain", "extension"):
@@ -72,7 +72,7 @@ def read_as(
             values = nominal_stress(values, specimen)
     for row in np.flatnonzero(~np.isfinite(values))[:1]:
         line = (table.lines if rows is None else table.lines[rows])[row]
-        raise InputError(f"{table.source}: line {line}: the {role} is too large a number for its specimen")
+        raise InputError(f"the {role} is too large a number for its specimen", file=table.source, line=line)
     return values
 
 
@@ -96,7 +96,7 @@ def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
     kind = kind_of(unit) if unit is not None else None
     if kind is None:
         return None
-    said = f'{table.source}: column "{table.names[index]}" [{unit}] is {kind.name}'
+    said = f'column "{table.names[index]}" [{unit}] is {kind.name}'
     if (instead := _INSTEAD.get((role, kind.unit))) is not None:
         return f"{said}, not {_A[role]}: {instead.format(column=as_toml(wanted))}"
     return None

@@ -48,11 +48,8 @@ class MachineColumns(Section):
         return {role: column for role in type(self).model_fields if (column := getattr(self, role)) is not None}
 
 
-def unmeasured(roles: Collection[str], specimen: Specimen | None, where: str = "") -> str | None:
-    """What `specimen` lacks for extension or force among `roles`, as what to write instead; None if it lacks nothing.
-
-    `where` says of which key or column it is said.
-    """
+def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:
+    """What `specimen` lacks for extension or force among `roles`, as what to write instead; None if it lacks nothing."""
     lacking = [
         (role, what)
         for role, what, known in (
@@ -65,4 +62,4 @@ def unmeasured(roles: Collection[str], specimen: Specimen | None, where: str = "
         return None
     what = " and ".join(f"{'an' if role == 'extension' else 'a'} {role}" for role, _ in lacking)
     verb = "need" if len(lacking) > 1 else "needs"
-    return f"{where}{what} {verb} the undeformed specimen: specimen = {{ {', '.join(needed for _, needed in lacking)} }}"
+    return f"{what} {verb} the undeformed specimen: specimen = {{ {', '.join(needed for _, needed in lacking)} }}"

@@ -86,7 +86,7 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
     except InputError as error:
         if data.columns is None:
             raise
-        raise InputError(f'{error} (or is it no {known.NAME} export? say format = "table")') from None
+        raise error.adding(f' (or is it no {known.NAME} export? say format = "table")') from None
     decimal = None if is_workbook(content) else data.decimal
     steps = [
         replace(step, table=replace(step.table, stated_units=data.units, decimal=decimal or step.table.decimal)) for step in steps
@@ -98,7 +98,7 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
         found = _measured(step, data, data.steps is not None) if chosen else None
         if found is None:
             if chosen and data.steps is not None:
-                raise InputError(f"{source}: {_what_is_there(step)}")
+                raise InputError(_what_is_there(step), file=source)
             left_out.append(step.name)
             continue
         kind, columns = found
@@ -108,7 +108,7 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
     if not parts:
         wanted = KINDS[data.measurement].tests if data.measurement else "frequency sweep, relaxation or creep test"
         there = "; ".join(_what_is_there(step) for step in steps[:3]) + (" ..." if len(steps) > 3 else "")
-        raise InputError(f"{source}: no {wanted} found in this {known.NAME} export: {there or 'it has no steps'}")
+        raise InputError(f"no {wanted} found in this {known.NAME} export: {there or 'it has no steps'}", file=source)
     return parts, left_out
 
 
@@ -123,11 +123,11 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
         if len(tables) >= least:
             return [_of_wide(part, file, data, columns, temperature) for temperature, part in tables]
         if data.layout == "wide":
-            raise InputError(f'{source}: layout = "wide", but no header states a temperature, such as "E (20 °C) [MPa]"')
+            raise InputError('layout = "wide", but no header states a temperature, such as "E (20 °C) [MPa]"', file=source)
     if columns is None:
-        raise InputError(f"{source}: columns are needed: this is no instrument's export that dielast knows")
+        raise InputError("columns are needed: this is no instrument's export that dielast knows", file=source)
     if data.steps is not None:
-        raise InputError(f"{source}: steps are wanted, but this is no instrument's export that dielast knows")
+        raise InputError("steps are wanted, but this is no instrument's export that dielast knows", file=source)
     kind, roles = _stated(data, columns)
     return [Part(table, roles, kind, file, TABLE, "tension")]
 
@@ -137,7 +137,7 @@ def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Colum
     found = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
     if found is None:
         there = ", ".join(f'"{name}"' for name in table.names)
-        raise InputError(f"{table.source}: columns are needed: at {temperature:g} degC there are {there}")
+        raise InputError(f"columns are needed: at {temperature:g} degC there are {there}", file=table.source)
     kind, roles = found
     return Part(table, roles, kind, file, TABLE, "tension", temperature=temperature)
 
@@ -156,7 +156,7 @@ def _check_chosen(steps: Sequence[ExportedStep], source: str, chosen: Sequence[s
     for entry in chosen or ():
         if not any(_is_meant(entry, number, step.name) for number, step in enumerate(steps, start=1)):
             there = ", ".join(f'{number} "{step.name}"' for number, step in enumerate(steps, start=1))
-            raise InputError(f"{source}: no step {shown(entry)}; there are {there[:300]}")
+            raise InputError(f"no step {shown(entry)}; there are {there[:300]}", file=source)
 
 
 def _what_is_there(step: ExportedStep) -> str:
@@ -217,6 +217,7 @@ def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Map
     )
     if earlier and later and 0 < earlier[-1] <= later[0]:
         raise InputError(
-            f'{table.source}: line {table.lines[0]}: column "{name}" runs on from the step before into step "{step.name}": '
-            "export the step time as well"
+            f'column "{name}" runs on from the step before into step "{step.name}": export the step time as well',
+            file=table.source,
+            line=table.lines[0],
         )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
-from dielast.material.checks import doubt_strain
+from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.isotherms import WIDEST, temperature_of_file
@@ -81,7 +81,7 @@ def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray
     lines = part.table.lines[rows]
     _refuse(part, lines, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
     if not np.any(kept):
-        raise InputError(f"{part.table.source}: no points are left from {data.first_time:g} s on (see discard_before and ramp)")
+        raise InputError(f"no points are left from {data.first_time:g} s on (see discard_before and ramp)", file=part.table.source)
     return kept
 
 
@@ -96,8 +96,10 @@ def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArra
         hertz, omega = found["frequency"], found["angular_frequency"]
         for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > FREQUENCY_AGREEMENT)[:1]:
             raise InputError(
-                f"{part.table.source}: line {lines[k]}: frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
-                f"contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s"
+                f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
+                f"contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s",
+                file=part.table.source,
+                line=lines[k],
             )
     return found["angular_frequency"] if "angular_frequency" in found else 2 * np.pi * found["frequency"]
 
@@ -125,21 +127,21 @@ def _ordinates(
     else:
         strain = column("strain") if "strain" in given else strain_of(column("extension"), specimen)
     stress = column("stress") if "stress" in given else nominal_stress(column("force"), specimen)
-    doubt_strain(strain)
+    warn_of_strain(strain)
     over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
-    _warn_if_held(part, held=under[1], answer=over[1])
+    _warn_of_held(part, held=under[1], answer=over[1])
     _refuse(part, lines, under[1] == 0, under[0], f"is zero, so {over[0]} / {under[0]} is no {plain}")
     return np.asarray(scale * over[1] / under[1])[None]
 
 
-def _warn_if_held(part: Part, held: Array, answer: Array) -> None:
+def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
     """Warn where what the test holds, the strain of relaxation or the stress of creep, changes, and its answer does not."""
     spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
     if spread[0] > CHANGES > HELD > spread[1]:
         constant, other = ("stress", "creep") if part.kind is RELAXATION else ("strain", "relaxation")
         warn(
-            f'{part.table.source}: the {constant} is constant and the other changes, as in {other}: say measurement = "{other}" '
-            "if that was measured"
+            f'the {constant} is constant and the other changes, as in {other}: say measurement = "{other}" if that was measured',
+            file=part.table.source,
         )
 
 
@@ -153,13 +155,15 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
         return in_step
     if isinstance(data, CurveData):
         if data.reference_temperature is None:
-            raise InputError(f'{source}: the data state no temperature: say reference_temperature = "20 degC"')
+            raise InputError('the data state no temperature: say reference_temperature = "20 degC"', file=source)
         return data.reference_temperature
     if part.is_export:
-        raise InputError(f'{source}: step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name')
+        raise InputError(
+            f'step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name', file=source
+        )
     assert isinstance(data, MeasurementData)
     raise InputError(
-        f'{source}: temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}'
+        f'temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}', file=source
     )
 
 
@@ -172,16 +176,19 @@ def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None
         first, count = int(part.table.lines[np.flatnonzero(partly)[0]]), int(np.count_nonzero(partly))
         many = f"{count} points lack" if count > 1 else "1 point lacks"
         warn(
-            f'{part.table.source}: step "{part.step}": {many} a reading and {"are" if count > 1 else "is"} left out (line {first})'
+            f'step "{part.step}": {many} a reading and {"are" if count > 1 else "is"} left out (line {first})',
+            file=part.table.source,
         )
     if not np.any(rows):
-        raise InputError(f'{part.table.source}: step "{part.step}" has no row with all of {", ".join(roles)}')
+        raise InputError(f'step "{part.step}" has no row with all of {", ".join(roles)}', file=part.table.source)
 
 
 def _refuse(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_], role: str, why: str) -> None:
     if np.any(wrong):
         first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
-        raise InputError(f"{part.table.source}: line {lines[first]}: {role} {why}" + (f" ({count} such rows)" if count > 1 else ""))
+        raise InputError(
+            f"{role} {why}" + (f" ({count} such rows)" if count > 1 else ""), file=part.table.source, line=lines[first]
+        )
 
 
 def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_]) -> None:
@@ -190,5 +197,5 @@ def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_])
         many = part.kind.values
         first, count = lines[np.flatnonzero(wrong)[0]], np.count_nonzero(wrong)
         raise InputError(
-            f"{part.table.source}: line {first}: {count} of {wrong.size} {many} are zero or negative: positive {many} are needed"
+            f"{count} of {wrong.size} {many} are zero or negative: positive {many} are needed", file=part.table.source, line=first
         )

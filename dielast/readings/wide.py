@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.errors import located
 from dielast.io.header import temperature_in
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable
@@ -26,10 +26,8 @@ def by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> lis
     if not table.spelled:  # a row of temperatures and no other
         names = [name if own is None else nameless for name, own in zip(names, above, strict=True)]
     for k, header in enumerate(spelled):
-        try:
+        with located(file=table.source):
             found = temperature_in(header, unit)
-        except InputError as error:
-            raise InputError(f"{table.source}: {error}") from None
         if found is None:
             continue
         temperature[k], rest = found

@@ -8,12 +8,13 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from pydantic import create_model
 
-from dielast.errors import InputError, quoted, shown, shown_path
+from dielast.errors import InputError, Mistakes, Problem, located, placed, quoted, shown, shown_path
 from dielast.io.files import read_file, resolve
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Section
@@ -60,8 +61,8 @@ def read_cases(
         case_mistakes, empty = _set(kinds, case_values, setting, model, source, folder)
         recipe = examine(model, case_values, source, folder, kinds)
         if isinstance(recipe, list):
-            stated = [(place, line) for place, line in recipe if not any(_on_the_way(place, keys) for keys in (*empty, *unset))]
-            case_mistakes += [(place, line + _from_sweep(place, setting, values)) for place, line in stated]
+            stated = [mistake for mistake in recipe if not any(_on_the_way(mistake[0], keys) for keys in (*empty, *unset))]
+            case_mistakes += [(place, problem.adding(_from_sweep(place, setting, values))) for place, problem in stated]
         elif not case_mistakes:
             cases.append(Case(recipe, setting))
             continue
@@ -76,25 +77,28 @@ def read_cases(
 
 def _read_values(
     kinds: Kinds, path: Path, kind: str | None, overrides: Sequence[str], content: bytes | None
-) -> tuple[dict[str, Any], list[str]]:
+) -> tuple[dict[str, Any], Mistakes]:
     """The unchecked values of a recipe, `overrides` applied, and the mistakes in the overrides.
 
     Raises `InputError` if the file is no TOML, or its kind is unknown or not the `kind` asked for.
     """
     values = parse_toml(read_file(path, str(path)) if content is None else content, str(path))
-    wrong: list[str] = []
+    wrong = Mistakes()
     for override in overrides:
-        try:
-            set_key(values, *read_override(override), f"--set {override}")
-        except InputError as error:
-            wrong += error.messages
+        wrong.tried(partial(_override, values, override))
     stated = values.get("kind")
     if stated not in tuple(kinds):
         needed = f"{shown(stated)}: {or_kind(str(stated), kinds)}" if "kind" in values else f"is needed: one of {', '.join(kinds)}"
-        raise InputError(*wrong, f"{path}: kind: {needed}")
+        raise InputError(*wrong, Problem(needed, file=path, key="kind"))
     if kind is not None and stated != kind:
-        raise InputError(*wrong, f'{path}: kind: the recipe is one of "{stated}": run it with "dielast {stated}"')
+        other = f'the recipe is one of "{stated}": run it with "dielast {stated}"'
+        raise InputError(*wrong, Problem(other, file=path, key="kind"))
     return values, wrong
+
+
+def _override(values: dict[str, Any], override: str) -> None:
+    with located(key=f"--set {override}"):
+        set_key(values, *read_override(override))
 
 
 def _set(
@@ -109,17 +113,18 @@ def _set(
     try:
         _take_load(kinds, values, model, source, folder)
     except InputError as error:
-        mistakes += [(("load",), line) for line in error.messages]
+        mistakes += [(("load",), problem) for problem in error.problems]
         empty += [("load",)] if isinstance(values.get("step"), list) else [("load",), ("step",)]
     for key, value in setting.items():
         path = read_path(key) or (key,)
         try:
-            if path == ("step",) and "load" in values:
-                raise InputError(f'{source}: sweep.{quoted(key)}: the steps are in a load file: sweep load, or "step.0.rate"')
-            # a copy, as another key may set a key within the value for this case alone
-            set_key(values, path, copy.deepcopy(value), f"{source}: sweep.{quoted(key)}")
+            with located(file=source, key=f"sweep.{quoted(key)}"):
+                if path == ("step",) and "load" in values:
+                    raise InputError('the steps are in a load file: sweep load, or "step.0.rate"')
+                # a copy, as another key may set a key within the value for this case alone
+                set_key(values, path, copy.deepcopy(value))
         except InputError as error:
-            mistakes.append((("sweep", key), str(error)))
+            mistakes += [(("sweep", key), problem) for problem in error.problems]
             empty.append(path)
     return mistakes, empty
 
@@ -149,11 +154,16 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
     With them the mistakes in the sweep, which the settings leave out.
     """
     mistakes: list[Mistake] = []
+
+    def refuse(text: str, key: str | None = None) -> None:
+        place = ("sweep",) if key is None else ("sweep", key)
+        mistakes.append((place, Problem(text, file=source, key="sweep" if key is None else f"sweep.{quoted(key)}")))
+
     stated = isinstance(sweep.get("mode"), str)
     paired = stated and sweep["mode"] == "zip"
     if stated and not paired:
         needed = '"zip" is needed, or leave it out for every combination'
-        mistakes.append((("sweep",), f'{source}: sweep.mode: "{sweep["mode"]}": {needed}'))
+        mistakes.append((("sweep",), Problem(f'"{sweep["mode"]}": {needed}', file=source, key="sweep.mode")))
     lists: dict[str, list[Any]] = {}
     for key in [key for key in sweep if not (key == "mode" and stated)]:
         path = shown_path(read_path(key) or (key,))  # step[0].rate is step.0.rate
@@ -161,16 +171,18 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
         if wrong is None:
             lists[path] = sweep[key]
         else:
-            mistakes.append((("sweep", key), f"{source}: sweep.{quoted(key)}: {wrong}"))
+            refuse(wrong, key)
     if not lists:
-        return [{}], mistakes or [(("sweep",), f"{source}: sweep: lists of values by key path are needed")]
+        if not mistakes:
+            refuse("lists of values by key path are needed")
+        return [{}], mistakes
     lengths = [len(values) for values in lists.values()]
     if paired and len(set(lengths)) > 1:
         counts = ", ".join(map(str, lengths))
-        mistakes.append((("sweep",), f'{source}: sweep: mode = "zip" pairs lists of one length, these have {counts} values'))
+        refuse(f'mode = "zip" pairs lists of one length, these have {counts} values')
     count = min(lengths) if paired else math.prod(lengths)
     if count > MOST_CASES:
-        mistakes.append((("sweep",), f"{source}: sweep: {count} cases, at most {MOST_CASES} are allowed"))
+        refuse(f"{count} cases, at most {MOST_CASES} are allowed")
     rows = zip(*lists.values(), strict=False) if paired else itertools.product(*lists.values())
     first = itertools.islice(rows, count if count <= MOST_CASES else 1)
     return [dict(zip(lists, row, strict=True)) for row in first], mistakes
@@ -199,28 +211,28 @@ def _take_load(kinds: Kinds, values: dict[str, Any], model: type[RecipeBase], so
         return
     name = values["load"]
     if not isinstance(name, str) or not name:
-        raise InputError(f"{source}: load: the path of a file is needed")
+        raise InputError("the path of a file is needed", file=source, key="load")
     if isinstance(values.get("step"), dict):  # made by --set step.0...
-        raise InputError(f'{source}: step: the steps are in {shown(name)}: change them there, or sweep them: "step.0.rate" = [...]')
+        there = f'the steps are in {shown(name)}: change them there, or sweep them: "step.0.rate" = [...]'
+        raise InputError(there, file=source, key="step")
     if "step" in values:
-        raise InputError(f"{source}: either [[step]] or load is needed, not both")
-    try:
+        raise InputError("either [[step]] or load is needed, not both", file=source)
+    with placed(lambda problem: problem.within(file=source, key="load")):
         path = resolve(folder, name)
         content = read_file(path, shown(name))
-    except InputError as error:
-        raise InputError(f"{source}: load: {error}") from None
     history = parse_toml(content, name, f"a table of points goes into [[step]]: table = {shown(name)}")
     steps = history.get("step")
-    wrong = [] if set(history) == {"step"} and isinstance(steps, list) else [f"{name}: a load file holds [[step]] and nothing else"]
+    wrong = Mistakes()
+    if set(history) != {"step"} or not isinstance(steps, list):
+        wrong.append(Problem("a load file holds [[step]] and nothing else", file=name))
     if isinstance(steps, list):
         # checked alone first, so that a mistake is stated of the file it is in
         wrong += _mistakes_in_load(kinds, model, {"step": steps}, name, path.parent)
-    if wrong:
-        raise InputError(*wrong)
+    wrong.refuse()
     values["step"] = [_beside(step, path.parent, folder) for step in history["step"]]
 
 
-def _mistakes_in_load(kinds: Kinds, model: type[RecipeBase], history: dict[str, Any], source: str, folder: Path) -> list[str]:
+def _mistakes_in_load(kinds: Kinds, model: type[RecipeBase], history: dict[str, Any], source: str, folder: Path) -> list[Problem]:
     """The mistakes in the steps of a load file for recipes of `model`."""
     steps: Any = model.model_fields["step"].rebuild_annotation()
     checked = examine(create_model("LoadFile", __base__=Section, step=(steps, ...)), history, source, folder, kinds)

@@ -15,7 +15,6 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     PlainValidator,
-    ValidationError,
     ValidationInfo,
     WithJsonSchema,
 )
@@ -161,13 +160,6 @@ def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
             return None
     units_found = {unit for _, unit in found}
     return ([number for number, _ in found], units_found.pop()) if len(units_found) == 1 else None
-
-
-def mistake_at(key: str | int, wrong: str, value: Any) -> ValidationError:
-    """The error that the `value` of a `key` is wrong, for a validator of the table or list that holds it."""
-    return ValidationError.from_exception_data(
-        "recipe", [{"type": "value_error", "loc": (key,), "input": value, "ctx": {"error": InputError(wrong)}}]
-    )
 
 
 def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path], bool]) -> str:

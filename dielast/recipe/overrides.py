@@ -22,10 +22,10 @@ def read_override(override: str) -> tuple[tuple[str, ...], Any]:
         # bytes that the locale could not read are UTF-8 all the same
         override = os.fsencode(override).decode()
     except UnicodeDecodeError:
-        raise InputError(f"--set {override!a}: not UTF-8 text") from None
+        raise InputError("not UTF-8 text", key=f"--set {override!a}") from None
     setting = read_setting(override)
     if setting is None:
-        raise InputError(f"--set {override}: PATH=VALUE is needed, such as fit.branches=20")
+        raise InputError("PATH=VALUE is needed, such as fit.branches=20", key=f"--set {override}")
     keys, text = setting
     try:
         return keys, load(f"value = {text}")["value"]

@@ -42,10 +42,10 @@ def _keys_of(part: str) -> list[str]:
     return [indexed["name"].strip(), *re.findall(r"\d+", indexed["indices"])] if indexed else [part.strip()]
 
 
-def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str) -> None:
-    """Set the key that the path `keys` leads to; raises `InputError` beginning with `where` if it leads nowhere."""
+def set_key(values: dict[str, Any], keys: Sequence[str], value: Any) -> None:
+    """Set the key that the path `keys` leads to; raises `InputError` if it leads nowhere."""
     if len(keys) > DEEPEST:
-        raise InputError(f"{where}: the path leads nowhere: it has {len(keys)} parts")
+        raise InputError(f"the path leads nowhere: it has {len(keys)} parts")
     target: Any = values
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1
@@ -53,7 +53,7 @@ def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str)
             if not key.isdecimal() or len(key) > 9 or int(key) >= len(target):
                 path = shown_path(keys[:depth])
                 there = "is empty" if not target else f"has entries 0 to {len(target) - 1}"
-                raise InputError(f"{where}: {path} {f'has one entry, {path}.0' if len(target) == 1 else there}")
+                raise InputError(f"{path} {f'has one entry, {path}.0' if len(target) == 1 else there}")
             if last:
                 target[int(key)] = value
             target = target[int(key)]
@@ -62,4 +62,4 @@ def set_key(values: dict[str, Any], keys: Sequence[str], value: Any, where: str)
                 target[key] = value
             target = target.setdefault(key, {})
         else:
-            raise InputError(f"{where}: {shown_path(keys[:depth])} is not a table")
+            raise InputError(f"{shown_path(keys[:depth])} is not a table")

@@ -32,7 +32,9 @@ def parse_toml(content: bytes, source: str, instead: str = NAMED_IN_RECIPES) -> 
     `instead` is the advice where the text is a table of numbers.
     """
     if len(content) > LARGEST_TOML:
-        raise InputError(f"{source}: larger than {LARGEST_TOML >> 20} MiB: recipes and material files are not; tables go into CSV")
+        raise InputError(
+            f"larger than {LARGEST_TOML >> 20} MiB: recipes and material files are not; tables go into CSV", file=source
+        )
     hint = f"; {instead}" if PurePath(source).suffix.lower() in TABLES else ""
     try:
         text = content.decode("utf-8-sig")
@@ -42,16 +44,16 @@ def parse_toml(content: bytes, source: str, instead: str = NAMED_IN_RECIPES) -> 
         return values
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise InputError(f"{source}: line {line}: not UTF-8 text{hint}") from None
+        raise InputError(f"not UTF-8 text{hint}", file=source, line=line) from None
     except tomllib.TOMLDecodeError as error:
         number, wrong = _explained(text, str(error))
-        raise InputError(f"{source}: line {number}: not TOML: {wrong}{hint}") from None
+        raise InputError(f"not TOML: {wrong}{hint}", file=source, line=number) from None
     except RecursionError:
-        raise InputError(f"{source}: not TOML: nested too deeply") from None
+        raise InputError("not TOML: nested too deeply", file=source) from None
     except (ValueError, OverflowError):  # ValueError: Python's limit for digits of an integer
         digits = _DIGITS.search(text)
         line = text.count("\n", 0, digits.start() if digits else None) + 1
-        raise InputError(f"{source}: line {line}: not TOML: a number of too many digits") from None
+        raise InputError("not TOML: a number of too many digits", file=source, line=line) from None
 
 
 def load(text: str) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import difflib
 import types
 import typing
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from dielast.errors import InputError, shown, shown_path
+from dielast.errors import DielastError, InputError, Problem, shown, shown_path
 from dielast.recipe.fields import Section
 from dielast.recipe.kinds import Kinds, maker_of
 from dielast.recipe.paths import read_path
@@ -23,8 +24,8 @@ from dielast.units import decimal_comma
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
 """The keys and indices that lead to a value."""
-Mistake = tuple[Place, str]
-"""Where in a recipe a mistake is, and the line that describes it."""
+Mistake = tuple[Place, Problem]
+"""Where in a recipe a mistake is, and what it is."""
 _PLAIN = {
     "missing": "is needed",
     "float_type": "a bare number is needed",
@@ -71,8 +72,8 @@ def examine(
     try:
         return model.model_validate(values, context=context)
     except ValidationError as error:
-        problems = error.errors(include_url=False)
-        return [(problem["loc"], f"{source}: {_line(model, problem, kinds or {})}") for problem in problems]
+        wrong = [_mistakes(model, detail, kinds or {}) for detail in error.errors(include_url=False)]
+        return [(place, problem.at(file=source)) for mistakes in wrong for place, problem in mistakes]
 
 
 def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:
@@ -80,8 +81,8 @@ def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:
     return maker_of(kinds, file) if key is None else key if key in kinds else None
 
 
-def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str]:
-    """The lines of `mistakes`, without repetition, in the order of the recipe's `values`; a mistake of a whole table comes last."""
+def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Problem]:
+    """The problems of `mistakes`, without repetition, in the order of the recipe's `values`; a mistake of a whole table is last."""
 
     def position(mistake: Mistake) -> list[float]:
         positions: list[float] = []
@@ -92,7 +93,7 @@ def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[str
             inner = inner[key] if key in keys else None
         return [*positions, float("inf")]
 
-    return list(dict.fromkeys(line for _, line in sorted(mistakes, key=position)))
+    return list(dict.fromkeys(problem for _, problem in sorted(mistakes, key=position)))
 
 
 def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:
@@ -101,20 +102,36 @@ def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:
     return None if table is None or not keys else _fields(table).get(str(keys[-1]))
 
 
-def _line(model: type[BaseModel], problem: ErrorDetails, kinds: Kinds) -> str:
-    keys, kind, value = problem["loc"], problem["type"], problem["input"]
-    where = "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in keys).lstrip(".")
-    prefix = f"{where}: " if where else ""
-    context = problem.get("ctx", {})
+def _mistakes(model: type[BaseModel], detail: ErrorDetails, kinds: Kinds) -> list[Mistake]:
+    """What pydantic found, in words of this project and with its place; a validator names keys relative to the table it checks."""
+    context = detail.get("ctx", {})
+    if detail["type"] == "value_error" and isinstance(error := context["error"], DielastError):
+        places = [(*detail["loc"], *_keys(problem.key or "")) for problem in error.problems]
+        return [(place, replace(problem, key=_path(place))) for place, problem in zip(places, error.problems, strict=True)]
+    return [(detail["loc"], Problem(_text(model, detail, context, kinds), key=_path(detail["loc"])))]
+
+
+def _path(place: Place) -> str:
+    """A place as a message names it, such as `step[0].rate`."""
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{shown_path([key])}" for key in place).lstrip(".")
+
+
+def _keys(path: str) -> Place:
+    """The keys and indices of a path such as `step[0].rate`, of a list's validator also `[0]`."""
+    return tuple(int(key) if key.isdecimal() else key for key in path.replace("[", ".").replace("]", "").split(".") if key)
+
+
+def _text(model: type[BaseModel], detail: ErrorDetails, context: Mapping[str, Any], kinds: Kinds) -> str:
+    keys, kind, value = detail["loc"], detail["type"], detail["input"]
     if kind == "extra_forbidden":
-        return prefix + _unknown(model, keys, kinds)
+        return _unknown(model, keys, kinds)
     if kind == "value_error":
-        return prefix + str(context["error"])
+        return str(context["error"])
     if kind == "list_type" and isinstance(value, dict) and (field := field_at(model, keys)) and _models(field.annotation):
-        return prefix + _no_list(str(keys[-1]), value)
-    needed = _PLAIN.get(kind, problem["msg"]).format(**context, **_counted(context))
+        return _no_list(str(keys[-1]), value)
+    needed = _PLAIN.get(kind, detail["msg"]).format(**context, **_counted(context))
     comma = decimal_comma(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
-    return prefix + ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")
+    return ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")
 
 
 def _no_list(key: str, value: Mapping[str, Any]) -> str:

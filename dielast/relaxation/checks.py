@@ -52,45 +52,52 @@ def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[A
 def check_counts(method: str, branches: int, fewest: int, keep: int | None) -> None:
     """How many branches are wanted, and how many of them to keep."""
     if branches < fewest:
-        raise InputError(f"branches = {branches}: {method} needs at least {fewest}")
+        raise InputError(f"{branches}: {method} needs at least {fewest}", argument="branches")
     if keep is not None and not 1 <= keep <= branches:
-        raise InputError(f"cannot keep {keep} of {branches} branches")
+        raise InputError(f"cannot keep {keep} of {branches} branches", argument="keep")
 
 
 def check_ends(relaxation_time: Ends) -> None:
     """The shortest and the longest time wanted, where stated."""
     for name, end in zip(("min", "max"), relaxation_time, strict=True):
         if end is not None and not 0 < end < np.inf:
-            raise InputError(f"relaxation_time {name} = {end:g} s: a positive, finite time is needed")
+            raise InputError(f"{name} = {end:g} s: a positive, finite time is needed", argument="relaxation_time")
     shortest, longest = relaxation_time
     if shortest is not None and longest is not None and shortest >= longest:
-        raise InputError(f"relaxation_time min = {shortest:g} s must be shorter than max = {longest:g} s")
+        raise InputError(f"min = {shortest:g} s must be shorter than max = {longest:g} s", argument="relaxation_time")
 
 
 def check_liquid(liquid: bool, equilibrium: float | None) -> float | None:
     """The equilibrium modulus that is known: zero of a liquid."""
     if liquid and equilibrium:
-        raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa: that of a liquid is 0")
+        raise InputError(f"{equilibrium:g} Pa: that of a liquid is 0", argument="equilibrium_modulus")
     return 0.0 if liquid else equilibrium
 
 
 def check_moduli(equilibrium: float | None, glassy: float | None, smallest: float, largest: float) -> None:
     """The moduli prescribed, beside the `smallest` and the `largest` of the curve; all Young's, Pa."""
     if equilibrium is not None and not 0 <= equilibrium < np.inf:
-        raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa: it must be finite and not negative (0 is a melt)")
+        raise InputError(f"{equilibrium:g} Pa: it must be finite and not negative (0 is a melt)", argument="equilibrium_modulus")
     if glassy is not None and not 0 < glassy < np.inf:
-        raise InputError(f"glassy_modulus = {glassy:g} Pa: it must be finite and positive")
+        raise InputError(f"{glassy:g} Pa: it must be finite and positive", argument="glassy_modulus")
     if equilibrium is not None and glassy is not None and equilibrium >= glassy:
-        raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa must be smaller than glassy_modulus = {glassy:g} Pa")
+        raise InputError(
+            f"{equilibrium:g} Pa must be smaller than glassy_modulus = {glassy:g} Pa",
+            argument="equilibrium_modulus",
+            mentions=("glassy_modulus",),
+        )
     if glassy is not None and glassy < (1 - ABOVE_CURVE) * largest:
         raise InputError(
-            f"glassy_modulus = {glassy:g} Pa is below the start of the curve, {largest:.4g} Pa: raise it, or leave it out"
+            f"{glassy:g} Pa is below the start of the curve, {largest:.4g} Pa: raise it, or leave it out",
+            argument="glassy_modulus",
         )
     excess = 0.0 if equilibrium is None else equilibrium / smallest - 1
     if excess > ABOVE_CURVE:
-        raise InputError(f"equilibrium_modulus = {equilibrium:g} Pa is above the end of the curve, {smallest:.4g} Pa: lower it")
+        raise InputError(
+            f"{equilibrium:g} Pa is above the end of the curve, {smallest:.4g} Pa: lower it", argument="equilibrium_modulus"
+        )
     if excess > TOLERATED:
-        warn(f"equilibrium_modulus = {equilibrium:g} Pa is {excess:.1%} above the end of the curve, {smallest:.4g} Pa")
+        warn(f"{equilibrium:g} Pa is {excess:.1%} above the end of the curve, {smallest:.4g} Pa", argument="equilibrium_modulus")
 
 
 def share_kept(branches: int, keep: int | None) -> float:
@@ -120,7 +127,8 @@ def warn_of_equilibrium(known: float | None, fitted: float, plateau: End) -> Non
     if known is None and -plateau.slope > LEVEL_SLOPE:
         warn(
             f"the curve has not levelled off: it falls by {1 - 10**plateau.slope:.0%} in its last decade, so that the equilibrium "
-            f"modulus of {3 * fitted:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
+            f"modulus of {3 * fitted:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
+            mentions=("equilibrium_modulus",),
         )
     # A curve that has levelled off shows its equilibrium modulus, but for some decades of its last slope.
     level, equilibrium = 3 * plateau.modulus, 3 * fitted
@@ -130,7 +138,10 @@ def warn_of_equilibrium(known: float | None, fitted: float, plateau: End) -> Non
     third = ""
     if equilibrium > 0 and LOOKS_LIKE_SHEAR[0] < level / equilibrium < LOOKS_LIKE_SHEAR[1]:
         third = ", a third of that: it is Young's modulus that is meant, three times the shear modulus"
-    warn(f"the curve has levelled off at {level:.4g} Pa, far above equilibrium_modulus = {equilibrium:g} Pa{third}")
+    warn(
+        f"the curve has levelled off at {level:.4g} Pa, far above equilibrium_modulus = {equilibrium:g} Pa{third}",
+        mentions=("equilibrium_modulus",),
+    )
 
 
 def rms(values: Array) -> float:

@@ -78,12 +78,14 @@ def fit_creep(
     if is_open:
         warn(
             "the end of the curve does not tell flow from processes slower than the curve: it is taken for that of a solid, whose "
-            f"equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)"
+            f"equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
+            mentions=("equilibrium_modulus",),
         )
     elif prescribed is None and equilibrium == 0 and softest.slope >= -LEVEL_SLOPE:
         warn(
             f"the material flows, by which its compliance hardly rises yet ({share:.1%} of it at the end of the curve): a solid of "
-            "far slower processes would look alike: state equilibrium_modulus (0 for a melt)"
+            "far slower processes would look alike: state equilibrium_modulus (0 for a melt)",
+            mentions=("equilibrium_modulus",),
         )
     elif prescribed is not None or equilibrium > 0 or softest.slope >= FLOWS:
         task.warn_of_equilibrium(equilibrium)
@@ -136,7 +138,8 @@ def _with_glassy(curve: WeightedCurve, own_time: Array, known: Known, total: Tot
     if known[0] is None and solution.constants[0] < least:
         warn(
             f"the curve does not tell the glassy compliance, taken to be {LEAST_GLASSY:.0%} of its first point: the branches that "
-            f"relax before {curve.time[0]:.3g} s are a guess; state glassy_modulus"
+            f"relax before {curve.time[0]:.3g} s are a guess; state glassy_modulus",
+            mentions=("glassy_modulus",),
         )
         solution = fit_strengths(curve, own_time, (least, known[1]), total)
     return solution

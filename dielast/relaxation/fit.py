@@ -58,9 +58,9 @@ def fit_spectrum(
     equilibrium modulus and of a poor fit.
     """
     if method not in get_args(Method):
-        raise InputError(f'method "{method}": "schwarzl-staverman" or "nnls" is needed')
+        raise InputError(f'"{method}": "schwarzl-staverman" or "nnls" is needed', argument="method")
     if method != "nnls" and polynomial_degree < 1:
-        raise InputError(f"polynomial_degree = {polynomial_degree}: at least 1 is needed")
+        raise InputError(f"{polynomial_degree}: at least 1 is needed", argument="polynomial_degree")
     task = FitTask.of(
         RELAXATION,
         (reduced_time, modulus),
@@ -112,7 +112,8 @@ def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Array, time: Arr
     if not np.all(np.isfinite(cumulative)):
         raise InputError(
             f"relaxation times from {tau[-1]:.3g} to {tau[0]:.3g} s are so far off the curve that its polynomial exceeds all "
-            f"numbers there: keep them between {time[0] / 2:.3g} and {time[-1] / 2:.3g} s, or lower polynomial_degree"
+            f"numbers there: keep them between {time[0] / 2:.3g} and {time[-1] / 2:.3g} s, or lower polynomial_degree",
+            mentions=("polynomial_degree",),
         )
     return cumulative
 
@@ -122,7 +123,8 @@ def _polynomial_error(polynomial: Chebyshev, curve: WeightedCurve) -> float:
     if error > POOR_POLYNOMIAL:
         warn(
             f"the polynomial of degree {polynomial.degree()} misses the curve by {error:.1%} rms: try another polynomial_degree, "
-            f'or method = "nnls"'
+            f'or method = "nnls"',
+            mentions=("polynomial_degree", "method"),
         )
     return error
 
@@ -142,7 +144,8 @@ def _clipped(tau: Array, moduli: Array, branches: int, time: Array, model: Array
         remedy = "a larger glassy_modulus, " if last else "a lower equilibrium_modulus, " if first else ""
         raise InputError(
             f"{found}, and setting them to zero would change {effect}: try another polynomial_degree, narrower relaxation times, "
-            f'{remedy}or method = "nnls"'
+            f'{remedy}or method = "nnls"',
+            mentions=("polynomial_degree", "method", "glassy_modulus", "equilibrium_modulus"),
         )
     warn(f"{found} and were set to zero, which changes {effect}")
     return count

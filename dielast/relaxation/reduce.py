@@ -125,16 +125,19 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
     """log10 of the shift factors at the temperatures, or a refusal."""
     first, last = window
     if not 0 < first < last < np.inf:
-        raise InputError(f"window from {first:g} to {last:g} s: two positive times, the shorter one first, are needed")
+        raise InputError(f"from {first:g} to {last:g} s: two positive times, the shorter one first, are needed", argument="window")
     if not _LEAST_TOLERANCE <= tolerance < 1:
-        raise InputError(f"tolerance = {tolerance:g}: a relative error from {_LEAST_TOLERANCE:g} to 1 is needed, such as 0.01")
+        raise InputError(
+            f"{tolerance:g}: a relative error from {_LEAST_TOLERANCE:g} to 1 is needed, such as 0.01", argument="tolerance"
+        )
     if not temperatures:
-        raise InputError("at least one temperature is needed to reduce a spectrum for")
+        raise InputError("at least one temperature is needed to reduce a spectrum for", argument="temperatures")
     elsewhere = [own for own in temperatures if own != shift.reference_temperature]
     if elsewhere and not shift.depends_on_temperature:
         raise InputError(
-            f"temperature {elsewhere[0]:g} degC: the curve comes without a shift law, so that a spectrum can be reduced for its "
-            f"reference temperature, {shift.reference_temperature:g} degC, only"
+            f"{elsewhere[0]:g} degC: the curve comes without a shift law, so that a spectrum can be reduced for its "
+            f"reference temperature, {shift.reference_temperature:g} degC, only",
+            argument="temperatures",
         )
     return shift.log10_shift_factor(np.array(temperatures, dtype=float))
 

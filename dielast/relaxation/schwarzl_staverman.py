@@ -43,12 +43,16 @@ def fit_polynomial(log10_time: Array, log10_modulus: Array, degree: int, weight:
     if times <= degree:
         raise InputError(
             f"a polynomial of degree {degree} needs points at {degree + 1} different times, and the curve has {times}: "
-            f"lower polynomial_degree"
+            f"lower polynomial_degree",
+            mentions=("polynomial_degree",),
         )
     domain = [float(log10_time.min()), float(log10_time.max())]
     fitted, (_, rank, _, _) = Chebyshev.fit(log10_time, log10_modulus, degree, domain=domain, w=np.sqrt(weight), full=True)
     if rank <= degree:
-        raise InputError(f"the curve's times are too bunched for a polynomial of degree {degree}: lower polynomial_degree")
+        raise InputError(
+            f"the curve's times are too bunched for a polynomial of degree {degree}: lower polynomial_degree",
+            mentions=("polynomial_degree",),
+        )
     return fitted
 
 

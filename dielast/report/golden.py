@@ -85,15 +85,15 @@ def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, T
     result: dict[str, dict[str, Tolerance]] = {}
     for name, columns in parse_toml(read_file(path, str(path)), str(path)).items():
         if name not in files:
-            raise InputError(f"{path}: {name}: no such golden file; there are {', '.join(files)}")
+            raise InputError(f"{name}: no such golden file; there are {', '.join(files)}", file=path)
         if not isinstance(columns, Mapping):
-            raise InputError(f"{path}: {name}: a table of tolerances by column is needed")
+            raise InputError(f"{name}: a table of tolerances by column is needed", file=path)
         content = read_file(files[name], str(files[name]))
         known = _flat(parse_toml(content, str(files[name]))) if name == "summary.toml" else parse_csv(content, str(files[name]))
         result[name] = {}
         for column, value in columns.items():
             if column not in known:
-                raise InputError(f'{path}: {name}: no "{column}" there to compare')
+                raise InputError(f'{name}: no "{column}" there to compare', file=path)
             result[name][column] = _tolerance(f'{path}: {name}: "{column}"', value)
     return result
 

@@ -49,7 +49,7 @@ def solve_on(
     try:
         import distributed
     except ImportError:
-        raise InputError(f"{scheduler}: a scheduler needs Dask, which is not installed: pip install 'dielast[cluster]'") from None
+        raise InputError("a scheduler needs Dask, which is not installed: pip install 'dielast[cluster]'", file=scheduler) from None
     patience = _patience()
     silence = min(patience, LONGEST_SILENCE)
     with _connected(scheduler, silence) as client:
@@ -68,20 +68,20 @@ def solve_on(
                     last = time.monotonic()
                 elif time.monotonic() - last > patience:
                     if not client.sync(client.scheduler.ncores, callback_timeout=silence):
-                        raise InputError(f"{scheduler}: all workers are gone")
+                        raise InputError("all workers are gone", file=scheduler)
                     last = time.monotonic()
                 else:
                     time.sleep(PAUSE)
         except distributed.KilledWorker as error:
             lost = f"{error.allowed_failures + 1} workers" if error.allowed_failures else "a worker"
-            raise InputError(f"{scheduler}: {lost} died over the same part of the work, of want of memory perhaps") from None
+            raise InputError(f"{lost} died over the same part of the work, of want of memory perhaps", file=scheduler) from None
         except (RuntimeError, ImportError) as error:
             if not isinstance(error, OtherVersion | ImportError) and not isinstance(error.__cause__, ImportError):
                 raise
             reason = error.__cause__ or error
-            raise InputError(f"{scheduler}: not every worker has this dielast: {reason}") from None
+            raise InputError(f"not every worker has this dielast: {reason}", file=scheduler) from None
         except (CancelledError, OSError):
-            raise InputError(f"{scheduler}: the scheduler was lost") from None
+            raise InputError("the scheduler was lost", file=scheduler) from None
         finally:
             if client.status == "running":
                 client.cancel(futures)
@@ -93,7 +93,9 @@ def _connected(scheduler: str, silence: float) -> Iterator[Client]:
 
     address = _address(scheduler)
     if address.startswith("inproc:"):
-        raise InputError(f"{scheduler}: that is within another process, where nothing reaches it; tcp://host:8786 would be reached")
+        raise InputError(
+            "that is within another process, where nothing reaches it; tcp://host:8786 would be reached", file=scheduler
+        )
     # what Dask would say on standard error is said here in one line
     logging.disable(logging.CRITICAL)
     try:
@@ -101,12 +103,12 @@ def _connected(scheduler: str, silence: float) -> Iterator[Client]:
             # a client that finds no scheduler does not end quietly
             kind = asyncio.run(asyncio.wait_for(_kind(address), silence))
         except OSError:
-            raise InputError(f"{scheduler}: no Dask scheduler answers there within {silence:g} s") from None
+            raise InputError(f"no Dask scheduler answers there within {silence:g} s", file=scheduler) from None
         except (ValueError, TypeError, RuntimeError) as error:
             reason = "Dask lacks what this kind of address needs" if "abstract class" in str(error) else str(error)
-            raise InputError(f"{scheduler}: no Dask scheduler can be reached there: {reason}") from None
+            raise InputError(f"no Dask scheduler can be reached there: {reason}", file=scheduler) from None
         if kind != "Scheduler":
-            raise InputError(f"{scheduler}: a Dask {kind.lower()} answers there, a scheduler is needed")
+            raise InputError(f"a Dask {kind.lower()} answers there, a scheduler is needed", file=scheduler)
         with distributed.Client(address, set_as_default=False) as client:
             yield client
     finally:
@@ -130,7 +132,7 @@ def _address(scheduler: str) -> str:
     except (ValueError, KeyError, TypeError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{scheduler}: not the file that a Dask scheduler writes (dask scheduler --scheduler-file)") from None
+        raise InputError("not the file that a Dask scheduler writes (dask scheduler --scheduler-file)", file=scheduler) from None
 
 
 def _patience() -> float:
@@ -145,7 +147,7 @@ def _await_workers(scheduler: str, client: Client, patience: float) -> None:
     try:
         client.wait_for_workers(1, timeout=patience)
     except TimeoutError:
-        raise InputError(f"{scheduler}: the scheduler has no workers, after {patience:g} s of waiting") from None
+        raise InputError(f"the scheduler has no workers, after {patience:g} s of waiting", file=scheduler) from None
 
 
 def _check_versions(scheduler: str, client: Client) -> None:
@@ -157,7 +159,7 @@ def _check_versions(scheduler: str, client: Client) -> None:
     lines = [f"{name}: {other}" for name, other in found.items() if other]
     if lines:
         more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
-        raise InputError(f"{scheduler}: {lines[0]}{more}")
+        raise InputError(f"{lines[0]}{more}", file=scheduler)
 
 
 def _differing(own: Mapping[str, str | None], found: Mapping[str, str | None]) -> str:

@@ -98,9 +98,9 @@ def actuate(
     anything wrong with the arguments; numerics that give up are an outcome.
     """
     if stop_at not in (*names(), END):
-        raise InputError(f"stop at {stop_at!r}: it must be one of {', '.join((*names(), END))}")
+        raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
     if points_per_decade < 1:
-        raise InputError(f"{points_per_decade} points per decade: at least one is needed")
+        raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     setup = set_up(
         material,
         FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.errors import InputError, NumericsError
+from dielast.errors import InputError, in_a_draw
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Breakdown, Material
@@ -155,22 +155,24 @@ def plan_failure_map(
     """
     volts = _axis(voltage, "voltage")
     if not np.all(volts >= 0):
-        raise InputError(f"voltage {volts.min():g} V: it must not be negative")
+        raise InputError(f"{volts.min():g} V: it must not be negative", argument="voltage")
     pairs = np.asarray(prestretch, dtype=float)
     pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
     pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:
-        raise InputError("the prestretches of a map must be a list of numbers or of pairs, and not empty")
+        raise InputError("the prestretches of a map must be a list of numbers or of pairs, and not empty", argument="prestretch")
     temperatures = _axis(material.reference_temperature if temperature is None else temperature, "temperature")
     if not (np.isfinite(horizon) and horizon > 0):
-        raise InputError(f"horizon {horizon:g} s: it must be positive")
+        raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
     if not 0 <= ramp <= horizon:
-        raise InputError(f"voltage ramp of {ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s")
+        raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
     films = temperatures.size * len(pairs)
     if breakdown_field is not None and not isinstance(breakdown_field, Breakdown):
         given = np.asarray(breakdown_field, dtype=float).reshape(-1)
         if given.size not in (1, len(pairs)):
-            raise InputError(f"{given.size} breakdown fields for {len(pairs)} prestretches: one, or one for each is needed")
+            raise InputError(
+                f"{given.size} fields for {len(pairs)} prestretches: one, or one for each is needed", argument="breakdown_field"
+            )
         breakdown_field = np.tile(np.broadcast_to(given, (len(pairs),)), temperatures.size)
 
     film = FilmSetup(thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary)
@@ -192,12 +194,10 @@ def plan_failure_map(
     if sample is not None:
         field = None if breakdown_field is None else np.tile(setup.breakdown_field, len(sample))
         tolerance, thick = drawn_rtol or max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
-        try:
+        with in_a_draw(argument="sample"):
             drawn = laid_out(sample.materials, field, thick, tolerance)
             scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
             groups += groups_of(replace(drawn, breakdown_field=scaled), films, tolerance)
-        except (InputError, NumericsError) as error:
-            raise type(error)(*(f"in a draw: {line}" for line in error.messages)) from None
     return MapPlan(
         temperatures,
         pairs,
@@ -245,7 +245,7 @@ def _axis(values: ArrayLike, name: str) -> Floats:
     """A grid's axis."""
     array = np.atleast_1d(np.asarray(values, dtype=float))
     if array.ndim != 1 or not array.size:
-        raise InputError(f"the {name} axis of a map must be a list of numbers, and not empty")
+        raise InputError(f"the {name} axis of a map must be a list of numbers, and not empty", argument=name)
     if not np.all(np.isfinite(array)):
-        raise InputError(f"every {name} must be finite")
+        raise InputError("every value must be finite", argument=name)
     return array

@@ -128,10 +128,10 @@ def simulate(
         temperature = [each.reference_temperature for each in materials]
     temperature = numbers(temperature, "temperature")
     if not np.all(np.isfinite(temperature)):
-        raise InputError("every temperature must be finite")
+        raise InputError("every value must be finite", argument="temperature")
     check_tolerance(rtol)
     if not isinstance(points_per_decade, int) or points_per_decade < 1:
-        raise InputError(f"{points_per_decade} points per decade: a whole number of at least one is needed")
+        raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
     cases = case_count(steps, temperature, np.zeros(len(materials)))
     temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
     points = Points.of(materials, temperature, rtol)

@@ -60,7 +60,7 @@ def _check(points: Points, held: Sequence[Floats], at_once: Flags, origin: int) 
         case = int(np.argmax(beyond))
         stretch = max(float(value[case]) for value in held)
         limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(stretch)}"
-        raise InputError(f"step {origin}: {of_case(case, beyond.size)}stretch {stretch:g} {limited}")
+        raise InputError(f"stretch {stretch:g} {limited}", step=origin, case=of_case(case, beyond.size))
 
 
 def or_per_cent(stretch: float) -> str:

@@ -50,7 +50,7 @@ class FilmSetup(Result):
         """The prestretch of both axes; `InputError` unless there are two."""
         pair = self.prestretch if isinstance(self.prestretch, tuple) else (self.prestretch, self.prestretch)
         if len(pair) != 2:
-            raise InputError(f"a prestretch of {len(pair)} values: a pair, one for each axis, is needed")
+            raise InputError(f"{len(pair)} values: a pair, one for each axis, is needed", argument="prestretch")
         return pair
 
     @property
@@ -58,7 +58,8 @@ class FilmSetup(Result):
         """What is prescribed along each axis under voltage; `InputError` for a boundary that is not known."""
         names = (self.boundary, self.boundary) if isinstance(self.boundary, str) else tuple(self.boundary)
         if len(names) != 2 or any(name not in BOUNDARIES for name in names):
-            raise InputError(f"boundary {self.boundary!r}: dead-load or clamped is needed, or one of them for each axis")
+            needed = "dead-load or clamped is needed, or one of them for each axis"
+            raise InputError(f"{self.boundary!r}: {needed}", argument="boundary")
         return BOUNDARIES[names[0]], BOUNDARIES[names[1]]
 
     def varied(self) -> list[ArrayLike]:
@@ -69,26 +70,27 @@ class FilmSetup(Result):
         """`InputError` for a number that makes no sense."""
         for value in np.atleast_1d(np.asarray(self.thickness, dtype=float)).tolist():
             if not (np.isfinite(value) and value > 0):
-                raise InputError(f"thickness {value:g} m: it must be positive")
+                raise InputError(f"{value:g} m: it must be positive", argument="thickness")
         if not (np.isfinite(self.relax) and self.relax >= 0):
-            raise InputError(f"relaxation for {self.relax:g} s: it must not be negative")
+            raise InputError(f"{self.relax:g} s: it must not be negative", argument="relax")
 
     def stretched(self, cases: int) -> tuple[Floats | None, Floats | None]:
         """The prestretch of both axes (cases,), None for an axis left free; `InputError` for one below 1."""
-        first, second = (None if axis is None else spread(axis, "every prestretch", cases) for axis in self.axes)
+        first, second = (None if axis is None else spread(axis, "prestretch", cases) for axis in self.axes)
         for axis in (first, second):
             if axis is not None and np.any(axis < 1):
                 case = int(np.argmin(axis))
-                raise InputError(f"{of_case(case, cases)}prestretch {axis[case]:g}: it must not be below 1 (1 is undeformed)")
+                below = f"{axis[case]:g}: it must not be below 1 (1 is undeformed)"
+                raise InputError(below, argument="prestretch", case=of_case(case, cases))
         return first, second
 
     def ramp(self, cases: int) -> Floats:
         """Time in s (cases,) that the prestretch takes."""
         if self.prestretch_rate is None:
             return np.zeros(cases)
-        rates = spread(self.prestretch_rate, "every prestretch rate", cases)
+        rates = spread(self.prestretch_rate, "prestretch_rate", cases)
         if np.any(rates <= 0):
-            raise InputError(f"prestretch rate {float(rates.min()):g} /s: it must be positive")
+            raise InputError(f"{float(rates.min()):g} /s: it must be positive", argument="prestretch_rate")
         moves = [axis - 1 for axis in self.stretched(cases) if axis is not None]
         return np.asarray(np.max(moves, axis=0, initial=0.0) / rates)
 
@@ -135,8 +137,11 @@ class Setup:
         )
         if status.any():
             lost = int(np.argmax(status > 0))
-            which = f"{of_case(int(cases[lost]), self.temperature.size)}prestretch {_pair(first, second, lost)}"
-            raise NumericsError(f"{which} cannot be computed: {REASONS[Status(int(status[lost]))]}")
+            raise NumericsError(
+                f"{_pair(first, second, lost)} cannot be computed: {REASONS[Status(int(status[lost]))]}",
+                argument="prestretch",
+                case=of_case(int(cases[lost]), self.temperature.size),
+            )
         return film
 
     def watched(self, film: Film, cases: Cases, timescale: TimeScale) -> WatchedFilms:
@@ -185,22 +190,23 @@ def set_up(
         raise InputError("a material is needed")
     for entry in materials:
         if not entry.permittivity:
-            raise InputError(f"material {entry.name!r} has no permittivity, which a film under voltage needs")
+            needed = "which a film under voltage needs: state [dielectric] permittivity in the material file"
+            raise InputError(f"{entry.name!r} has no permittivity, {needed}", argument="material")
     film.check()
     check_tolerance(rtol)
     limits = _Limits(materials, breakdown_field, breakdown_needed)
     given = [*varied, temperature, *limits.varied(), *spanning]
     cases = one_set([*map(np.size, given), len(materials)])
     first, second = film.stretched(cases)
-    temperatures = spread(temperature, "every temperature", cases)
+    temperatures = spread(temperature, "temperature", cases)
     points, ramp = Points.of(materials, temperatures, rtol), film.ramp(cases)
     beyond, spring = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
     if beyond.any():
         case = int(np.argmax(beyond))
         largest = max(float(axis[case]) for axis in (first, second) if axis is not None)
         limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(largest)}"
-        raise InputError(f"{of_case(case, cases)}prestretch {_pair(first, second, case)} {limited}")
-    thickness = spread(film.thickness, "every thickness", cases)
+        raise InputError(f"{_pair(first, second, case)} {limited}", argument="prestretch", case=of_case(case, cases))
+    thickness = spread(film.thickness, "thickness", cases)
     field = limits.field((first, second), cases)
     return Setup(points, temperatures, thickness, (first, second), ramp, film.relax, film.controls, field)
 
@@ -220,9 +226,9 @@ class _Limits:
     def field(self, prestretch: tuple[Floats | None, Floats | None], cases: int) -> Floats:
         """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
         for stated in self.varied():
-            fields = spread(stated, "every breakdown field", cases)
+            fields = spread(stated, "breakdown_field", cases)
             if np.any(fields <= 0):
-                raise InputError(f"breakdown field {float(fields.min()):g} V/m: it must be positive")
+                raise InputError(f"{float(fields.min()):g} V/m: it must be positive", argument="breakdown_field")
             return fields
         # an axis left free keeps the area of uniaxial stress
         first, second = prestretch
@@ -235,7 +241,8 @@ class _Limits:
             if known is not None:
                 fields[cases_of] = known.at(equibiaxial[cases_of])
             elif self.needed:
-                raise InputError(f"a breakdown field is needed: material {material.name!r} has none, and none is given")
+                missing = f"a breakdown field is needed: material {material.name!r} has none, and none is given"
+                raise InputError(missing, argument="breakdown_field")
         return fields
 
 

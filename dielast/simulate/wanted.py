@@ -53,18 +53,18 @@ class Wanted:
 def check_tolerance(rtol: float) -> None:
     """`InputError` for a relative tolerance that no run could keep, or that says nothing."""
     if not LEAST_RTOL <= rtol <= MOST_RTOL:
-        raise InputError(f"rtol {rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}")
+        raise InputError(f"{rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}", argument="rtol")
 
 
 def _given_times(times: object, cases: int) -> Floats:
     """Output times as an array (cases, k); `InputError` unless they are finite, not negative and never fall."""
     array = np.atleast_2d(np.asarray(times, dtype=float))
     if array.ndim != 2 or array.shape[0] not in (1, cases) or not array.size:
-        raise InputError(f"output times must be one list for all or one for each of {cases} cases")
+        raise InputError(f"one list for all cases, or one for each of {cases} cases, is needed", argument="times")
     if not np.all(np.isfinite(array)) or np.any(array < 0):
-        raise InputError("output times must be finite and not negative")
+        raise InputError("output times must be finite and not negative", argument="times")
     if np.any(np.diff(array, axis=1) < 0):
-        raise InputError("output times must ascend")
+        raise InputError("output times must ascend", argument="times")
     return np.ascontiguousarray(np.broadcast_to(array, (cases, array.shape[1])))
 
 
@@ -78,7 +78,7 @@ def _kept_cycles(cycles: object) -> str | tuple[int, ...] | None:
         or isinstance(cycles, str)
         or any(isinstance(one, bool) or not isinstance(one, int) or one < 1 for one in numbers)
     ):
-        raise InputError(f'cycles {shown(cycles)}: "all", "last" or a list of their numbers from 1 is needed')
+        raise InputError(f'{shown(cycles)}: "all", "last" or a list of their numbers from 1 is needed', argument="cycles")
     return tuple(numbers)
 
 
@@ -86,12 +86,12 @@ def check_cycles(cycles: str | tuple[int, ...] | None, pieces: Sequence[Piece]) 
     """`InputError` for a cycle that no waveform of the pieces has."""
     most = max((piece.cycles for piece in pieces), default=0)
     if isinstance(cycles, tuple) and most and max(cycles) > most:
-        raise InputError(f"cycle {max(cycles)}: there {'is only 1' if most == 1 else f'are only {most}'} of them")
+        raise InputError(f"{max(cycles)}: there {'is only 1' if most == 1 else f'are only {most}'} of them", argument="cycles")
 
 
 def check_end(times: Floats | None, end: Floats, what: str) -> None:
     """`InputError` if output times (cases, k) lie after the `end` (cases,) of `what`."""
     if times is not None and np.any(late := times[:, -1] > end * (1 + 1e-12)):
         case = int(np.argmax(late))
-        asked = f"{of_case(case, end.size)}output time {times[case, -1]:g} s"
-        raise InputError(f"{asked} lies after the end of the {what} at {end[case]:g} s")
+        late_by = f"{times[case, -1]:g} s lies after the end of the {what} at {end[case]:g} s"
+        raise InputError(late_by, argument="times", case=of_case(case, end.size))

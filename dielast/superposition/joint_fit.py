@@ -176,9 +176,7 @@ def _fit(points: FitPoints, theta: Array, prior: Prior) -> tuple[State, Prior, f
     """Try knot spacings from wide to narrow, then iterate with the best until nothing moves; with Akaike's criterion."""
     tried: list[tuple[float, State]] = []
     weights, last = even_weights(points.variance), theta
-    span = float(np.ptp(points.log_time - theta[points.curve]))
-    widest, finest = spacing_bounds(span, points.curve.size / points.channels - prior.free.size)
-    for spacing in np.geomspace(widest, finest, 2 + int(np.log(widest / finest) / np.log(SPACING_RATIO))):
+    for spacing in knot_spacings(points, theta, prior.free.size):
         starts = [assemble(points, start, prior, weights, spacing) for start in (theta, last)]
         state = min(starts, key=lambda state: state.cost)
         for _ in range(BEGINNING):
@@ -204,3 +202,10 @@ def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prio
         if moved < CONVERGED:
             break
     return state, prior, akaike(state, prior.evidence)
+
+
+def knot_spacings(points: FitPoints, theta: Array, parameters: int) -> Array:
+    """Knot spacings to try, wide to narrow, in decades."""
+    span = float(np.ptp(points.log_time - theta[points.curve]))
+    widest, finest = spacing_bounds(span, points.curve.size / points.channels - parameters)
+    return np.geomspace(widest, finest, 2 + int(np.log(widest / finest) / np.log(SPACING_RATIO)))

@@ -84,15 +84,15 @@ def build_master_curve(
     """
     reference = float(reference_temperature)
     if not -ZERO_CELSIUS < reference < np.inf:
-        raise InputError(f"reference temperature {reference:g} degC is not a temperature above absolute zero")
+        raise InputError(f"{reference:g} degC is not a temperature above absolute zero", argument="reference_temperature")
     if not 0 <= temperature_stderr < np.inf:
-        raise InputError(f"temperature_stderr = {temperature_stderr:g} K: it must be finite and not negative")
+        raise InputError(f"{temperature_stderr:g} K: it must be finite and not negative", argument="temperature_stderr")
     if not 0 <= drift < 1:
-        raise InputError(f"drift = {drift:g}: a share from 0 to 1 is needed, such as 0.02 for 2 %")
+        raise InputError(f"{drift:g}: a share from 0 to 1 is needed, such as 0.02 for 2 %", argument="drift")
     data, condensed = usable_curves(curves)
     temperature, swept = data.temperature, len(data.ordinates) > 1
     if on != "auto" and not swept:
-        raise InputError(f'on = "{on}" is for frequency sweeps; {data.kind.name} curves have one modulus only')
+        raise InputError(f'"{on}" is for frequency sweeps; {data.kind.name} curves have one modulus only', argument="on")
     if not temperature[0] <= reference <= temperature[-1]:
         warn(
             f"reference temperature {reference:g} degC is outside the measured {temperature[0]:g} to {temperature[-1]:g} degC: "
@@ -126,7 +126,7 @@ def _density_temperature(temperature: Array, reference: float, expansion: float)
     """log10 of b = rho_ref T_ref / (rho T)."""
     expanded = 1 + expansion * (temperature - reference)
     for k in np.flatnonzero(~(expanded > 0))[:1]:
-        raise InputError(f"thermal expansion {expansion:g} /K gives no positive density at {temperature[k]:g} degC")
+        raise InputError(f"{expansion:g} /K gives no positive density at {temperature[k]:g} degC", argument="thermal_expansion")
     return np.asarray(np.log10(expanded * (reference + ZERO_CELSIUS) / (temperature + ZERO_CELSIUS)))
 
 

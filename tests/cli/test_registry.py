@@ -48,7 +48,7 @@ from dielast.report.report import Report
 def read(recipe, inputs):
     numbers = parse_csv(inputs.read(recipe.numbers), recipe.numbers)["x [1]"]
     if not numbers:
-        raise InputError(f"{recipe.numbers}: no numbers")
+        raise InputError("no numbers", file=recipe.numbers)
     return np.array(numbers, dtype=float)
 
 

@@ -119,6 +119,15 @@ def test_draws_count_too(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
         check_cells(100, 5000)
 
 
+def test_fewer_cycles_can_be_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    wave = 'step = [{ waveform = "sine", high = 1.5, period = "1 s", cycles = 100000 }]\n'
+    (tmp_path / "r.toml").write_text(f'kind = "relax"\nmaterial = "example:vhb4905.toml"\n{wave}[output]\ncycles = "all"\n')
+    monkeypatch.setattr(memory, "available_memory", lambda: 1e6)
+    fewer = r"ask for fewer rows \(output.points_per_decade, output.cycles or output.times\)$"
+    with pytest.raises(NumericsError, match=fewer):
+        check_series(read_cases(tmp_path / "r.toml"), 10, Inputs(tmp_path), 1)
+
+
 def test_a_limit_on_the_address_space_is_known() -> None:
     code = "import resource; resource.setrlimit(resource.RLIMIT_AS, (1 << 29, 1 << 29));"
     code += "from dielast.sharing.memory import available_memory; print(available_memory())"

@@ -135,7 +135,7 @@ CARDS = '[export]\nformats = ["febio"]\nhyperelastic = "neo-hookean"\n'
         (
             '[reduce]\nwindow = ["1 s", "1 h"]\ntemperatures = ["20 degC", "-180 degC"]\n' + CARDS,
             [
-                "reduce: temperature -180 degC is at or below -166.551 degC, where the WLF law has its pole",
+                "reduce.temperatures: -180 degC is at or below -166.551 degC, where the WLF law has its pole",
                 'export.temperature: febio has no shift function for the law "wlf": state the one temperature that its',
             ],
         ),

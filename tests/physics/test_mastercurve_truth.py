@@ -185,3 +185,18 @@ def test_an_assumed_constant_is_in_the_standard_errors(temperatures: tuple[float
     assert np.all(np.abs(error(master)) < 1.96 * master.log10_shift_factor_stderr)
     assert np.all(np.isinf(list(master.law_stderr.values())))
     assert any("for want of C2" in str(entry.message) for entry in caught)
+
+
+def test_a_drift_stated_of_data_without_any_costs_precision_not_truth() -> None:
+    """Only the bends of the curves are left to go by: single results scatter as their standard errors say, about the truth."""
+    found, stderr = [], []
+    for seed in range(16):
+        curves = measure(TEMPERATURES[::4], points=16, seed=seed)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DielastWarning)
+            master = build_master_curve(curves, reference_temperature=20.0, drift=0.05)
+        found.append(master.law_parameters["C1"])
+        stderr.append(master.law_stderr["C1"])
+    assert 0.2 < np.mean(stderr) < 1.0  # without a stated drift a fifth of that
+    assert np.std(found) < 1.2 * np.mean(stderr)
+    assert abs(np.mean(found) - 13.7) < 3 * np.mean(stderr) / 4

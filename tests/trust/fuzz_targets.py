@@ -163,7 +163,7 @@ def _runs(scratch: Path) -> dict[str, Target]:
     from dielast.commands.mastercurve.recipe import MasterCurveRecipe
     from dielast.commands.membrane.recipe import RelaxRecipe
     from dielast.commands.simulation.history import solver_steps
-    from dielast.readings.read import read_curves, read_measurements
+    from dielast.readings.read import read_all
 
     folder = scratch / "inputs"
     folder.mkdir(exist_ok=True)
@@ -187,7 +187,7 @@ def _runs(scratch: Path) -> dict[str, Target]:
 
     def curves(data: bytes) -> object:
         data_file.write_bytes(data)
-        return read_curves(mastercurve.data, Inputs(folder))
+        return read_all(mastercurve.data, Inputs(folder)).measurements
 
     result["measurement"] = Target(
         "measurement", [(GOLDEN / "data" / "relaxation.csv").read_bytes()], curves, ["data.csv", "temperature", "-", *"0123456789"]
@@ -204,7 +204,7 @@ def _runs(scratch: Path) -> dict[str, Target]:
 
     def exported(data: bytes) -> object:
         export_file.write_bytes(data)
-        return read_measurements(export.data, Inputs(folder))
+        return read_all(export.data, Inputs(folder)).measurements
 
     result["export"] = Target("export", exports, exported, ["export.txt", "there are "])
 
@@ -223,8 +223,8 @@ def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
     """Wide tables, a test at one temperature, and tables of a testing machine as loads and in comparisons."""
     from dielast.commands.simulation.compare import read_points
     from dielast.commands.simulation.history import solver_steps
-    from dielast.handover.mastercurve_folder import read_curve
-    from dielast.readings.read import read_measurements
+    from dielast.commands.spectrum.single_test import read_curve
+    from dielast.readings.read import read_all
 
     wide_file, curve_file, machine_file = (folder / name for name in ("wide.csv", "curve.csv", "machine.csv"))
     for path in (wide_file, curve_file, machine_file):
@@ -251,7 +251,7 @@ def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
 
     def read_wide(data: bytes) -> object:
         wide_file.write_bytes(data)
-        return read_measurements(wide.data, Inputs(folder))
+        return read_all(wide.data, Inputs(folder)).measurements
 
     def read_one(data: bytes) -> object:
         curve_file.write_bytes(data)

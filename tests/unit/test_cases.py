@@ -122,7 +122,7 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
         (RELAX + '[output]\ntimes = ["2 s", "1 s"]\n', "output: times must ascend"),
         (RELAX + "[solver]\nrtol = 1.0\n", "solver.rtol: 1.0: at most 0.01 is needed"),
         (CREEP.replace('specimen = { width = "6 mm", thickness = "0.5 mm" }', ""), "step[0].force: a force needs [specimen]"),
-        (CREEP.replace("0.01 N/s", "1 kPa/s"), "step[0]: rate: a force rate is needed with force"),
+        (CREEP.replace("0.01 N/s", "1 kPa/s"), "step[0].rate: a force rate is needed with force"),
         (
             CREEP.replace("0.01 N/s", "1 %/s"),
             'step[0].rate: "1 %/s": a force or stress rate is needed, such as "0.01 N/s" or "1 kPa/s"',

@@ -74,7 +74,7 @@ def test_a_rate_that_leads_away_names_its_case_and_the_sign_that_is_needed() -> 
     (piece,) = pieces([Step(stretch=0.5, rate=1.0)], "uniaxial", 1)
     with pytest.raises(InputError, match=r"^step 0: rate 1 leads away from the target: -0.5 of stretch is to go, so .* negative"):
         piece.begin(np.ones((3, 1)))
-    assert (of_case(0, 1), of_case(0, 2)) == ("", "case 0: ")
+    assert (of_case(0, 1), of_case(0, 2)) == (None, 0)
 
 
 def test_what_is_not_prescribed_anew_stays_as_it_is() -> None:

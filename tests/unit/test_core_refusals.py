@@ -41,9 +41,9 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
 @pytest.mark.parametrize(
     ("action", "message"),
     [
-        (lambda: creep(MEASURED, HOLD, temperature=41.0), r"temperature 41 degC is outside the shift table's 0 to 40 degC"),
-        (lambda: creep(MEASURED, HOLD, temperature=[20.0, 41.0]), r"case 1: temperature 41 degC is outside"),
-        (lambda: creep([SOLID, MEASURED], HOLD, temperature=[99.0, -1.0]), r"case 1: temperature -1 degC is outside"),
+        (lambda: creep(MEASURED, HOLD, temperature=41.0), r"temperature: 41 degC is outside the shift table's 0 to 40 degC"),
+        (lambda: creep(MEASURED, HOLD, temperature=[20.0, 41.0]), r"case 1: temperature: 41 degC is outside"),
+        (lambda: creep([SOLID, MEASURED], HOLD, temperature=[99.0, -1.0]), r"case 1: temperature: -1 degC is outside"),
         (lambda: ShiftTable(20.0, (0.0, 20.0), (1.0,)), r"2 temperatures but 1 shift factors: one for each is needed"),
         (lambda: ShiftTable(20.0, (), ()), r"at least one temperature and its shift factor"),
         (lambda: ShiftTable(20.0, (0.0, 40.0, 20.0), (1.0, 0.0, -1.0)), r"must ascend"),
@@ -53,15 +53,15 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
         (lambda: Breakdown((1.0, 3.0, 2.0), (4e7, 5e7, 6e7)), r"breakdown prestretches must ascend"),
         (lambda: Breakdown((1.0, 1.0), (4e7, 5e7)), r"breakdown prestretches must ascend"),
         (lambda: Breakdown((1.0, 2.0), (4e7, 0.0)), r"a breakdown field must be positive"),
-        (driven([VoltageStep(1e3)], prestretch=(1.5, 1.5, 1.5)), r"a prestretch of 3 values: a pair, one for each axis, is needed"),
+        (driven([VoltageStep(1e3)], prestretch=(1.5, 1.5, 1.5)), r"prestretch: 3 values: a pair, one for each axis, is needed"),
         (driven([VoltageStep(1e3)], material=[]), r"a material is needed"),
-        (driven([VoltageStep(1e3)], temperature=np.nan), r"every temperature must be finite"),
-        (driven([VoltageStep(1e3)], points_per_decade=0), r"0 points per decade: at least one is needed"),
-        (driven([VoltageStep(1e3)], prestretch=[1.5, 0.5]), r"case 1: prestretch 0.5: it must not be below 1"),
-        (driven([VoltageStep(1e3)], prestretch=(1.5, 8.0)), r"prestretch 1.5 x 8 is beyond the Gent limit, J_lim = 55"),
+        (driven([VoltageStep(1e3)], temperature=np.nan), r"temperature: every value must be finite"),
+        (driven([VoltageStep(1e3)], points_per_decade=0), r"points_per_decade: 0: at least one is needed"),
+        (driven([VoltageStep(1e3)], prestretch=[1.5, 0.5]), r"case 1: prestretch: 0.5: it must not be below 1"),
+        (driven([VoltageStep(1e3)], prestretch=(1.5, 8.0)), r"prestretch: 1.5 x 8 is beyond the Gent limit, J_lim = 55"),
         (driven([VoltageStep(duration=1.0, rate=1.0)]), r"step 0: a voltage, or the duration of a hold is needed"),
         (driven([VoltageStep(1e3, rate=0.0)]), r"step 0: rate 0 never reaches the voltage"),
-        (driven([VoltageStep(np.inf)]), r"step 0: voltage must be finite"),
+        (driven([VoltageStep(np.inf)]), r"step 0: voltage: every value must be finite"),
         (
             driven([VoltageStep(1e3, rate=[1.0, -1.0])]),
             r"step 0: case 1: rate -1 V/s leads away from the voltage: \+1000 V are to go, so the rate must be positive",
@@ -69,53 +69,53 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
         (driven([VoltageStep(1e3), VoltageStep(500.0, rate=1.0)]), r"step 1: .* -500 V are to go, so the rate must be negative"),
         # one case that is wrong among others is enough
         (driven([VoltageStep(1e3, rate=[1.0, 0.0])]), r"step 0: rate 0 never reaches the voltage"),
-        (driven([VoltageStep(1e3, duration=[1.0, -1.0])]), r"step 0: duration -1 s: it must not be negative"),
-        (driven([VoltageStep(1e3)], thickness=[5e-4, 0.0]), r"thickness 0 m: it must be positive"),
-        (driven([VoltageStep(1e3)], breakdown_field=[4e7, 0.0]), r"breakdown field 0 V/m: it must be positive"),
+        (driven([VoltageStep(1e3, duration=[1.0, -1.0])]), r"step 0: duration: -1 s: it must not be negative"),
+        (driven([VoltageStep(1e3)], thickness=[5e-4, 0.0]), r"thickness: 0 m: it must be positive"),
+        (driven([VoltageStep(1e3)], breakdown_field=[4e7, 0.0]), r"breakdown_field: 0 V/m: it must be positive"),
         (
             driven([VoltageStep(1e3)], prestretch=190.0),
-            r"prestretch 190 is beyond the Gent limit, J_lim = 55; is it in per cent\? a strain of 190 % is a stretch of 2.9, "
+            r"prestretch: 190 is beyond the Gent limit, J_lim = 55; is it in per cent\? a strain of 190 % is a stretch of 2.9, "
             r"and a stretch of 190 % is 1.9$",
         ),
-        (driven([VoltageStep(1e3)], prestretch_rate=[0.1, 0.0]), r"prestretch rate 0 /s: it must be positive"),
-        (driven([VoltageStep(1e3)], temperature=[20.0, np.inf]), r"every temperature must be finite"),
-        (driven([VoltageStep(1e3)], rtol=0.10001), r"rtol 0.10001 is not between 1e-12 and 0.1"),
-        (lambda: creep(SOLID, HOLD, rtol=0.9999e-12), r"rtol 9.999e-13 is not between 1e-12 and 0.1"),
+        (driven([VoltageStep(1e3)], prestretch_rate=[0.1, 0.0]), r"prestretch_rate: 0 /s: it must be positive"),
+        (driven([VoltageStep(1e3)], temperature=[20.0, np.inf]), r"temperature: every value must be finite"),
+        (driven([VoltageStep(1e3)], rtol=0.10001), r"rtol: 0.10001 is not between 1e-12 and 0.1"),
+        (lambda: creep(SOLID, HOLD, rtol=0.9999e-12), r"rtol: 9.999e-13 is not between 1e-12 and 0.1"),
         (lambda: relax(SOLID, [Step(stretch=2.0, rate=[1.0, 0.0])]), r"step 0: rate 0 never reaches the target"),
-        (lambda: relax(SOLID, [Step(stretch=2.0, duration=[1.0, -1.0])]), r"step 0: duration -1 s: it must not be negative"),
+        (lambda: relax(SOLID, [Step(stretch=2.0, duration=[1.0, -1.0])]), r"step 0: duration: -1 s: it must not be negative"),
         (lambda: relax(SOLID, [Step(stretch=[2.0, 0.0])]), r"step 0: stretch 0: it must be positive"),
         (lambda: Track([0.0, 1.0, 1.0], [1.0, 2.0, 1.5]), r"the history goes back in time: 1 s follows 1 s"),
         (lambda: Track([0.0, np.inf], [1.0, 2.0]), r"must be finite and not negative"),
         (lambda: Track([], []), r"one value for each time, got 0 for 0"),
         (lambda: Track([[0.0, 1.0]], [[0.0, 1.0]]), r"one value for each time"),
-        (lambda: relax(SOLID, [Step(stretch=[2.0, np.nan])]), r"step 0: stretch must be finite"),
+        (lambda: relax(SOLID, [Step(stretch=[2.0, np.nan])]), r"step 0: stretch: every value must be finite"),
         (lambda: relax(SOLID, [Step(stretch=50.0)]), r"stretch 50 is beyond .*; is it in per cent\? a strain of 50 % .* of 1.5$"),
         (lambda: relax(SOLID, [Step(stretch=[2.0, 11.0], rate=1.0)]), r"step 0: case 1: stretch 11 is beyond the Gent limit"),
-        (lambda: relax(SOLID, [Step(stretch=2.0)], temperature=[20.0, np.nan]), r"every temperature must be finite"),
+        (lambda: relax(SOLID, [Step(stretch=2.0)], temperature=[20.0, np.nan]), r"temperature: every value must be finite"),
         (lambda: creep(SOLID, HOLD, times=[0.0, np.nan]), r"output times must be finite and not negative"),
         (lambda: creep(SOLID, HOLD, times=[0.0, -1.0]), r"output times must be finite and not negative"),
         (lambda: Track([0.0, 1.0], [0.0]), r"one value for each time, got 1 for 2"),
         (lambda: Track([-1.0, 1.0], [0.0, 1.0]), r"must be finite and not negative"),
         (lambda: Track([0.0, 1.0], [0.0, np.nan]), r"the values of a history must be finite"),
-        (lambda: Waveform(0.0, 1e3, 0.0), r"period 0 s: it must be positive"),
-        (lambda: Waveform(0.0, 1e3, [1.0, -2.0]), r"period -2 s: it must be positive"),
-        (lambda: Waveform(0.0, np.inf, 1.0), r"high must be finite"),
-        (lambda: Waveform(0.0, 1e3, 1.0, 0), r"0 cycles: a whole number of at least one is needed"),
-        (lambda: Waveform(0.0, 1e3, 1.0, 1, "square"), r'waveform "square": it must be one of sine, triangle'),
+        (lambda: Waveform(0.0, 1e3, 0.0), r"period: 0 s: it must be positive"),
+        (lambda: Waveform(0.0, 1e3, [1.0, -2.0]), r"period: -2 s: it must be positive"),
+        (lambda: Waveform(0.0, np.inf, 1.0), r"high: it must be finite"),
+        (lambda: Waveform(0.0, 1e3, 1.0, 0), r"cycles: 0: a whole number of at least one is needed"),
+        (lambda: Waveform(0.0, 1e3, 1.0, 1, "square"), r'waveform: "square": it must be one of sine, triangle'),
         (lambda: relax(SOLID, [Step(stretch=Waveform(0.0, 1.5, 1.0))]), r"step 0: stretch 0: it must be positive"),
         (lambda: relax(SOLID, [Step(stretch=Waveform(1.0, 11.0, 1.0))]), r"step 0: stretch 11 is beyond the Gent limit"),
         (lambda: relax(SOLID, [Step(stretch=Track([0.0, 1.0], [1.0, 2.0]), rate=1.0)]), r"step 0: .* has its pace with it"),
-        (lambda: relax(SOLID, HOLD, cycles="first"), r'cycles "first": "all", "last" or a list of their numbers'),
-        (lambda: relax(SOLID, HOLD, cycles=[0]), r"cycles \[0\]: "),
+        (lambda: relax(SOLID, HOLD, cycles="first"), r'cycles: "first": "all", "last" or a list of their numbers'),
+        (lambda: relax(SOLID, HOLD, cycles=[0]), r"cycles: \[0\]: "),
         (driven([VoltageStep(Waveform(0.0, 1e3, 1.0), duration=1.0)]), r"step 0: a waveform or a track has its pace with it"),
-        (lambda: creep(SOLID, HOLD, times=[[0.0], [0.5], [1.0]]), r"one list for all or one for each of 1 cases"),
+        (lambda: creep(SOLID, HOLD, times=[[0.0], [0.5], [1.0]]), r"times: one list for all cases, or one for each of 1 cases"),
         (lambda: relax(SOLID, [Step(stretch=2.0)]).stored_energy(), r"energies need the viscous stretches"),
-        (lambda: plan_failure_map(SOLID, voltage=[np.nan], horizon=1.0, **FILM), r"every voltage must be finite"),
+        (lambda: plan_failure_map(SOLID, voltage=[np.nan], horizon=1.0, **FILM), r"voltage: every value must be finite"),
         (
             lambda: plan_failure_map(
                 SOLID, voltage=[1e3], horizon=1.0, sample=draw_sample([replace(SOLID, permittivity=None)], 1), **FILM
             ),
-            r"in a draw: material 'soft' has no permittivity",
+            r"sample: in a draw: material: 'soft' has no permittivity",
         ),
     ],
 )
@@ -127,7 +127,7 @@ def test_what_is_refused(action: Callable[[], object], message: str) -> None:
 
 def test_a_prestretch_that_locks_the_branches_is_given_up_with_its_case() -> None:
     # far beyond the branches' limit, and faster than they can flow
-    with pytest.raises(NumericsError, match=r"case 1: prestretch 6 cannot be computed: "):
+    with pytest.raises(NumericsError, match=r"case 1: prestretch: 6 cannot be computed: "):
         driven([VoltageStep(1e3)], prestretch=[1.5, 6.0], prestretch_rate=1e6)()
 
 

@@ -15,9 +15,10 @@ from dielast.commands.spectrum import run as workflow
 from dielast.commands.spectrum.recipe import Fit
 from dielast.errors import DielastWarning, InputError
 from dielast.handover.mastercurve_draws import ReadDraws
-from dielast.handover.mastercurve_folder import Curve
+from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.material import Material
+from dielast.material.measurement_kind import CREEP
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
@@ -156,7 +157,7 @@ def test_the_compliance_of_a_solid_ends_where_the_stated_modulus_has_it(stated: 
 
 def test_a_stated_modulus_above_the_end_of_the_curve_is_said_and_far_above_refused() -> None:
     compliance = SOLID.creep_compliance(TIME) / 3
-    with pytest.warns(DielastWarning, match=r"equilibrium_modulus = .* Pa is 5\.0% above the end of the curve"):
+    with pytest.warns(DielastWarning, match=r"equilibrium_modulus: .* Pa is 5\.0% above the end of the curve"):
         fit_creep(TIME, compliance, equilibrium_modulus=1.05 / compliance[-1])
     with pytest.raises(InputError, match=r"is above the end of the curve, 1\.5e\+05 Pa: lower it"):
         fit_creep(TIME, compliance, equilibrium_modulus=1.12 / compliance[-1])
@@ -205,7 +206,7 @@ def test_a_truncated_spectrum_is_shown_as_it_is_and_judged_where_it_holds(keep: 
 @pytest.mark.parametrize(
     ("options", "found"),
     [
-        ({"branches": 0}, "branches = 0: nnls needs at least 1"),
+        ({"branches": 0}, "branches: 0: nnls needs at least 1"),
         ({"keep": 0}, "cannot keep 0 of 30 branches"),
         ({"branches": 8, "keep": 9}, "cannot keep 9 of 8 branches"),
         ({"retardation_time": (2.0, 1.0)}, "must be shorter"),
@@ -221,7 +222,7 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
     time = np.logspace(-6, 4, 121)
     smooth = truth.creep_compliance(time) / 3
     rng = np.random.default_rng(8)
-    curve = Curve("creep", (time, smooth * np.exp(0.005 * rng.standard_normal(time.size))), WLF(20.0, 13.7, 187.1))
+    curve = ReducedCurve(CREEP, (time, smooth * np.exp(0.005 * rng.standard_normal(time.size))), WLF(20.0, 13.7, 187.1))
     # as resampling makes them: the ends are the least certain
     wave = np.cumsum(rng.standard_normal((12, time.size)), axis=1) * 0.01 / np.sqrt(time.size)
     read = ReadDraws(np.arange(12), CurveDraws(time, (smooth * np.exp(wave))[:, None]), (curve.shift,) * 12)

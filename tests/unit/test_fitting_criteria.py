@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.superposition import masterfit
-from dielast.superposition.masterfit import LOOSE, Points
+from dielast.superposition import joint_problem
+from dielast.superposition.joint_fit import knot_spacings
+from dielast.superposition.joint_problem import LOOSE
+from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import Weights
 
 Array = NDArray[np.float64]
@@ -17,26 +19,26 @@ Array = NDArray[np.float64]
 TRUTH = np.array([3.0, 1.5, 0.0, -1.2, -2.5])
 
 
-def with_residual(residual: Array, variance: float) -> tuple[Points, masterfit._State]:
+def with_residual(residual: Array, variance: float) -> tuple[FitPoints, joint_problem.State]:
     """A state of two series of fifty points that misses them by this."""
     curve = np.repeat([0, 1], 50)
     x = np.tile(np.linspace(0.0, 3.0, 50), 2)
-    points = Points(curve, x, 7 - x, np.full(100, variance), 2, np.zeros(100, dtype=int), np.ones(100))
-    prior = masterfit._Prior(np.zeros(4), np.eye(4) * LOOSE, np.array([1]), 1.0)
+    points = FitPoints(curve, x, 7 - x, np.full(100, variance), 2, np.zeros(100, dtype=int), np.ones(100))
+    prior = joint_problem.Prior(np.zeros(4), np.eye(4) * LOOSE, np.array([1]), 1.0)
     weights = Weights(np.full(100, 1 / variance), np.ones(100), np.full(100, variance), np.ones(100), 0.0)
-    state = masterfit._assemble(points, np.zeros(4), prior, weights, 0.5)
+    state = joint_problem.assemble(points, np.zeros(4), prior, weights, 0.5)
     return points, replace(state, residual=residual)
 
 
 def test_neighbours_that_miss_alike_widen_the_errors() -> None:
     """By (1 + r)/(1 - r), of neighbours on one curve; a correlation that chance makes counts for nothing."""
     sign = np.repeat([1.0, -1.0], 50)
-    assert masterfit._correlation(*with_residual(0.1 * sign, 0.01)) == pytest.approx(1.98 / 0.02)
-    assert masterfit._correlation(*with_residual(0.1 * np.tile([1.0, -1.0], 50), 0.01)) == 1.0
+    assert joint_problem.correlation(*with_residual(0.1 * sign, 0.01)) == pytest.approx(1.98 / 0.02)
+    assert joint_problem.correlation(*with_residual(0.1 * np.tile([1.0, -1.0], 50), 0.01)) == 1.0
     blocks = np.tile(np.repeat([1.0, -1.0], 5), 10)  # of ten neighbours two differ in sign
-    assert masterfit._correlation(*with_residual(blocks, 0.01)) == pytest.approx(1.6 / 0.4, rel=0.1)
+    assert joint_problem.correlation(*with_residual(blocks, 0.01)) == pytest.approx(1.6 / 0.4, rel=0.1)
     weak = np.tile([1.0, 1.0, -1.0, -1.0, 1.0], 20)  # r = 0.2, with a standard error of 0.1
-    assert masterfit._correlation(*with_residual(weak, 0.01)) == 1.0
+    assert joint_problem.correlation(*with_residual(weak, 0.01)) == 1.0
 
 
 def test_akaike_corrected_for_small_samples() -> None:
@@ -46,10 +48,10 @@ def test_akaike_corrected_for_small_samples() -> None:
     p = state.splines[0].coefficient.size + 1
     assert state.parameters == p
     expected = 100 * np.log(0.01) + 16 + 16 + 98 + 2 * p * 100 / (100 - p - 1)
-    assert masterfit._akaike(state, 0.0) == pytest.approx(expected, rel=1e-12)
+    assert joint_problem.akaike(state, 0.0) == pytest.approx(expected, rel=1e-12)
     for spare in (2, 1, 0, -5):  # points beyond the parameters and one; what is divided by is one at least
         many = replace(state, freedom=100.0 - 1 - spare - (p - 1))
-        assert masterfit._akaike(many, 0.0) - expected == pytest.approx(
+        assert joint_problem.akaike(many, 0.0) - expected == pytest.approx(
             200 * (99 - spare) / max(spare, 1) - 200 * p / (99 - p), rel=1e-12
         )
 
@@ -59,12 +61,12 @@ def test_knots_are_never_closer_than_three_points_are() -> None:
         x = np.linspace(0.0, 3.0, size)
         curve = np.tile(np.repeat(np.arange(5), size), channels)
         count = curve.size
-        points = Points(
+        points = FitPoints(
             *(curve, np.tile(x, 5 * channels), np.zeros(count), np.zeros(count), 5),
             *(np.repeat(np.arange(channels), 5 * size), np.ones(count), channels),
         )
         theta = np.concatenate((TRUTH, np.zeros(5)))
-        spacings = masterfit._spacings(points, theta, 4)
+        spacings = knot_spacings(points, theta, 4)
         span = 3.0 + np.ptp(TRUTH)
         assert np.all(np.diff(spacings) < 0)
         assert np.all(spacings[:-1] / spacings[1:] <= 1.5 + 1e-9)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from dielast.errors import DielastWarning, InputError
 from dielast.material.shift import WLF
 from dielast.superposition import mastercurve
+from dielast.superposition.joint_fit import MasterFit, fit_master
 from dielast.superposition.mastercurve import (
     CreepCurve,
     FrequencySweep,
@@ -22,7 +23,6 @@ from dielast.superposition.mastercurve import (
     RelaxationCurve,
     build_master_curve,
 )
-from dielast.superposition.masterfit import MasterFit, fit_master
 
 Array = NDArray[np.float64]
 
@@ -179,7 +179,7 @@ def test_a_density_must_be_positive_at_every_temperature(expansion: float, tempe
     if temperature is None:
         heard(data, vertical="density-temperature", thermal_expansion=expansion)
         return
-    with pytest.raises(InputError, match=rf"thermal expansion {expansion} /K gives no positive density at {temperature} degC"):
+    with pytest.raises(InputError, match=rf"thermal_expansion: {expansion} /K gives no positive density at {temperature} degC"):
         heard(data, vertical="density-temperature", thermal_expansion=expansion)
 
 
@@ -216,7 +216,7 @@ def test_a_curve_that_is_nearly_all_noise_floor_says_so() -> None:
 
 
 def test_noise_floors_of_sweeps_are_those_of_low_frequencies() -> None:
-    """Points are counted once, whichever of the two moduli is lost, and what was negative anyway is not counted again."""
+    """FitPoints are counted once, whichever of the two moduli is lost, and what was negative anyway is not counted again."""
     data = sweeps()
     frequency = np.geomspace(1e-3, 1e-1, 160)
     noise = np.resize([1.4, 0.6, 0.6, 1.4], 160)

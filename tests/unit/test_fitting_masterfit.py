@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.superposition import masterfit
+from dielast.superposition import joint_errors, joint_fit, joint_problem
 from dielast.superposition.effects import walk
-from dielast.superposition.masterfit import LOOSE, MAX_STEP, MasterFit, Points, fit_held, fit_master
+from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
+from dielast.superposition.joint_problem import LOOSE, MAX_STEP
 from dielast.superposition.misfit import PARTS, find_misfit
+from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import Weights, even_weights
 from dielast.superposition.spline import Spline, roughness
 
@@ -27,7 +29,7 @@ def transition(u: Array) -> Array:
     return np.asarray(7 - np.tanh(u / 2))
 
 
-def measured(noise: float = 0.005, seed: int = 0, offset: ArrayLike = 0.0, second: float | None = None) -> Points:
+def measured(noise: float = 0.005, seed: int = 0, offset: ArrayLike = 0.0, second: float | None = None) -> FitPoints:
     """Five curves of the transition, each raised by its `offset`; with a `second` channel, lifted that many times as much."""
     rng = np.random.default_rng(seed)
     m, channels = TRUTH.size, 1 if second is None else 2
@@ -37,10 +39,10 @@ def measured(noise: float = 0.005, seed: int = 0, offset: ArrayLike = 0.0, secon
     u = x - TRUTH[curve]
     lift = np.where(channel == 1, second or 0.0, 1.0)
     y = np.where(channel == 1, 5 - 0.3 * np.cos(u), transition(u)) + lift * np.broadcast_to(offset, m)[curve]
-    return Points(curve, x, y + noise * rng.standard_normal(u.size), np.full(u.size, noise**2), m, channel, lift, channels)
+    return FitPoints(curve, x, y + noise * rng.standard_normal(u.size), np.full(u.size, noise**2), m, channel, lift, channels)
 
 
-def on_the_spline(points: Points, fit: MasterFit) -> Array:
+def on_the_spline(points: FitPoints, fit: MasterFit) -> Array:
     """What the smooth curves say of every point."""
     u = points.log_time - fit.shift[points.curve]
     return np.asarray(np.choose(points.channel, [spline(u) for spline in fit.splines]))
@@ -128,15 +130,17 @@ def test_the_best_of_several_starts_is_kept() -> None:
     assert both.score == pytest.approx(one.score, abs=0.1)
 
 
-def state_of(points: Points, theta: Array, prior: masterfit._Prior, weight: Array, spacing: float = 0.5) -> masterfit._State:
+def state_of(
+    points: FitPoints, theta: Array, prior: joint_problem.Prior, weight: Array, spacing: float = 0.5
+) -> joint_problem.State:
     weights = Weights(weight, np.ones(weight.size), 1 / weight, np.ones(weight.size), 0.0)
-    return masterfit._assemble(points, theta, prior, weights, spacing)
+    return joint_problem.assemble(points, theta, prior, weights, spacing)
 
 
-def prior_of(theta: Array, free: list[int]) -> masterfit._Prior:
+def prior_of(theta: Array, free: list[int]) -> joint_problem.Prior:
     rng = np.random.default_rng(5)
     mean, root = theta + rng.normal(0.0, 0.3, theta.size), rng.normal(0.0, 3.0, (theta.size, theta.size))
-    return masterfit._Prior(mean, root @ root.T + 50 * np.eye(theta.size), np.array(free), float(len(free)))
+    return joint_problem.Prior(mean, root @ root.T + 50 * np.eye(theta.size), np.array(free), float(len(free)))
 
 
 INNER = [1, 2, 3, 5, 6, 7, 8, 9]  # shifts that leave the ends of the smooth curve where they are, and all vertical shifts
@@ -171,7 +175,7 @@ def test_the_normal_matrix_is_the_slope_of_the_gradient_where_nothing_is_missed(
     u = points.log_time - TRUTH[points.curve]
     rng = np.random.default_rng(4)
     weight = rng.uniform(1e7, 3e7, u.size)
-    prior = masterfit._Prior(theta, np.eye(10) * LOOSE, np.array(INNER), 8.0)
+    prior = joint_problem.Prior(theta, np.eye(10) * LOOSE, np.array(INNER), 8.0)
     size = state_of(points, theta, prior, weight).splines[0].coefficient.size
     parts = [Spline(float(u.min()), 0.5, rng.normal(0.0, 1.0, size), float(u.max())) for _ in range(points.channels)]
     points = replace(points, log_modulus=np.choose(points.channel, [spline(u) for spline in parts]))
@@ -198,12 +202,12 @@ def test_vertical_shifts_count_as_much_as_the_lift_of_their_channel_says() -> No
 def test_a_step_is_bounded_and_never_goes_uphill(away: float) -> None:
     points = measured(0.01)
     theta = np.concatenate((TRUTH + away * np.array([1.0, -1.0, 0.0, 0.5, 1.0]), np.zeros(5)))
-    prior = masterfit._Prior(theta, np.eye(10) * LOOSE, np.array([0, 1, 3, 4]), 4.0)
+    prior = joint_problem.Prior(theta, np.eye(10) * LOOSE, np.array([0, 1, 3, 4]), 4.0)
     state = state_of(points, theta, prior, even_weights(points.variance).weight)
     for _ in range(12):
-        new, moved = masterfit._step(points, prior, state)
+        new, moved = joint_problem.gauss_newton_step(points, prior, state)
         assert np.max(np.abs(new.theta - state.theta)) <= MAX_STEP * (1 + 1e-12)
-        if moved >= masterfit.CONVERGED:
+        if moved >= joint_problem.CONVERGED:
             assert new.cost <= state.cost
         state = new
     if abs(away) < 1:  # from farther off, curves may come to rest on plateaus
@@ -216,7 +220,7 @@ def test_shifts_are_found_from_far_off() -> None:
     np.testing.assert_allclose(fit.shift, TRUTH, atol=0.05)
 
 
-def line(slope: float, noise: float, seed: int = 0) -> Points:
+def line(slope: float, noise: float, seed: int = 0) -> FitPoints:
     """Five straight lines, whose horizontal and vertical shifts mean the same."""
     points = measured(noise, seed)
     straight = 7 - slope * (points.log_time - TRUTH[points.curve])
@@ -272,22 +276,22 @@ def test_the_jackknife_leaves_out_one_part_after_the_other() -> None:
     u = points.log_time - TRUTH[points.curve]
     bent = replace(points, log_modulus=7 - 0.5 * u - 0.03 * u**2 + 0.02 * points.log_time * (points.curve - 2))
     theta = np.concatenate((TRUTH, np.zeros(5)))
-    prior = masterfit._Prior(theta, np.eye(10) * LOOSE, np.array([0, 1, 3, 4]), 4.0)
+    prior = joint_problem.Prior(theta, np.eye(10) * LOOSE, np.array([0, 1, 3, 4]), 4.0)
     weight = np.full(points.curve.size, 1e4)
-    state, prior, _ = masterfit._converge(bent, prior, state_of(bent, theta, prior, weight))
+    state, prior, _ = joint_fit.converge(bent, prior, state_of(bent, theta, prior, weight))
     part = np.minimum((points.log_time / 3.0 * PARTS).astype(int), PARTS - 1)
     thetas = []
     for k in range(PARTS):
-        left = masterfit._assemble(
+        left = joint_problem.assemble(
             bent, state.theta, prior, replace(state.weights, weight=np.where(part == k, 0.0, state.weights.weight)), state.spacing
         )
         for _ in range(15):
-            left, _ = masterfit._step(bent, prior, left)
+            left, _ = joint_problem.gauss_newton_step(bent, prior, left)
         thetas.append(left.theta)
     whole = np.cov(thetas, rowvar=False, bias=True) * (PARTS - 1)
     misfit = find_misfit(bent.series, bent.curve, bent.log_time, state.residual)
     np.testing.assert_array_equal(misfit.part, part)
-    found, _ = masterfit._leave_out(bent, prior, state, misfit)
+    found, _ = joint_errors.leave_out(bent, prior, state, misfit)
     np.testing.assert_allclose(np.diag(found), np.diag(whole), rtol=0.05, atol=1e-12)
     np.testing.assert_allclose(found - np.diag(np.diag(found)), (whole - np.diag(np.diag(whole))) / 2, atol=0.05 * whole.max())
 
@@ -303,5 +307,5 @@ def test_a_misfit_too_small_to_see_matters_if_it_moves_the_shifts(slope: float, 
     assert fit.misfit.rms < 0.01
     assert fit.misfit.matters == ambiguous
     far = np.sqrt(np.max(np.diag(fit.covariance)[:5]))
-    assert (far > masterfit.AMBIGUOUS) == ambiguous
+    assert (far > joint_fit.AMBIGUOUS) == ambiguous
     assert np.all(np.sqrt(np.diag(fit.covariance)[:5]) >= fit.noise_stderr)

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from dielast.relaxation.nnls import Curve, Known, Solution, Total, fit_strengths, place_times
-from dielast.relaxation.response import CREEP, OSCILLATION, RELAXATION, Response
+from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
+from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths, place_times
 
 Array = NDArray[np.float64]
 
@@ -20,27 +20,27 @@ RESPONSES = {"relaxation": RELAXATION, "oscillation": OSCILLATION, "creep": CREE
 CONSTANTS = {"relaxation": [3e4], "oscillation": [3e4], "creep": [2e4, 50.0]}
 
 
-def curve_of(name: str, noise: float = 0.0, seed: int = 0, points: int = 61) -> Curve:
+def curve_of(name: str, noise: float = 0.0, seed: int = 0, points: int = 61) -> WeightedCurve:
     """What a spectrum answers, with noise, some of its points given less weight."""
     rng = np.random.default_rng(seed)
     time, response = np.logspace(-4, 4, points), RESPONSES[name]
     values = response.processes(time, OWN) @ STRENGTH + np.tensordot(CONSTANTS[name], response.constants(time), 1)
     weight = np.where(np.arange(points) % 3 == 0, 1.0, 0.4)
-    return Curve(time, values * (1 + noise * rng.standard_normal(values.shape)), weight, response)
+    return WeightedCurve(time, values * (1 + noise * rng.standard_normal(values.shape)), weight, response)
 
 
 class Stated:
     """The problem of the module's first lines, row by row, in strengths over G(tau) and constants as they are."""
 
-    def __init__(self, curve: Curve, known: Known) -> None:
-        response: Response = curve.response
+    def __init__(self, curve: WeightedCurve, known: Known) -> None:
+        response: MeasurementKind = curve.kind
         size = np.linalg.norm(curve.values, axis=0)
         self.scale = np.exp(np.interp(np.log(OWN), np.log(curve.time), np.log(size)))
         processes = response.processes(curve.time, OWN) * self.scale
         constants = response.constants(curve.time)
         given = sum((own * answer for own, answer in zip(known, constants, strict=True) if own is not None), 0 * curve.values)
         free = [k for k, own in enumerate(known) if own is None]
-        self.unit = np.array([1e4, 30.0])[free] if curve.response is CREEP else np.full(len(free), 1e4)
+        self.unit = np.array([1e4, 30.0])[free] if curve.kind is CREEP else np.full(len(free), 1e4)
         columns = [*np.moveaxis(processes, 2, 0), *(constants[free] * self.unit[:, None, None])]
         self.design = np.stack([(column / curve.values).ravel() for column in columns], axis=1)
         self.target = ((curve.values - given) / curve.values).ravel()
@@ -132,7 +132,7 @@ def test_a_sum_counts_every_constant_by_its_share() -> None:
 def test_few_processes_have_no_second_difference(size: int) -> None:
     own, strength = np.array([30.0, 1.0, 0.05])[:size], np.array([1e4, 3e4, 1e5])[:size]
     time = np.logspace(-3, 3, 61)
-    curve = Curve(time, (RELAXATION.processes(time, own) @ strength + 2e4), np.ones(61))
+    curve = WeightedCurve(time, (RELAXATION.processes(time, own) @ strength + 2e4), np.ones(61))
     found = fit_strengths(curve, own, (None,))
     np.testing.assert_allclose(found.strength, strength, rtol=1e-5)
     assert found.constants[0] == pytest.approx(2e4, rel=1e-5)
@@ -140,16 +140,16 @@ def test_few_processes_have_no_second_difference(size: int) -> None:
 
 def test_nothing_to_fit_is_fitted_by_nothing() -> None:
     """A solid whose constant is known and is all there is: no misfit at all, however much or little is smoothed."""
-    curve = Curve(np.logspace(-3, 3, 20), np.full((1, 20), 3e4), np.ones(20))
+    curve = WeightedCurve(np.logspace(-3, 3, 20), np.full((1, 20), 3e4), np.ones(20))
     found = fit_strengths(curve, OWN, (3e4,))
     assert np.all(found.strength == 0)
     np.testing.assert_allclose(place_times(curve, 7, 1e-3, 1e3, (True, True), (3e4,)), np.logspace(3, -3, 7), rtol=1e-12)
 
 
-def spectrum_curve(own: Array, response: Response = RELAXATION) -> Curve:
+def spectrum_curve(own: Array, response: MeasurementKind = RELAXATION) -> WeightedCurve:
     time = np.logspace(-4, 4, 241)
     values = response.processes(time, own) @ (1e5 / (1 + np.arange(own.size) % 2)) + 3e4 * response.constants(time)[0]
-    return Curve(time, values, np.ones(241), response)
+    return WeightedCurve(time, values, np.ones(241), response)
 
 
 @pytest.mark.parametrize("inset", [(0.0, 0.0), (0.5, 0.5), (1.5, 0.5), (0.0, 1.0), (2.0, 0.0), (0.6, 0.4), (1.4, 0.5)])
@@ -191,7 +191,7 @@ def test_an_end_goes_at_most_two_spacings_and_the_two_never_meet() -> None:
 
 @pytest.mark.parametrize("response", [RELAXATION, OSCILLATION])
 @pytest.mark.parametrize("decade", [-2.17, 0.03, 2.4])
-def test_one_process_alone_is_found_wherever_it_is(response: Response, decade: float) -> None:
+def test_one_process_alone_is_found_wherever_it_is(response: MeasurementKind, decade: float) -> None:
     curve = spectrum_curve(np.array([10**decade]), response)
     found = place_times(curve, 1, 1e-4, 1e4, (True, True), (None,))
     assert np.log10(found) == pytest.approx(decade, abs=2e-4)
@@ -205,17 +205,17 @@ def test_points_are_averaged_over_twentieths_of_a_decade() -> None:
         x = first + np.arange(4 * per_decade) / per_decade
         weight: Array = np.asarray(1.0 + np.arange(x.size) % 4, dtype=float)
         values = np.stack([10 ** (7 - 0.3 * x), 10 ** (5 + 0.1 * x)])
-        averaged = Curve(10**x, values, weight, OSCILLATION).averaged()
+        averaged = WeightedCurve(10**x, values, weight, OSCILLATION).averaged()
         share = max(per_decade // 20, 1)
         assert averaged.time.size == x.size // share
         np.testing.assert_allclose(averaged.weight, weight.reshape(-1, share).sum(axis=1))
         at = np.log10(averaged.time)
         np.testing.assert_allclose(at, np.average(x.reshape(-1, share), axis=1, weights=weight.reshape(-1, share)), atol=1e-12)
         np.testing.assert_allclose(np.log10(averaged.values), [7 - 0.3 * at, 5 + 0.1 * at], atol=1e-12)
-        assert averaged.response is OSCILLATION
+        assert averaged.kind is OSCILLATION
 
 
 def test_the_size_of_a_complex_modulus_is_its_magnitude() -> None:
-    curve = Curve(np.ones(2), np.array([[3.0, 5.0], [4.0, 12.0]]), np.ones(2), OSCILLATION)
+    curve = WeightedCurve(np.ones(2), np.array([[3.0, 5.0], [4.0, 12.0]]), np.ones(2), OSCILLATION)
     np.testing.assert_allclose(curve.size, [5.0, 13.0])
     np.testing.assert_allclose(replace(curve, values=curve.values[:1]).size, [3.0, 5.0])

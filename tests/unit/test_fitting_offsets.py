@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.superposition.effects import LEAST, OFFSET, TILT, Kind, likeliest, precision_of, walk
+from dielast.superposition.effects import LEAST, OFFSET, TILT, Effect, likeliest, precision_of, walk
 
 Array = NDArray[np.float64]
 
 
-def told(effects: Array, stderr: Array, kind: Kind = OFFSET, known: Array | None = None) -> float:
+def told(effects: Array, stderr: Array, kind: Effect = OFFSET, known: Array | None = None) -> float:
     """The spread that effects tell which are each known to a standard error of their own."""
     normal = np.diag(stderr**-2.0)
     return likeliest(kind, normal, normal @ effects, kind.first, 500, known).spread

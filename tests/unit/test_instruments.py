@@ -13,8 +13,8 @@ from hypothesis import given, settings, strategies as st
 
 from dielast.errors import InputError
 from dielast.io.text_table import decode
-from dielast.readings.instruments import FORMATS, Segment, recognise
-from dielast.readings.instruments.names import columns_by_role, mode_of
+from dielast.readings.instruments import FORMATS, ExportedStep, recognise
+from dielast.readings.instruments.names import columns_by_role, deformation_of
 from dielast.readings.recipe import ROLES
 from dielast.units import conversion
 
@@ -81,21 +81,23 @@ ONE_STEP = {"Netzsch Proteus", "Gabo Eplexor"}
 NOT_A_ROLE = {"stress"}  # an oscillation's stress is not what a time-domain test means by it
 
 
-def read(content: bytes, source: str = "export.txt") -> list[Segment]:
+def read(content: bytes, source: str = "export.txt") -> list[ExportedStep]:
     text = decode(content, source)
     known = recognise(text)
     assert known is not None
     return known.read(text, source)
 
 
-def as_written(segments: list[Segment], steps: list[Step], names: dict[str, tuple[str, str, float]], order: list[str]) -> None:
-    assert len(segments) == len(steps)
-    for segment, step in zip(segments, steps, strict=True):
-        found = columns_by_role(segment.table)
+def as_written(
+    exported_steps: list[ExportedStep], steps: list[Step], names: dict[str, tuple[str, str, float]], order: list[str]
+) -> None:
+    assert len(exported_steps) == len(steps)
+    for exported, step in zip(exported_steps, steps, strict=True):
+        found = columns_by_role(exported.table)
         for place, role in enumerate(order):
             if role in NOT_A_ROLE:
                 continue
-            got = segment.table.column(found[role], role, ROLES[role])
+            got = exported.table.column(found[role], role, ROLES[role])
             np.testing.assert_allclose(got, np.array(step.rows)[:, place] * names[role][2], rtol=1e-12)
 
 
@@ -146,19 +148,19 @@ def test_a_file_cut_anywhere_is_read_as_far_as_it_goes_or_is_an_error_of_one_lin
     whole = read(content)
     cut = content[: data.draw(st.integers(0, len(content)))]
     error = ""
-    segments = []
+    exported_steps = []
     try:
         text = decode(cut, "cut.txt")
         known = recognise(text)
-        segments = known.read(text, "cut.txt") if known else []
+        exported_steps = known.read(text, "cut.txt") if known else []
     except InputError as caught:
         error = str(caught)
     assert not error or (error.startswith("cut.txt: ") and "\n" not in error)
-    for segment, full in zip(segments, whole, strict=False):
-        rows = segment.table.lines.size
-        assert segment.table.lines.tolist() == full.table.lines[:rows].tolist()
+    for exported, full in zip(exported_steps, whole, strict=False):
+        rows = exported.table.lines.size
+        assert exported.table.lines.tolist() == full.table.lines[:rows].tolist()
         # a cut through the very last number cannot be seen
-        for own, complete in zip(segment.table.cells, full.table.cells, strict=True):
+        for own, complete in zip(exported.table.cells, full.table.cells, strict=True):
             assert own[: rows - 1] == complete[: max(rows - 1, 0)]
 
 
@@ -198,11 +200,11 @@ def test_an_unknown_unit_is_named_with_its_line() -> None:
     text = exports.trios(
         exports.sweeps(("Temperature", "Angular frequency", "Storage modulus", "x"), ("°C", "rad/s", "barleycorn", "Pa"))
     )
-    (segment, *_) = read(text.encode())
+    (exported, *_) = read(text.encode())
     with pytest.raises(
         InputError, match=r'export.txt: line 11: column "Storage modulus" \[barleycorn\]: unknown unit "barleycorn"'
     ):
-        segment.table.column("Storage modulus", "storage", ROLES["storage"])
+        exported.table.column("Storage modulus", "storage", ROLES["storage"])
 
 
 @given(
@@ -241,10 +243,10 @@ def test_every_export_is_of_one_format_only() -> None:
 
 
 def test_names_say_shear_or_tension_or_nothing() -> None:
-    assert mode_of(["G'", "G''"]) == "shear"
-    assert mode_of(["E'", "tan d"]) == "tension"
-    assert mode_of(["Shear Strain", "Storage Modulus"]) == "shear"
-    assert mode_of(["Storage modulus", "Loss modulus"]) is None
+    assert deformation_of(["G'", "G''"]) == "shear"
+    assert deformation_of(["E'", "tan d"]) == "tension"
+    assert deformation_of(["Shear Strain", "Storage Modulus"]) == "shear"
+    assert deformation_of(["Storage modulus", "Loss modulus"]) is None
 
 
 @pytest.mark.parametrize(
@@ -263,19 +265,19 @@ def test_names_say_shear_or_tension_or_nothing() -> None:
 def test_the_instrument_says_how_the_specimen_is_strained(instrument: str, test: str | None) -> None:
     steps = exports.sweeps(("Temperature", "Angular frequency", "Storage modulus", "Loss modulus"), ("°C", "rad/s", "Pa", "Pa"))
     for text in (exports.trios(steps, instrument=instrument), exports.trios_lims(steps, instrument=instrument)):
-        assert {segment.test for segment in read(text.encode())} == {test}
+        assert {exported.deformation for exported in read(text.encode())} == {test}
 
 
 def test_empty_steps_stay_steps() -> None:
     names = ("Temperature", "Angular frequency"), ("°C", "rad/s")
-    segments = read(exports.trios([Step("Conditioning", *names, []), Step("more", *names, [[20.0, 1.0]])]).encode())
-    assert [(segment.name, segment.table.lines.size) for segment in segments] == [("Conditioning", 0), ("more", 1)]
+    exported_steps = read(exports.trios([Step("Conditioning", *names, []), Step("more", *names, [[20.0, 1.0]])]).encode())
+    assert [(exported.name, exported.table.lines.size) for exported in exported_steps] == [("Conditioning", 0), ("more", 1)]
 
 
 def test_a_step_s_own_clock_comes_first() -> None:
     step = Step("Stress relaxation", ("Time", "Step time", "Relaxation modulus"), ("s", "s", "Pa"), [[100.0, 1.0, 5.0]])
-    (segment,) = read(exports.trios([step]).encode())
-    assert columns_by_role(segment.table) == {"time": 2, "modulus": 3}
+    (exported,) = read(exports.trios([step]).encode())
+    assert columns_by_role(exported.table) == {"time": 2, "modulus": 3}
 
 
 def test_every_unit_of_the_vendors_is_known() -> None:
@@ -295,8 +297,8 @@ def test_line_ends_make_no_difference(name: str, newline: str) -> None:
     assert known is not None
     assert recognise(text) is known
     for own, other in zip(known.read(plain, name), known.read(text, name), strict=True):
-        assert (own.name, own.test, own.table.names, own.table.units, own.table.cells) == (
-            *(other.name, other.test, other.table.names, other.table.units, other.table.cells),
+        assert (own.name, own.deformation, own.table.names, own.table.units, own.table.cells) == (
+            *(other.name, other.deformation, other.table.names, other.table.units, other.table.cells),
         )
 
 

@@ -81,8 +81,8 @@ def test_a_ramp_between_two_states() -> None:
         ([Step(stretch=2.0, stress=1e4)], "step 0: a stretch or a stress"),
         ([Step(stretch=(2.0, None))], "step 0: axis 2 needs either a stretch or a stress"),
         ([Step()], "step 0: a stretch, a stress, or the duration"),
-        ([Step.hold(-1.0)], "step 0: duration -1 s"),
-        ([Step(stretch=np.nan)], "step 0: stretch must be finite"),
+        ([Step.hold(-1.0)], "step 0: duration: -1 s"),
+        ([Step(stretch=np.nan)], "step 0: stretch: every value must be finite"),
         ([Step(stretch=11.0, rate=1.0)], "step 0: stretch 11 is beyond the Gent limit, J_lim = 110"),
         ([Step(stretch=9.0)], "step 0: stretch 9 is beyond the Gent limit, J_lim = 55"),
     ],
@@ -108,13 +108,13 @@ def test_wrong_tables_are_said_to_be_wrong(time: list[float], message: str) -> N
 def test_other_wrong_arguments() -> None:
     steps = [Step(stress=1e4), Step.hold(1.0)]
     for arguments, message in (
-        ({"mode": "biaxial"}, "mode 'biaxial' is not one of"),
+        ({"mode": "biaxial"}, "mode: 'biaxial' is not one of"),
         ({"times": [0.5, 2.0]}, "after the end of the history"),
         ({"times": [0.5, 0.1]}, "must ascend"),
         ({"times": [-1.0]}, "not negative"),
-        ({"rtol": 0.0}, "rtol 0 is not between"),
-        ({"temperature": np.nan}, "temperature must be finite"),
-        ({"points_per_decade": 0}, "points per decade"),
+        ({"rtol": 0.0}, "rtol: 0 is not between"),
+        ({"temperature": np.nan}, "temperature: every value must be finite"),
+        ({"points_per_decade": 0}, "points_per_decade: 0"),
     ):
         with pytest.raises(InputError, match=message):
             creep(SOLID, steps, **arguments)

@@ -192,7 +192,7 @@ def test_a_sweep_whose_moduli_are_not_positive_is_refused() -> None:
     curves = maxwell()
     wrong = np.where(np.arange(25) < 20, -1.0, curves[1].loss_modulus)
     curves[1] = FrequencySweep(10.0, FREQUENCY, curves[1].storage_modulus, wrong)
-    with pytest.raises(InputError, match="10 degC: 20 of 25 moduli are zero or negative, the first at point 0"):
+    with pytest.raises(InputError, match="10 degC: 20 of 25 storage or loss moduli are zero or negative, the first at point 0"):
         build(curves)
     compliant = kelvin()
     compliant[2] = CreepCurve(20.0, TIME, -compliant[2].compliance)

@@ -9,12 +9,12 @@ import exports
 import numpy as np
 import pytest
 from exports import Step
-from readings import expect_sweeps, model, read
+from readings import expect_sweeps, model, read, relaxation_curves
 
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
-from dielast.readings.read import read_curves, read_measurements
+from dielast.readings.read import read_all
 
 USUAL = ("Temperature", "Angular frequency", "Storage modulus", "Loss modulus"), ("°C", "rad/s", "Pa", "Pa")
 RELAXING = ("Temperature", "Step time", "Relaxation modulus"), ("°C", "s", "Pa")
@@ -28,9 +28,9 @@ def export(folder: Path, steps: list[Step], **options: Any) -> str:
 @pytest.mark.parametrize("name", [name for name in exports.files() if "relaxation" not in name and "frequencies" not in name])
 def test_a_sweep_s_export_needs_no_columns(name: str) -> None:
     reading = read(exports.FOLDER, file=name)
-    assert reading.measurement == "oscillation"
+    assert reading.kind.name == "oscillation"
     # the files of dynamic mechanical analysers hold Young's moduli already
-    assert reading.test == ("tension" if name.split("-")[0] in ("universal", "proteus", "eplexor") else "shear")
+    assert reading.deformation == ("tension" if name.split("-")[0] in ("universal", "proteus", "eplexor") else "shear")
     expect_sweeps(reading.measurements, 3.0)
     assert reading.summary["format"] == reading.formats[0]
 
@@ -38,13 +38,13 @@ def test_a_sweep_s_export_needs_no_columns(name: str) -> None:
 @pytest.mark.parametrize("name", ["trios-relaxation.csv", "rheocompass-relaxation.csv"])
 def test_a_relaxation_test_s_export_needs_no_columns(name: str) -> None:
     data = model(exports.FOLDER, file=name)
-    for one, temperature in zip(read_curves(data, Inputs(exports.FOLDER)), exports.TEMPERATURES, strict=True):
+    for one, temperature in zip(relaxation_curves(data, Inputs(exports.FOLDER)), exports.TEMPERATURES, strict=True):
         assert one.temperature == temperature
         np.testing.assert_allclose([one.time, one.modulus / 3], exports.relaxation(temperature).T, rtol=1e-12)
 
 
 def test_columns_of_several_frequencies_become_sweeps() -> None:
-    found = read_measurements(model(exports.FOLDER, file="proteus-frequencies.txt"), Inputs(exports.FOLDER))
+    found = read_all(model(exports.FOLDER, file="proteus-frequencies.txt"), Inputs(exports.FOLDER)).measurements
     for one, temperature in zip(found, exports.TEMPERATURES, strict=True):
         assert isinstance(one, FrequencySweep)
         np.testing.assert_allclose(one.angular_frequency, exports.OMEGA[::4], rtol=1e-3)
@@ -163,17 +163,12 @@ def test_a_creep_test_s_export_needs_no_columns(tmp_path: Path, unit: str) -> No
     recovery = Step("Recovery", names[0][:2], names[1][:2], [[20.0, 1.0]])
     (tmp_path / "creep.csv").write_bytes(exports.rheocompass([*steps, recovery]).encode("utf-16"))
     reading = read(tmp_path, file="creep.csv")
-    assert (reading.measurement, reading.test, reading.left_out) == ("creep", "shear", ("Recovery interval 1",))
+    assert (reading.kind.name, reading.deformation, reading.left_out) == ("creep", "shear", ("Recovery interval 1",))
     for one in reading.measurements:
         assert isinstance(one, CreepCurve)
         assert one.time.tolist() == [1, 10, 100]  # a reading at no time at all says nothing
         scale = 1e-6 if unit == "1/MPa" else 1.0
         np.testing.assert_allclose(one.compliance, 2e-6 * one.time**0.3 * scale / 3, rtol=1e-12)
-
-
-def test_what_is_not_relaxation_is_refused_where_relaxation_is_needed() -> None:
-    with pytest.raises(InputError, match="relaxation tests are needed, these are frequency sweeps"):
-        read_curves(model(exports.FOLDER, file="trios-sweeps.txt"), Inputs(exports.FOLDER))
 
 
 def test_a_ramp_is_refused_for_an_export_of_sweeps() -> None:

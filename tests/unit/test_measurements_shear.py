@@ -33,12 +33,12 @@ def test_names_of_shear_are_not_read_as_tension_without_a_word(tmp_path: Path, n
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         plain = read(tmp_path, file="sweep.csv", columns=columns)
-    assert plain.test == "tension"
+    assert plain.deformation == "tension"
     said = [str(one.message) for one in caught]
     assert [f'column "{doubted}" looks like one of shear' in one for one in said] == ([] if doubted is None else [True])
     assert all('test = "shear", or test = "tension"' in one for one in said)
     for test in ("shear", "tension"):  # stated: no doubt
-        assert read(tmp_path, file="sweep.csv", columns=columns, test=test).test == test
+        assert read(tmp_path, file="sweep.csv", columns=columns, test=test).deformation == test
 
 
 @pytest.mark.parametrize(

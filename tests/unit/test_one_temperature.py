@@ -15,8 +15,9 @@ from dielast.commands.mastercurve.run import run as run_mastercurve
 from dielast.commands.registry import read_cases
 from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
 from dielast.commands.spectrum.run import run as run_spectrum
+from dielast.commands.spectrum.single_test import read_curve
 from dielast.errors import DielastWarning, InputError
-from dielast.handover.mastercurve_folder import Curve, read_curve
+from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.shift import NoShift
 from dielast.recipe.cases import Case
@@ -29,7 +30,7 @@ SPECIMEN = {"gauge_length": "80 mm", "width": "6 mm", "thickness": "0.5 mm"}
 AREA, GAUGE, STRAIN = 6e-3 * 0.5e-3, 80e-3, 0.02
 
 
-def read(folder: Path, **data: Any) -> Curve:
+def read(folder: Path, **data: Any) -> ReducedCurve:
     return read_curve(check(CurveData, data, "recipe.toml: data", folder), Inputs(folder))
 
 
@@ -58,7 +59,7 @@ def test_stress_and_strain_force_and_extension_or_a_modulus_are_one_curve(
 ) -> None:
     held(tmp_path, header, TIME, *scales)
     found = read(tmp_path, file="test.csv", columns=columns, specimen=SPECIMEN, reference_temperature="23 degC")
-    assert found.test == "relaxation"
+    assert found.kind.name == "relaxation"
     assert found.shift == NoShift(23.0)
     np.testing.assert_allclose(found.columns, [TIME, MODULUS], rtol=1e-12)
 
@@ -77,7 +78,7 @@ def test_creep_of_a_machine_is_a_compliance(tmp_path: Path) -> None:
     columns = {"time": "t", "extension": "u", "force": "F"}
     options = {"file": "test.csv", "columns": columns, "specimen": SPECIMEN, "reference_temperature": "23 degC"}
     found = read(tmp_path, **options, measurement="creep")
-    assert found.test == "creep"
+    assert found.kind.name == "creep"
     np.testing.assert_allclose(found.columns, [TIME, 1 / MODULUS[::-1]], rtol=1e-12)
     with pytest.warns(DielastWarning, match='as in creep: say measurement = "creep"'):
         read(tmp_path, **options)
@@ -114,7 +115,7 @@ def test_an_export_of_one_temperature_needs_nothing_else(tmp_path: Path) -> None
     name = "trios-sweeps.txt"
     (tmp_path / name).write_bytes(exports.files()[name])
     found = read(tmp_path, file=name, steps=[3])
-    assert found.test == "oscillation"
+    assert found.kind.name == "oscillation"
     assert found.shift.reference_temperature == pytest.approx(exports.TEMPERATURES[0], abs=0.01)
     said = {"measurement": "oscillation", "test": "shear", "format": "TA Instruments TRIOS", "points": exports.OMEGA.size}
     assert found.data is not None
@@ -231,3 +232,9 @@ def test_columns_of_another_quantity_say_what_they_are(tmp_path: Path, header: s
         read(tmp_path, file="test.csv", columns=columns, specimen=SPECIMEN, reference_temperature="20 degC")
     assert message in str(caught.value)
     assert len(caught.value.messages) == 1
+
+
+@pytest.mark.parametrize("key", ["files", "temperatures", "temperature_in_name", "layout", "temperature_stderr", "drift"])
+def test_keys_of_several_temperatures_are_refused_with_a_reason(tmp_path: Path, key: str) -> None:
+    with pytest.raises(InputError, match=rf"recipe.toml: data: {key}: .*(mastercurve|reference_temperature)"):
+        check(CurveData, {"file": "test.csv", key: "any"}, "recipe.toml: data", tmp_path)

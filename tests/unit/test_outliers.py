@@ -106,3 +106,14 @@ def test_rows_that_stand_twice_are_said_to_and_taken_once() -> None:
     assert f"20 degC: time {TIME[5]:g} s stands there twice, with different values: all are taken" in heard(list(curves))[1]
     # a second run on the same times is a second run
     assert not [one for one in heard([*relaxation(), changed(own, 3, 1.01)])[1] if "different values" in one]
+
+
+def test_a_named_point_is_not_in_the_residual_and_its_time_is_as_measured() -> None:
+    clean, _ = heard(list(relaxation()))
+    curves = [RelaxationCurve(c.temperature, c.time, c.modulus, time_offset=0.25) for c in relaxation()]
+    curves[2] = RelaxationCurve(0.0, TIME, changed(relaxation()[2], 7, 3.0).modulus, time_offset=0.25)
+    master, said = heard(list(curves))
+    (found,) = [one for one in said if "far off" in one]
+    assert f"0 degC at {TIME[7] + 0.25:.4g} s, " in found
+    assert (clean.outlying_points, master.outlying_points) == (0, 1)
+    assert master.rms_residual_decades == pytest.approx(clean.rms_residual_decades, rel=0.1)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from dielast import FrequencySweep, RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
-from dielast.plots.oscillation import _tangent_axis
+from dielast.plots.mastercurve import _tangent_axis
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, lasting, log_axis, number, panels, render, spread, style, typeset
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.interconversion import retardation_from_relaxation

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from readings import relaxation_curves
 
 from dielast import WLF, Gent, Material, Spectrum, build_master_curve
-from dielast.commands.mastercurve.run import read_curves
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Step
@@ -38,7 +38,7 @@ def test_with_a_ramp(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def curves(path: Path, **options: str) -> list:
     columns = {"temperature": "T", "time": "t", "strain": "strain", "stress": "stress"}
     data = MeasurementData.model_validate({"file": path.name, "columns": columns, **options}, context={"folder": path.parent})
-    return read_curves(data, Inputs(path.parent))
+    return relaxation_curves(data, Inputs(path.parent))
 
 
 def worst_shift_error(found: list) -> float:

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from readings import read
 
+from dielast.commands.spectrum.single_test import read_curve
 from dielast.errors import InputError
-from dielast.handover.mastercurve_folder import read_curve
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
+from dielast.material.measurement_kind import RELAXATION
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.instruments import recognise
 from dielast.recipe.validate import check
@@ -62,7 +63,7 @@ def test_relaxation_is_over_its_strain(tmp_path: Path, head: str, scale: float) 
     (tmp_path / "model.gt").write_text(head + "\n".join(f"{t}\t{scale * g}" for t, g in rows) + "\n")
     curve = read_curve(check(CurveData, {"file": "model.gt"}, "r", tmp_path), Inputs(tmp_path))
     np.testing.assert_allclose(curve.columns, [rows[:, 0], 3 * rows[:, 1]], rtol=1e-12)
-    assert curve.test == "relaxation"
+    assert curve.kind is RELAXATION
 
 
 @pytest.mark.parametrize("column", [True, False])

@@ -28,10 +28,10 @@ VHB = read_material(resolve(Path(), "example:vhb4905.toml"))
         ({"temperature": []}, "temperature: an array of shape (0,)"),
         ({"temperature": "20 degC"}, 'temperature: "20 degC": a number'),
         ({"points_per_decade": 1.5}, "a whole number of at least one is needed"),
-        ({"rtol": 1.0}, "rtol 1 is not between"),
+        ({"rtol": 1.0}, "rtol: 1 is not between"),
         ({"times": [-1.0]}, "output times must be finite and not negative"),
         ({"times": [1e9]}, "lies after the end of the history"),
-        ({"mode": "sideways"}, "mode 'sideways' is not one of"),
+        ({"mode": "sideways"}, "mode: 'sideways' is not one of"),
     ],
 )
 def test_wrong_arguments_are_input_errors(arguments: dict[str, Any], message: str) -> None:

@@ -213,7 +213,7 @@ def test_a_large_negative_modulus_is_refused_with_advice() -> None:
 
 def test_a_glassy_modulus_below_the_curve_is_refused() -> None:
     for keep in (None, 5):
-        with pytest.raises(InputError, match=r"^glassy_modulus = 2e\+06 Pa is below the start of the curve, 2\.\d+e\+06 Pa"):
+        with pytest.raises(InputError, match=r"^glassy_modulus: 2e\+06 Pa is below the start of the curve, 2\.\d+e\+06 Pa"):
             fit_spectrum(*smooth_curve(), glassy_modulus=2e6, keep=keep)
 
 
@@ -241,20 +241,20 @@ def test_a_tenth_of_a_decade_past_the_curve_is_no_extrapolation() -> None:
 @pytest.mark.parametrize(
     ("options", "found"),
     [
-        ({"method": "best"}, 'method "best"'),
-        ({"branches": 2}, "branches = 2: schwarzl-staverman needs at least 3"),
-        ({"branches": 0, "method": "nnls"}, "branches = 0: nnls needs at least 1"),
-        ({"polynomial_degree": 0}, "polynomial_degree = 0"),
+        ({"method": "best"}, 'method: "best"'),
+        ({"branches": 2}, "branches: 2: schwarzl-staverman needs at least 3"),
+        ({"branches": 0, "method": "nnls"}, "branches: 0: nnls needs at least 1"),
+        ({"polynomial_degree": 0}, "polynomial_degree: 0"),
         ({"polynomial_degree": 300}, "a polynomial of degree 300 needs points at 301"),
         ({"relaxation_time": (10.0, 1.0)}, "min = 10 s must be shorter than max = 1 s"),
         ({"relaxation_time": (1.0, 1.0)}, "must be shorter"),
-        ({"relaxation_time": (0.0, 1.0)}, "relaxation_time min = 0 s"),
-        ({"relaxation_time": (None, np.nan)}, "relaxation_time max = nan s"),
+        ({"relaxation_time": (0.0, 1.0)}, "relaxation_time: min = 0 s"),
+        ({"relaxation_time": (None, np.nan)}, "relaxation_time: max = nan s"),
         ({"relaxation_time": (1e9, None)}, "no relaxation time lies between"),
-        ({"equilibrium_modulus": -1.0}, "equilibrium_modulus = -1 Pa"),
+        ({"equilibrium_modulus": -1.0}, "equilibrium_modulus: -1 Pa"),
         ({"equilibrium_modulus": 4e4}, "is above the end of the curve"),
         ({"equilibrium_modulus": 2e4, "glassy_modulus": 1e4}, "must be smaller than glassy_modulus"),
-        ({"glassy_modulus": 0.0}, "glassy_modulus = 0 Pa"),
+        ({"glassy_modulus": 0.0}, "glassy_modulus: 0 Pa"),
         ({"keep": 0}, "cannot keep 0 of 30"),
         ({"keep": 31}, "cannot keep 31 of 30"),
     ],

@@ -122,7 +122,7 @@ def test_truncation_keeps_the_slowest() -> None:
         (([1.0, 2.0], [3.0, 2.0], [np.nan, 0.0]), {}, r"loss modulus\[0\] = nan Pa \(and 1 more\)"),
         (([1.0, 2.0], [3.0, 2.0], [1.0]), {}, "same length"),
         (([1.0, 1.0], [3.0, 2.0], [1.0, 1.0]), {}, "at a single angular frequency: at least two different angular frequencies"),
-        ((FREQUENCY, STORAGE, LOSS), {"branches": 0}, "branches = 0: nnls needs at least 1"),
+        ((FREQUENCY, STORAGE, LOSS), {"branches": 0}, "branches: 0: nnls needs at least 1"),
         ((FREQUENCY, STORAGE, LOSS), {"equilibrium_modulus": 1e6}, "is above the end of the curve"),
         ((FREQUENCY, STORAGE, LOSS), {"relaxation_time": (2.0, 1.0)}, "must be shorter"),
         ((FREQUENCY, STORAGE, LOSS), {"keep": 31}, "cannot keep 31 of 30"),
@@ -138,7 +138,7 @@ def test_impossible_oscillations_are_refused_in_one_line(columns: Any, options: 
     ("columns", "options", "found"),
     [
         (([1.0, 2.0], [3.0, -2.0]), {}, r"creep compliance\[1\] = -2 1/Pa"),
-        ((TIME, COMPLIANCE), {"glassy_modulus": 1e3}, "glassy_modulus = 1000 Pa is below the start of the curve"),
+        ((TIME, COMPLIANCE), {"glassy_modulus": 1e3}, "glassy_modulus: 1000 Pa is below the start of the curve"),
         ((TIME, COMPLIANCE), {"equilibrium_modulus": 1e6}, "is above the end of the curve"),
         ((TIME, COMPLIANCE), {"retardation_time": (1e9, None)}, "no relaxation time lies between"),
     ],

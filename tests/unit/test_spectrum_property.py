@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from dielast.errors import InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.fit import Method, fit_spectrum
-from dielast.relaxation.nnls import Curve, fit_strengths
+from dielast.relaxation.nnls import WeightedCurve, fit_strengths
 
 strengths = st.lists(st.floats(min_value=0, max_value=1), min_size=8, max_size=8).filter(lambda found: max(found) > 0.01)
 
@@ -61,7 +61,7 @@ def test_nnls_copes_with_any_scattered_curve(seed: int, noise: float, branches: 
     x = np.sort(rng.uniform(-4, 4, 60))
     modulus = 1e5 * 10 ** (1 - np.tanh(x)) * np.exp(noise * rng.standard_normal(x.size))
     tau = np.logspace(4, -4, branches)
-    solution = fit_strengths(Curve(10**x, modulus[None], np.ones(x.size)), tau, (None,))
+    solution = fit_strengths(WeightedCurve(10**x, modulus[None], np.ones(x.size)), tau, (None,))
     model = Spectrum(tau, solution.strength).relaxation_modulus(10**x, float(solution.constants[0]))
     assert np.all(solution.strength >= 0)
     assert solution.constants[0] >= 0

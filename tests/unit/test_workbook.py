@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from readings import expect_sweeps, read
 
+from dielast.commands.spectrum.single_test import read_curve
 from dielast.errors import InputError
-from dielast.handover.mastercurve_folder import read_curve
 from dielast.io import workbook
 from dielast.io.files import Inputs, sha256
 from dielast.io.text_table import TextFormat, decode, read_measured
@@ -244,3 +244,9 @@ def test_damaged_workbooks_are_read_or_refused_in_a_line() -> None:
             told += error.messages
     assert told
     assert all(line.startswith("dma.xlsx: ") for line in told)
+
+
+def test_a_list_of_sheets_is_refused_with_what_to_write(tmp_path: Path) -> None:
+    (tmp_path / "dma.xlsx").write_bytes(book([HEADER, *ROWS]))
+    with pytest.raises(InputError, match=r"data: sheet: one sheet is read.* save .* as files, and state them in files"):
+        check(CurveData, {"file": "dma.xlsx", "sheet": ["Data", "Data1"]}, "recipe.toml: data", tmp_path)

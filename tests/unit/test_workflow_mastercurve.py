@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from readings import relaxation_curves
 
 from dielast import RelaxationCurve, build_master_curve
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
-from dielast.commands.mastercurve.run import read_curves, run
+from dielast.commands.mastercurve.run import run
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.readings.read import read_all
@@ -28,7 +29,7 @@ def rows(temperature: float, factor: float = 1.0) -> list[str]:
 def read(folder: Path, lines: list[str], **options: object) -> list[RelaxationCurve]:
     (folder / "dma.csv").write_text("\n".join(["T [degC],t [s],E [Pa]", *lines]) + "\n")
     data = MeasurementData.model_validate({"file": "dma.csv", "columns": COLUMNS, **options}, context={"folder": folder})
-    return read_curves(data, Inputs(folder))
+    return relaxation_curves(data, Inputs(folder))
 
 
 def test_two_runs_of_one_temperature_stay_two_curves(tmp_path: Path) -> None:
@@ -80,13 +81,13 @@ def test_files_state_their_temperature_in_a_list_or_in_their_name(tmp_path: Path
         {"files": "abs_*.csv", "temperature_in_name": "abs_{K}K"},
     ):
         data = MeasurementData.model_validate({"columns": columns, **options}, context={"folder": tmp_path})
-        found = read_curves(data, Inputs(tmp_path))
+        found = relaxation_curves(data, Inputs(tmp_path))
         assert [round(curve.temperature, 6) for curve in found] == [0, 20]
     data = MeasurementData.model_validate(
         {"columns": columns, "files": "run_*.csv", "temperature_in_name": "x{degC}"}, context={"folder": tmp_path}
     )
     with pytest.raises(InputError, match="the name does not fit"):
-        read_curves(data, Inputs(tmp_path))
+        relaxation_curves(data, Inputs(tmp_path))
 
 
 def summary_of(folder: Path, lines: list[str], **options: object) -> tuple[Any, np.ndarray]:
@@ -143,7 +144,7 @@ def test_a_drift_follows_the_order_of_the_file(tmp_path: Path) -> None:
 def test_what_is_stated_wrongly_is_refused(tmp_path: Path, key: str, value: str) -> None:
     with pytest.raises(ValueError, match="is needed"):
         summary_of(tmp_path, bent(0) + bent(20), **{key: value})
-    with pytest.raises(InputError, match="temperature_stderr = -1 K"):
+    with pytest.raises(InputError, match="temperature_stderr: -1 K"):
         build_master_curve([], reference_temperature=20.0, temperature_stderr=-1.0)
-    with pytest.raises(InputError, match="drift = 2: a share"):
+    with pytest.raises(InputError, match="drift: 2: a share"):
         build_master_curve([], reference_temperature=20.0, drift=2.0)

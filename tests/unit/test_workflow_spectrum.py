@@ -11,7 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
-from dielast.commands.spectrum.run import read_curve, run
+from dielast.commands.spectrum.run import run
+from dielast.commands.spectrum.single_test import read_curve
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns, to_csv
@@ -187,8 +188,8 @@ def test_continuous_and_reduced_spectra_are_written(tmp_path: Path) -> None:
         ({"window": ["6 h", "1 s"]}, "the shorter time must come first"),
         ({"window": ["1 s"]}, "at least 2"),
         ({"window": ["1 s", "6 h"], "tolerance": 0}, "greater than 0"),
-        ({"window": ["1 s", "6 h"], "temperatures": ["-170 degC"]}, "reduce: temperature -170 degC is at or below -167.1 degC"),
-        ({"window": ["1 s", "2 s"], "tolerance": 1e-7}, "reduce: tolerance = 1e-07"),
+        ({"window": ["1 s", "6 h"], "temperatures": ["-170 degC"]}, "reduce.temperatures: -170 degC is at or below -167.1 degC"),
+        ({"window": ["1 s", "2 s"], "tolerance": 1e-7}, "reduce.tolerance: 1e-07"),
     ],
 )
 def test_impossible_reductions_are_refused(tmp_path: Path, reduce: dict[str, Any], found: str) -> None:
@@ -270,30 +271,30 @@ def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) ->
         (
             "relaxation",
             {"fit": {"equilibrium_modulus": "1 MPa"}},
-            "fit.equilibrium_modulus = 1e+06 Pa is above the end of the curve",
+            "fit.equilibrium_modulus: 1e+06 Pa is above the end of the curve",
         ),
         (
             "relaxation",
             {"fit": {"glassy_modulus": "1 kPa"}},
-            "fit.glassy_modulus = 1000 Pa is below the start of the curve, ",
+            "fit.glassy_modulus: 1000 Pa is below the start of the curve, ",
         ),
         (
             "oscillation",
             {"fit": {"glassy_modulus": "1 kPa"}},
-            "fit.glassy_modulus = 1000 Pa is below the start of the curve, ",
+            "fit.glassy_modulus: 1000 Pa is below the start of the curve, ",
         ),
         (
             "creep",
             {"fit": {"glassy_modulus": "1 kPa", "equilibrium_modulus": "150 kPa"}},
-            "fit.equilibrium_modulus = 150000 Pa must be smaller than fit.glassy_modulus = 1000 Pa",
+            "fit.equilibrium_modulus: 150000 Pa must be smaller than fit.glassy_modulus = 1000 Pa",
         ),
         (
             "creep",
             {"fit": {"glassy_modulus": "1 kPa"}},
-            "fit.glassy_modulus = 1000 Pa is below the start of the curve",
+            "fit.glassy_modulus: 1000 Pa is below the start of the curve",
         ),
         ("oscillation", {"truncate": {"keep": 1000}}, "truncate.keep: cannot keep 1000 of 30 branches"),
-        ("relaxation", {"fit": {"branches": 2}}, "fit.branches = 2: schwarzl-staverman needs at least 3"),
+        ("relaxation", {"fit": {"branches": 2}}, "fit.branches: 2: schwarzl-staverman needs at least 3"),
     ],
 )
 def test_mistakes_name_the_key_of_the_recipe(tmp_path: Path, measurement: str, document: dict[str, Any], message: str) -> None:
@@ -306,7 +307,7 @@ def test_mistakes_name_the_key_of_the_recipe(tmp_path: Path, measurement: str, d
 
 def test_warnings_name_the_key_of_the_recipe(tmp_path: Path) -> None:
     write_folder(tmp_path / "mc", "relaxation")
-    with pytest.warns(DielastWarning, match=r"^fit\.equilibrium_modulus = 157000 Pa is 4\.\d% above the end"):
+    with pytest.warns(DielastWarning, match=r"^fit\.equilibrium_modulus: 157000 Pa is 4\.\d% above the end"):
         spectrum(tmp_path, mastercurve="mc", fit={"equilibrium_modulus": "157 kPa", "method": "nnls"})
 
 

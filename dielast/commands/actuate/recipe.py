@@ -14,7 +14,7 @@ from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError, shown
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.base import BreakdownField
-from dielast.recipe.fields import Length, Section, Voltage, VoltageRate
+from dielast.recipe.fields import ColumnName, Length, Section, Voltage, VoltageRate
 from dielast.units import VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
@@ -39,6 +39,13 @@ class Stop(Section):
     at: StopAt = Field("breakdown", description="The event to stop at, or the end of the last step.")
 
 
+class VoltageColumns(Section):
+    """Columns of a table of voltages, where they are called otherwise."""
+
+    time: ColumnName | None = Field(None, description='Left out: "time".')
+    voltage: ColumnName | None = Field(None, description='Left out: "voltage".')
+
+
 class VoltageStep(HistoryStep):
     """A step of prescribed voltage."""
 
@@ -46,6 +53,7 @@ class VoltageStep(HistoryStep):
     rate: VoltageRate | None = Field(None, description="Of the voltage; negative to lower it.")
     low: Voltage | None = Field(None, description="Of a waveform; by default 0 V.")
     high: Voltage | None = Field(None, description="Of a waveform.")
+    columns: VoltageColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
 
     def aim(self) -> Aim | None:
         """The voltage."""
@@ -88,11 +96,11 @@ class ActuateRecipe(SimulationRecipe):
             asked += [(f"compare[{index}].x", comparison.x), (f"compare[{index}].y", comparison.y)]
         for key, header in asked:
             if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
-                raise InputError(f'{key}: "{header}" is of the electrode: state film.electrode_diameter')
+                raise InputError(f'"{header}" is of the electrode: state film.electrode_diameter', key=key)
         return self
 
     @model_validator(mode="after")
     def _no_noise(self) -> Self:
         if self.output.noise is not None:
-            raise InputError("output.noise: only relax and creep make test data with noise")
+            raise InputError("only relax and creep make test data with noise", key="output.noise")
         return self

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +15,11 @@ from dielast.commands.simulation.cases import (
     CaseResult,
     SimulationBatch,
     axes_of,
+    batches_of,
     case_columns,
     compare_headline,
     cycle_columns,
     cycles_of,
-    divided,
     each,
     failures,
     given_up,
@@ -30,9 +30,9 @@ from dielast.commands.simulation.cases import (
     result_columns,
     temperature_of,
 )
-from dielast.commands.simulation.history import Entry, in_recipe_terms, target_of, values_of
+from dielast.commands.simulation.checks import warn_of_films
+from dielast.commands.simulation.history import Entry, target_of, values_of
 from dielast.commands.simulation.memory import check_series
-from dielast.commands.simulation.sanity import doubt_films
 from dielast.handover.material_file import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
@@ -61,7 +61,7 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     check_series(cases, 12, inputs, execution.jobs)
     films = solve_batches(film_batches(cases, materials, inputs), execution)
     results, events = [result for result, _ in films], [own for _, own in films]
-    doubt_films(cases, materials, results, events, [voltage_entries(case.recipe, inputs) for case in cases])
+    warn_of_films(cases, materials, results, events, [voltage_entries(case.recipe, inputs) for case in cases])
     told, happened = results, event_columns(events)
     intervals: dict[str, dict[str, Any]] = {}
     spans: list[tuple[float, float]] = []
@@ -173,58 +173,40 @@ def film_batches(
 
     `thickness_factor` (cases,), if given, is one on the thickness of each film.
     """
-    # a case that stands in the list many times, once for each draw, is read once
-    known = {id(case): voltage_entries(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
-    programmes = [known[id(case)] for case in cases]
-    groups: dict[Any, list[int]] = {}
-    for index, (case, programme) in enumerate(zip(cases, programmes, strict=True)):
-        recipe = case.recipe
-        film, output = recipe.film, recipe.output
-        times = None if output.times is None else tuple(output.times)
-        limits = breakdown(recipe.breakdown)
-        key = (
-            film.prestretch_rate is None,
-            film.relax,
-            film.boundary,
-            limits,
-            recipe.pull_in.timescale,
-            recipe.stop.at,
-        )
-        shape = tuple(entry.shape for entry in programme)
-        asked = (output.points_per_decade, output.cycles)
-        groups.setdefault((key, times, asked, recipe.solver.rtol, shape), []).append(index)
-    batches = []
-    for (_, times, _, _, shape), members in groups.items():
-        recipe = cases[members[0]].recipe
-        origin = [entry.origin for entry in programmes[members[0]]]
+    factor = np.ones(len(cases)) if thickness_factor is None else thickness_factor
+
+    def batch(members: Sequence[int], entries: Sequence[Sequence[Entry]]) -> tuple[partial[Any], partial[FilmResult]]:
+        recipe, used = cases[members[0]].recipe, [materials[index] for index in members]
+        films = [cases[index].recipe.film for index in members]
         share, by_share = recipe.pull_in.timescale
-        for part in divided(members, materials):
-            films = [cases[index].recipe.film for index in part]
-            own = [materials[index] for index in part]
-            run = partial(
-                actuate,
-                one_or_all(own),
-                [_joined([programmes[index][position] for index in part]) for position in range(len(shape))],
-                thickness=np.array([film.thickness for film in films])
-                * (1.0 if thickness_factor is None else thickness_factor[part]),
-                prestretch=(np.array([film.prestretch[0] for film in films]), np.array([film.prestretch[1] for film in films])),
-                prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
-                relax=recipe.film.relax,
-                boundary=recipe.film.boundary,
-                temperature=[temperature_of(cases[index].recipe, materials[index]) for index in part],
-                breakdown_field=breakdown(recipe.breakdown),
-                pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
-                stop_at=recipe.stop.at,
-                times=times,
-                points_per_decade=recipe.output.points_per_decade,
-                with_end=recipe.output.times is None,
-                rtol=recipe.solver.rtol,
-                cycles=recipe.output.cycles,
-            )
-            result = partial(_case, materials=own, boundary=recipe.film.boundary)
-            told = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
-            batches.append(SimulationBatch(part, run, result, told))
-    return batches
+        run = partial(
+            actuate,
+            one_or_all(used),
+            [_joined(step) for step in entries],
+            thickness=np.array([film.thickness for film in films]) * factor[list(members)],
+            prestretch=tuple(np.array([film.prestretch for film in films]).T),
+            prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
+            relax=recipe.film.relax,
+            boundary=recipe.film.boundary,
+            temperature=[temperature_of(cases[index].recipe, materials[index]) for index in members],
+            breakdown_field=breakdown(recipe.breakdown),
+            pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            stop_at=recipe.stop.at,
+            times=recipe.output.times,
+            points_per_decade=recipe.output.points_per_decade,
+            with_end=recipe.output.times is None,
+            rtol=recipe.solver.rtol,
+            cycles=recipe.output.cycles,
+        )
+        return run, partial(_case, materials=used, boundary=recipe.film.boundary)
+
+    return batches_of(cases, materials, lambda recipe: voltage_entries(recipe, inputs), _alike, batch)
+
+
+def _alike(recipe: ActuateRecipe) -> Hashable:
+    """What the recipes of cases must share to be solved together."""
+    film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
+    return film.prestretch_rate is None, film.relax, film.boundary, ends
 
 
 def _joined(entries: Sequence[Entry]) -> VoltageStep:

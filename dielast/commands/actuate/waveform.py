@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dielast.commands.actuate.recipe import ActuateRecipe
+from dielast.commands.actuate.recipe import ActuateRecipe, VoltageColumns
 from dielast.commands.simulation.history import Entry, ascending_times, marked_still, tracks
 from dielast.io.files import Inputs
-from dielast.io.text_table import read_measured
+from dielast.io.text_table import TextFormat, read_measured
 from dielast.mechanics.load import Waveform
 from dielast.units import VOLTAGE
 
@@ -19,10 +19,11 @@ def voltage_entries(recipe: ActuateRecipe, inputs: Inputs) -> list[Entry]:
         if step.hold is not None:
             entries.append(Entry(index, None, None, None, step.hold))
         elif step.table is not None:
-            points = read_measured(inputs.read(step.table), step.table)
+            points = read_measured(inputs.read(step.table), step.table, TextFormat(sheet=step.sheet))
+            columns = step.columns or VoltageColumns()
             # a result of dielast's has two rows where the voltage jumps
-            time = ascending_times(points, step.table, jumps=points.has("true_field"))
-            entries += tracks(index, "voltage", time, points.column("voltage", "voltage", VOLTAGE))
+            time = ascending_times(points, step.table, points.has("true_field"), columns.time or "time")
+            entries += tracks(index, "voltage", time, points.column(columns.voltage or "voltage", "voltage", VOLTAGE))
         elif step.waveform is not None:
             wave = Waveform(step.low or 0.0, step.high or 0.0, step.period or 0.0, step.cycles or 1, step.waveform)
             entries.append(Entry(index, "voltage", wave))

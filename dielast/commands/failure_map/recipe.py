@@ -118,5 +118,5 @@ class FailureMapRecipe(RecipeBase):
     @model_validator(mode="after")
     def _on_in_time(self) -> Self:
         if self.voltage.ramp > self.horizon:
-            raise InputError(f"voltage.ramp: {self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s")
+            raise InputError(f"{self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s", key="voltage.ramp")
         return self

@@ -88,7 +88,7 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
     except (InputError, NumericsError) as error:
         if not begun:
             raise
-        raise type(error)(*(f"{line}; {KEPT}" for line in error.messages)) from None
+        raise error.adding(f"; {KEPT}") from None
 
 
 def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:

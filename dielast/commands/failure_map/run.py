@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,10 +12,10 @@ import numpy as np
 from dielast.commands.failure_map.recipe import FailureMapRecipe, VoltageAxis
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each
-from dielast.commands.simulation.history import in_keys
+from dielast.commands.simulation.checks import warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory import check_cells
-from dielast.commands.simulation.sanity import doubt_failures, doubt_map
-from dielast.errors import InputError, NumericsError
+from dielast.commands.simulation.recipe import KEYS
+from dielast.errors import Problem, placed
 from dielast.handover.material_file import breakdown, parse_material
 from dielast.io.files import Inputs
 from dielast.material.material import Material
@@ -43,9 +44,9 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     films = len(temperatures) * len(recipe.film.prestretch)
     check_cells(films * voltages(recipe.voltage).size, 0 if sample is None else len(sample))
     plan = _plan(recipe, material, sample)
-    doubt_map(recipe, material, plan)
+    warn_of_map(recipe, material, plan)
     result, *drawn = assembled(plan, solve(plan, fingerprint(recipe, inputs), execution))
-    doubt_failures(recipe, material, result)
+    warn_of_failures(recipe, material, result)
     lines = fit_lifetime(result)
 
     def figure() -> Any:
@@ -80,10 +81,10 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
 
 def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
-    """The map that the recipe asks for; errors speak of the recipe's keys."""
+    """The map that the recipe asks for; errors name the recipe's keys."""
     share, by_share = recipe.pull_in.timescale
     films, temperatures = recipe.film.prestretch, recipe.temperature or [material.reference_temperature]
-    try:
+    with placed(partial(_in_recipe_terms, films=len(films), temperatures=temperatures)):
         return plan_failure_map(
             material,
             voltage=voltages(recipe.voltage),
@@ -101,18 +102,15 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             sample=sample,
             drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,
         )
-    except (InputError, NumericsError) as error:
-        raise type(error)(*(_in_recipe_terms(line, len(films), temperatures) for line in error.messages)) from None
 
 
-def _in_recipe_terms(line: str, films: int, temperatures: Sequence[float]) -> str:
-    """An error of the solver, whose cases are the films at one temperature after the other, as one of the recipe's key."""
-    found = re.match(r"case (\d+): (prestretch )?", line)
-    if found is None or found[2] is None:
-        return in_keys(line if found is None else line[found.end() :])
-    temperature, film = divmod(int(found[1]), films)
+def _in_recipe_terms(problem: Problem, films: int, temperatures: Sequence[float]) -> Problem:
+    """A problem of the solver, whose cases are the films at one temperature after the other, with the recipe's key."""
+    if problem.case is None or problem.argument != "prestretch":
+        return replace(problem, case=None).in_keys(KEYS)
+    temperature, film = divmod(problem.case, films)
     at = f"{temperatures[temperature]:g} degC: " if len(temperatures) > 1 else ""
-    return f"film.prestretch[{film}]: {at}{line[found.end() :]}"
+    return Problem(at + problem.text, key=f"film.prestretch[{film}]")
 
 
 def voltages(axis: VoltageAxis) -> np.ndarray:

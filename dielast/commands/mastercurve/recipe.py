@@ -11,6 +11,17 @@ from dielast.readings.recipe import MeasurementData
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import OneOf, Section, Temperature, ThermalExpansion
 
+# the recipe's key for each argument of `build_master_curve`
+KEYS = {
+    "reference_temperature": "shift.reference_temperature",
+    "law": "shift.law",
+    "vertical": "shift.vertical",
+    "thermal_expansion": "shift.thermal_expansion",
+    "on": "shift.on",
+    "temperature_stderr": "data.temperature_stderr",
+    "drift": "data.drift",
+}
+
 
 class Shift(Section):
     """How the curves are shifted, and the law fitted to the shift factors."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.mastercurve.recipe import MasterCurveRecipe
-from dielast.errors import InputError
+from dielast.commands.mastercurve.recipe import KEYS, MasterCurveRecipe
+from dielast.errors import InputError, in_keys
 from dielast.handover.mastercurve_draws import curve_tables, draws_headline
 from dielast.io.files import Inputs
 from dielast.io.table import Table
-from dielast.material.checks import doubt_curve, doubt_temperature
+from dielast.material.checks import warn_of_curve, warn_of_temperature
 from dielast.readings.read import Reading, read_all
 from dielast.readings.values import ONE_TEMPERATURE
 from dielast.recipe.cases import Case
@@ -23,8 +23,6 @@ from dielast.superposition.mastercurve import MasterCurve, build_master_curve
 from dielast.superposition.undetermined import LAST_STRETCH, PLATEAU_SLOPE
 
 ONE_ALONE = "a master curve needs at least two temperatures"
-# what an error about an argument begins with -> the key of [shift] that it is
-KEYS = {"on = ": "on", "reference temperature ": "reference_temperature", "thermal expansion ": "thermal_expansion"}
 
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -32,7 +30,10 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     recipe = cases[0].recipe
     reading = read_all(recipe.data, inputs)
     shift, uncertainty = recipe.shift, recipe.uncertainty
-    try:
+    if len({curve.temperature for curve in reading.in_order}) == 1:
+        at = reading.in_order[0].temperature
+        raise InputError(f"a master curve needs at least two temperatures, but all curves are at {at:g} degC; {ONE_TEMPERATURE}")
+    with in_keys(KEYS):
         result = build_master_curve(
             reading.in_order,
             reference_temperature=shift.reference_temperature,
@@ -43,10 +44,8 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             temperature_stderr=recipe.data.temperature_stderr,
             drift=recipe.data.drift or 0.0,
         )
-    except InputError as error:
-        raise InputError(*map(_in_keys, error.messages)) from None
-    doubt_temperature(result.temperature, "the tests are at")
-    doubt_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
+    warn_of_temperature(result.temperature, "the tests are at")
+    warn_of_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
     drawn = None
     if uncertainty is not None:
         drawn = bootstrap_master_curve(
@@ -76,16 +75,6 @@ def _levels_off(result: MasterCurve) -> bool:
     log_time = result.kind.time_power * np.log10(result.smooth_abscissa)
     end = np.log10(result.smooth_ordinates[0])[log_time >= np.max(log_time) - LAST_STRETCH]
     return float(np.ptp(end)) <= PLATEAU_SLOPE * LAST_STRETCH
-
-
-def _in_keys(line: str) -> str:
-    """What is said of an argument, said of the recipe's key for it; of one temperature alone, what takes it."""
-    if line.startswith(ONE_ALONE):
-        return f"{line}; {ONE_TEMPERATURE}"
-    for words, key in KEYS.items():
-        if line.startswith(words):
-            return f"shift.{key}: {line.removeprefix(words)}"
-    return line
 
 
 def tables(result: MasterCurve) -> dict[str, Table]:

@@ -13,7 +13,7 @@ from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
-from dielast.recipe.fields import Force, SheetName, StrainRate, Stress
+from dielast.recipe.fields import Force, StrainRate, Stress
 from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, decimal_comma, parse
 
 
@@ -36,7 +36,6 @@ class StretchStep(HistoryStep):
     low: Stretch | None = Field(None, description="Of a waveform; by default 1.")
     high: Stretch | None = Field(None, description="Of a waveform.")
     columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
-    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """The stretch."""
@@ -76,7 +75,6 @@ class LoadStep(HistoryStep):
     low: LoadValue | None = Field(None, description="Of a waveform, a force or a nominal stress; by default 0.")
     high: LoadValue | None = Field(None, description="Of a waveform.")
     columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
-    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """The force or the stress."""
@@ -97,7 +95,7 @@ class LoadStep(HistoryStep):
             needed: Dimension = FORCE_RATE if self.force is not None else STRESS_RATE
             if self.rate[1] != needed.unit:
                 target = "force" if self.force is not None else "stress"
-                raise InputError(f'rate: {needed.name} is needed with {target}, such as "{needed.example}"')
+                raise InputError(f'{needed.name} is needed with {target}, such as "{needed.example}"', key="rate")
         return self
 
 
@@ -128,5 +126,6 @@ class CreepRecipe(SimulationRecipe):
         for index, step in enumerate(self.step):
             forced = "high" if step.high is not None and step.high[1] == FORCE.unit else "force"
             if (step.force is not None or forced == "high") and unmeasured(("force",), self.specimen):
-                raise InputError(f"step[{index}].{forced}: a force needs [specimen] with width and thickness, or state stress")
+                needed = "a force needs [specimen] with width and thickness, or state stress"
+                raise InputError(needed, key=f"step[{index}].{forced}")
         return self

@@ -14,11 +14,11 @@ from dielast.commands.simulation.cases import (
     CaseResult,
     SimulationBatch,
     axes_of,
+    batches_of,
     case_columns,
     compare_headline,
     cycle_columns,
     cycles_of,
-    divided,
     each,
     failures,
     given_up,
@@ -29,9 +29,9 @@ from dielast.commands.simulation.cases import (
     result_columns,
     temperature_of,
 )
-from dielast.commands.simulation.history import Recipe, in_recipe_terms, joined, solver_steps
+from dielast.commands.simulation.checks import warn_of_membranes
+from dielast.commands.simulation.history import Entry, Recipe, joined, solver_steps
 from dielast.commands.simulation.memory import check_series
-from dielast.commands.simulation.sanity import doubt_membranes
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.numerics.random_streams import stream
@@ -56,7 +56,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     materials = read_materials(cases, inputs)
     check_series(cases, 10, inputs, execution.jobs)
     clean = solve_batches(membrane_batches(cases, materials, inputs), execution)
-    doubt_membranes(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
+    warn_of_membranes(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
     results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
     columns = [result.columns for result in results]
 
@@ -120,39 +120,26 @@ def membrane_batches(
     cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs
 ) -> list[SimulationBatch[CaseResult]]:
     """The cases in batches of those with histories of one shape."""
-    # a case that stands in the list many times, once for each draw, is read once
-    known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
-    histories = [known[id(case)] for case in cases]
-    groups: dict[Any, list[int]] = {}
-    for index, (case, history) in enumerate(zip(cases, histories, strict=True)):
-        recipe = case.recipe
-        times = None if recipe.output.times is None else tuple(recipe.output.times)
-        shape = tuple(entry.shape for entry in history)
-        groups.setdefault(
-            (recipe.mode, recipe.solver.rtol, recipe.output.points_per_decade, recipe.output.cycles, times, shape), []
-        ).append(index)
     kind = cases[0].recipe.kind
     with_modulus = kind == "relax" and any(case.recipe.mode == "uniaxial" for case in cases)
-    batches = []
-    for (mode, rtol, points_per_decade, kept, times, shape), members in groups.items():
-        origin = [entry.origin for entry in histories[members[0]]]
-        for part in divided(members, materials):
-            own = [materials[index] for index in part]
-            run = partial(
-                simulate,
-                one_or_all(own),
-                [joined([histories[index][position] for index in part]) for position in range(len(shape))],
-                mode=mode,
-                temperature=np.array([temperature_of(cases[index].recipe, materials[index]) for index in part]),
-                times=times,
-                points_per_decade=points_per_decade,
-                rtol=rtol,
-                cycles=kept,
-            )
-            result = partial(_case, materials=own, creeping=kind == "creep", with_modulus=with_modulus, uniaxial=mode == "uniaxial")
-            told = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
-            batches.append(SimulationBatch(part, run, result, told))
-    return batches
+
+    def batch(members: Sequence[int], entries: Sequence[Sequence[Entry]]) -> tuple[partial[Any], partial[CaseResult]]:
+        recipe, used = cases[members[0]].recipe, [materials[index] for index in members]
+        run = partial(
+            simulate,
+            one_or_all(used),
+            [joined(step) for step in entries],
+            mode=recipe.mode,
+            temperature=np.array([temperature_of(cases[index].recipe, materials[index]) for index in members]),
+            times=recipe.output.times,
+            points_per_decade=recipe.output.points_per_decade,
+            rtol=recipe.solver.rtol,
+            cycles=recipe.output.cycles,
+        )
+        uniaxial = recipe.mode == "uniaxial"
+        return run, partial(_case, materials=used, creeping=kind == "creep", with_modulus=with_modulus, uniaxial=uniaxial)
+
+    return batches_of(cases, materials, lambda recipe: solver_steps(recipe, inputs), lambda recipe: recipe.mode, batch)
 
 
 def _case(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Generic, TypeVar
@@ -13,11 +12,12 @@ from numpy.typing import NDArray
 
 from dielast.commands.actuate.recipe import ActuateRecipe
 from dielast.commands.simulation.cases import CaseResult
-from dielast.errors import InputError, NumericsError
+from dielast.errors import in_a_draw
 from dielast.handover.material_file import breakdown
 from dielast.io.table import Column
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
+from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.recipe.cases import Case
 from dielast.sharing.batches import Batch, solve_batches
@@ -61,16 +61,16 @@ BoundedFilm = tuple[CaseResult, Sequence[BoundedEvent]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn(Generic[Result, Told]):
-    """One case of those with draws, named in errors; its `batches` are the draws, and `bounds` makes of them what is told of it."""
+    """One of the cases with draws, `case` in errors; its `batches` are the draws, and `bounds` makes of them what is told of it."""
 
     members: Sequence[int]
-    name: str
+    case: int | None
     batches: Sequence[Batch[Result]]
     bounds: partial[Told]
 
     def solve(self) -> list[Told]:
         """What is told of the case."""
-        with _said_of_a_draw(self.name):
+        with in_a_draw(key="uncertainty", case=self.case):
             drawn = solve_batches(self.batches)
         return [self.bounds(drawn)]
 
@@ -86,12 +86,11 @@ def bounded_cases(
     drawn: dict[int, Drawn[CaseResult, CaseResult]] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
-            name = _name(number, cases)
-            with _said_of_a_draw(name):
+            known_as = of_case(number, len(cases))
+            with in_a_draw(key="uncertainty", case=known_as):
                 own = batches([case] * len(sample), sample.materials)
-            drawn[number] = Drawn([len(drawn)], name, own, partial(bounded, result, level=case.recipe.uncertainty.level))
-    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
-    return [told.get(number, result) for number, result in enumerate(results)]
+            drawn[number] = Drawn([len(drawn)], known_as, own, partial(bounded, result, level=case.recipe.uncertainty.level))
+    return _with_bounds(drawn, results, execution)
 
 
 def bounded_films(
@@ -112,15 +111,20 @@ def bounded_films(
         for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
             field = known or member.breakdown
             materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
-        name = _name(number, cases)
-        with _said_of_a_draw(name):
+        known_as = of_case(number, len(cases))
+        with in_a_draw(key="uncertainty", case=known_as):
             # each has its breakdown field with its material, and is asked for the rows of the result, its end among them
             output = case.recipe.output.model_copy(update={"times": _asked(film[0].columns["time [s]"])})
             one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
             own = batches([one] * len(sample), materials, sample.thickness_factor)
-        drawn[number] = Drawn([len(drawn)], name, own, partial(_bounded_film, film, level=wanted.level))
-    told = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
-    return [told.get(number, (result, ())) for number, (result, _) in enumerate(films)]
+        drawn[number] = Drawn([len(drawn)], known_as, own, partial(_bounded_film, film, level=wanted.level))
+    return _with_bounds(drawn, [(result, ()) for result, _ in films], execution)
+
+
+def _with_bounds(drawn: Mapping[int, Drawn[Any, Told]], results: Sequence[Told], execution: Execution) -> list[Told]:
+    """The results, those of the cases that have draws with bounds."""
+    bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
+    return [bounds.get(number, result) for number, result in enumerate(results)]
 
 
 def _bounded_film(film: FilmResult, drawn: Sequence[FilmResult], level: float) -> BoundedFilm:
@@ -139,19 +143,6 @@ def _passed(time: Array) -> NDArray[np.bool_]:
     """Rows between two jumps at one moment, which no time tells from those after them."""
     first, last = np.diff(time, prepend=np.nan) != 0, np.diff(time, append=np.nan) != 0
     return np.asarray(~last & (~first | (time == 0)))
-
-
-def _name(number: int, cases: Sequence[Case[Any]]) -> str:
-    return f"case {number}: " if len(cases) > 1 else ""
-
-
-@contextmanager
-def _said_of_a_draw(case: str) -> Iterator[None]:
-    """Errors that only a draw meets say so, and of which `case`."""
-    try:
-        yield
-    except (InputError, NumericsError) as error:
-        raise type(error)(*(f"{case}uncertainty: in a draw: {line}" for line in error.messages)) from None
 
 
 def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, failed: Sequence[bool] | None = None) -> CaseResult:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.commands.simulation.comparison_recipe import Comparison
+from dielast.commands.simulation.history import Entry, in_recipe_terms
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.step_recipe import HistoryStep
-from dielast.errors import InputError, NumericsError, as_toml
+from dielast.errors import InputError, Problem, as_toml, placed
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
-from dielast.material.checks import doubt_material
+from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.recipe.fields import on_one_scale
@@ -50,20 +51,18 @@ class CaseResult:
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulationBatch(Generic[Result]):
     """Cases whose histories are of one shape: `simulate` knows all that they take, `result` is given its history and a row of it,
-    and `in_recipe_terms` says an error in the words of the recipe.
+    and `in_recipe_terms` turns a problem of the solver into one of the recipe.
     """
 
     members: Sequence[int]
     simulate: partial[Any]
     result: partial[Result]
-    in_recipe_terms: partial[str]
+    in_recipe_terms: partial[Problem]
 
     def solve(self) -> list[Result]:
         """The result of each member."""
-        try:
+        with placed(self.in_recipe_terms):
             history = self.simulate()
-        except (InputError, NumericsError) as error:
-            raise type(error)(*map(self.in_recipe_terms, error.messages)) from None
         return [self.result(history, row) for row in range(len(self.members))]
 
 
@@ -71,7 +70,7 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
     """The material of every case; each file is read once."""
     named = {name: parse_material(inputs.read(name), name) for name in dict.fromkeys(case.recipe.material for case in cases)}
     for material in named.values():
-        doubt_material(material)
+        warn_of_material(material)
     return [named[case.recipe.material] for case in cases]
 
 
@@ -85,6 +84,37 @@ def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[
     branches = max(materials[index].spectrum.relaxation_time.size for index in members)
     size = max(PART // max(branches, 1), 1)
     return [list(members[first : first + size]) for first in range(0, len(members), size)]
+
+
+def batches_of(
+    cases: Sequence[Case[Any]],
+    materials: Sequence[Material],
+    programme: Callable[[Any], Sequence[Entry]],
+    alike: Callable[[Any], Hashable],
+    batch: Callable[[Sequence[int], Sequence[Sequence[Entry]]], tuple[partial[Any], partial[Result]]],
+) -> list[SimulationBatch[Result]]:
+    """The cases in batches of those with programmes of one shape and one output, whose recipes are `alike`.
+
+    `programme` reads the entries of a recipe; `batch` makes the simulation and the result of those members, of which it is also
+    given the entries, each in turn for all members.
+    """
+    # a case that stands in the list many times, once for each draw, is read once
+    known = {id(case): programme(case.recipe) for case in {id(case): case for case in cases}.values()}
+    programmes = [known[id(case)] for case in cases]
+    groups: dict[Hashable, list[int]] = {}
+    for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
+        output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
+        times = None if output.times is None else tuple(output.times)
+        asked = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
+        groups.setdefault((alike(case.recipe), asked, shape), []).append(index)
+    batches = []
+    for members in groups.values():
+        origin = [entry.origin for entry in programmes[members[0]]]
+        for part in divided(members, materials):
+            simulate, result = batch(part, list(zip(*(programmes[index] for index in part), strict=True)))
+            terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
+            batches.append(SimulationBatch(part, simulate, result, terms))
+    return batches
 
 
 def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
@@ -164,7 +194,7 @@ def matches(
 def check_case(index: int, comparison: Comparison, cases: int) -> None:
     """`InputError` if there is no such case as the comparison, the recipe's `index`th, is about."""
     if comparison.case >= cases:
-        raise InputError(f"compare[{index}].case: {comparison.case}: cases are numbered from 0, and the last is {cases - 1}")
+        raise InputError(f"{comparison.case}: cases are numbered from 0, and the last is {cases - 1}", key=f"compare[{index}].case")
 
 
 def each(values: Sequence[float | int]) -> Any:
@@ -207,7 +237,7 @@ def axes_of(
         x, y = stated.x, stated.y
     for header in (x, y):
         if header not in columns and not (header == x and header in swept):
-            raise InputError(f'plot: "{header}" is no column of the result; there are {", ".join(columns)}')
+            raise InputError(f'"{header}" is no column of the result; there are {", ".join(columns)}', key="plot")
     if goes_on(recipe):
         time_scale = "linear"
     return x, y, (recipe.plot.x_scale or (time_scale if x == "time [s]" else "linear"), recipe.plot.y_scale)

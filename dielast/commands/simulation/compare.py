@@ -15,7 +15,7 @@ from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
-from dielast.material.checks import doubt_measured_stretch
+from dielast.material.checks import warn_of_measured_stretch
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.readings.specimen_recipe import Specimen
 from dielast.units import FIELD, FORCE, LENGTH, NUMBER, STRESS, TIME, VOLTAGE, kind_of
@@ -76,17 +76,18 @@ def match(
     """
     for axis, header in (("x", comparison.x), ("y", comparison.y)):
         if header not in columns:
-            raise InputError(f'{key}.{axis}: "{header}" is no column of the result; there are {", ".join(columns)}')
+            raise InputError(f'"{header}" is no column of the result; there are {", ".join(columns)}', key=f"{key}.{axis}")
     x, y = read_points(comparison, inputs, specimen)
     found = fine(measured_times(x) if comparison.x == "time [s]" else None)
     model = _interpolate(comparison, x, found[comparison.x], found[comparison.y])
     missed = int(np.count_nonzero(np.isnan(model)))
     if missed == x.size:
         raise InputError(
-            f"{comparison.file}: the simulation reaches none of the {x.size} points, {comparison.x} from {x.min():g} to {x.max():g}"
+            f"the simulation reaches none of the {x.size} points, {comparison.x} from {x.min():g} to {x.max():g}",
+            file=comparison.file,
         )
     if missed:
-        warn(f"{comparison.file}: the simulation does not reach {missed} of {x.size} points; they are left out of the misfit")
+        warn(f"the simulation does not reach {missed} of {x.size} points; they are left out of the misfit", file=comparison.file)
     return Match(comparison.label or _label(comparison), comparison.case, (comparison.x, comparison.y), x, y, model)
 
 
@@ -127,7 +128,7 @@ def _axis(
             return read_as(table, role, wanted, specimen, rows, axis)
     values = table.column(wanted, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
     if "stretch" in name:
-        doubt_measured_stretch(table.names[table.find(wanted, axis)], values, comparison.file)
+        warn_of_measured_stretch(table.names[table.find(wanted, axis)], values, comparison.file)
     return values
 
 
@@ -156,7 +157,7 @@ def _rows(table: MeasuredTable, comparison: Comparison) -> NDArray[np.bool_]:
         keep &= table.equals(name, value)
     if not keep.any():
         raise InputError(
-            f"{comparison.file}: no row has {', '.join(f'{name} = {value}' for name, value in comparison.where.items())}"
+            f"no row has {', '.join(f'{name} = {value}' for name, value in comparison.where.items())}", file=comparison.file
         )
     return keep
 
@@ -167,11 +168,11 @@ def _interpolate(comparison: Comparison, x: Array, model_x: Array, model_y: Arra
         return np.full(x.size, np.nan)
     turns, own_turns = _turns(model_x), _turns(x)
     if turns > 1 or own_turns > turns:
-        which = "the simulation" if turns > 1 else f"{comparison.file}: the measured x"
+        which, file = ("the simulation", None) if turns > 1 else ("the measured x", comparison.file)
         advice = "choose one curve (where)" if not comparison.where else "choose one curve (by more columns in where)"
         if comparison.x != "time [s]":
             advice += ", or compare over time"
-        raise InputError(f"{which} runs to and fro {max(turns, own_turns)} times: {advice}")
+        raise InputError(f"{which} runs to and fro {max(turns, own_turns)} times: {advice}", file=file)
     if not turns:
         return _one_way(x, model_x, model_y)
     rising = model_x[int(np.argmax(np.abs(model_x - model_x[0])))] > model_x[0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -12,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.commands.membrane.recipe import CreepRecipe, LoadStep, RelaxRecipe, StretchStep
+from dielast.commands.simulation.recipe import KEYS
 from dielast.commands.simulation.step_recipe import HistoryStep
-from dielast.errors import InputError
+from dielast.errors import InputError, Problem
 from dielast.io.files import Inputs
+from dielast.mechanics.cases import of_case
 from dielast.mechanics.load import Path, Step, Track, Waveform
 from dielast.units import FORCE, TIME, TIMES
 
@@ -22,15 +23,6 @@ if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable
 
 Array = NDArray[np.float64]
-# what an error of the solver begins with -> the key that it is about
-KEYS = {
-    "prestretch rate": "film.prestretch_rate",
-    "prestretch": "film.prestretch",
-    "output time": "output.times",
-    "cycle": "output.cycles",
-    "temperature": "temperature",
-    "material": "material",
-}
 OWN = ("stretch_1", "nominal_stress_1")
 Recipe = RelaxRecipe | CreepRecipe
 
@@ -116,7 +108,7 @@ def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
         took = lasting(entry, present)
         if entry.rate is not None and took > 0 and not TIMES[0] <= took <= TIMES[1]:
             needed = f"from {TIMES[0]:g} to {TIMES[1]:g} s is needed"
-            raise InputError(f"step[{entry.origin}].rate: the step takes {took:.3g} s; {needed}")
+            raise InputError(f"the step takes {took:.3g} s; {needed}", key=f"step[{entry.origin}].rate")
         marked.append(replace(entry, still=not isinstance(entry.target, Path) and entry.target in (None, present)))
         present = reached(entry, present)
     return marked
@@ -168,8 +160,8 @@ def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: 
     from dielast.io.text_table import TextFormat, read_measured
     from dielast.readings.specimen import read_as, role_in
 
-    columns, sheet = (step.columns, step.sheet) if isinstance(step, StretchStep | LoadStep) else (None, None)
-    points = read_measured(inputs.read(name), name, TextFormat(sheet=sheet))
+    columns = step.columns if isinstance(step, StretchStep | LoadStep) else None
+    points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
     control = "stretch" if isinstance(step, StretchStep) else "stress"
     role, column = role_in(points, control, columns)
     time = ascending_times(points, name, column in OWN, (columns and columns.time) or "time")
@@ -177,7 +169,7 @@ def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: 
     if control == "stretch":
         for row in np.flatnonzero(values <= 0)[:1]:
             raise InputError(
-                f"{name}: line {points.lines[row]}: stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)"
+                f"stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)", file=name, line=points.lines[row]
             )
     return tracks(index, control, time, values)
 
@@ -212,27 +204,17 @@ def _area(recipe: Recipe) -> float:
     return area
 
 
-def in_recipe_terms(line: str, origin: Sequence[int], members: Sequence[int], cases: int) -> str:
-    """An error of the solver in the recipe's terms: the key, and of so many `cases` the one that is meant.
+def in_recipe_terms(problem: Problem, origin: Sequence[int], members: Sequence[int], cases: int) -> Problem:
+    """A problem of the solver in the recipe's terms: the key, and of so many `cases` the one that is meant.
 
     `origin` says which of the recipe's steps each of the solver's came from, `members` which cases the solver was given.
     """
-    found = re.match(r"(?:step (\d+): )?(?:case (\d+): )?", line)
-    assert found is not None
-    step, case = found.groups()
-    told = in_keys(line[found.end() :]) if step is None else f"step[{origin[int(step)]}]: {line[found.end() :]}"
-    one = int(case) if case is not None else 0 if len(members) == 1 else None
-    return told if one is None or cases == 1 else f"case {members[one]}: {told}"
-
-
-def in_keys(said: str) -> str:
-    """What the solver says of one of its arguments, said of the recipe's key for it."""
-    if "has no permittivity" in said:
-        said += ": state [dielectric] permittivity in the material file"
-    for words, key in KEYS.items():
-        if said.startswith(f"{words} "):
-            return f"{key}: {said.removeprefix(f'{words} ')}"
-    return f"breakdown: {said}" if said.startswith("a breakdown field") else said
+    row = 0 if len(members) == 1 else problem.case
+    problem = replace(problem, case=None if row is None else of_case(members[row], cases))
+    if problem.step is None:
+        return problem.in_keys(KEYS)
+    key = f"step[{origin[problem.step]}]" + (f".{problem.argument}" if problem.argument else "")
+    return replace(problem, step=None, key=key)
 
 
 def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, column: str | int = "time") -> Array:
@@ -245,7 +227,7 @@ def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, colum
         for line, own in zip(points.lines, number, strict=True):
             if own != number[0]:
                 ends = f"case {number[0]} ends and case {own} begins, so that times do not ascend"
-                raise InputError(f"{name}: line {line}: {ends}: a load is one case, so leave only its rows in the table")
+                raise InputError(f"{ends}: a load is one case, so leave only its rows in the table", file=name, line=line)
     time = points.column(column, "time", TIME)
     before = np.append(-1.0, time[:-1])
     late = time < before if jumps else time <= before
@@ -253,7 +235,9 @@ def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, colum
     if wrong.size:
         row = int(wrong[0])
         if time[row] > TIMES[1]:
-            raise InputError(f"{name}: line {points.lines[row]}: time {time[row]:g} s: at most {TIMES[1]:g} s is needed")
+            raise InputError(f"time {time[row]:g} s: at most {TIMES[1]:g} s is needed", file=name, line=points.lines[row])
         what = f"does not come after {before[row]:g} s" if row and time[row] >= 0 else "is negative"
-        raise InputError(f"{name}: line {points.lines[row]}: time {time[row]:g} s {what}; the times of a load must ascend from 0 s")
+        raise InputError(
+            f"time {time[row]:g} s {what}; the times of a load must ascend from 0 s", file=name, line=points.lines[row]
+        )
     return time

@@ -24,7 +24,9 @@ def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, jobs:
     draws = [0 if case.recipe.uncertainty is None else case.recipe.uncertainty.draws for case in cases]
     together = sorted((own * many for own, many in zip(rows, draws, strict=True)), reverse=True)[:jobs]
     what = f"{len(cases)} case{'s' * (len(cases) > 1)} of {max(rows)} rows{f', each drawn {max(draws)} times,' * any(draws)}"
-    fewer = ["rows (output.points_per_decade or output.times)", *["cases"] * (len(cases) > 1), *["draws"] * any(draws)]
+    cycling = any(getattr(step, "waveform", None) is not None for case in cases for step in case.recipe.step)
+    keys = f"output.points_per_decade{', output.cycles' * cycling} or output.times"
+    fewer = [f"rows ({keys})", *["cases"] * (len(cases) > 1), *["draws"] * any(draws)]
     check_memory(NUMBER * columns * COPIES * (sum(rows) + sum(together)), what, f"ask for fewer {' or '.join(fewer)}")
 
 

@@ -49,9 +49,4 @@ def _read_draws(recipe: Any, inputs: Inputs) -> None:
         material = parse_material(inputs.read(recipe.material), recipe.material)
     except InputError:
         return
-    try:
-        sample_of(recipe.material, material, recipe.uncertainty, inputs)
-    except InputError as error:
-        raise InputError(
-            *(line.removeprefix("uncertainty: ").removeprefix("uncertainty.level: ") for line in error.messages)
-        ) from None
+    sample_of(recipe.material, material, recipe.uncertainty, inputs)

@@ -11,8 +11,31 @@ from dielast.commands.simulation.result_columns import COLUMNS, Abscissa, Result
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, shown, shown_path
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import InputFile, Section, Temperature, Time, mistake_at
+from dielast.recipe.fields import InputFile, Section, Temperature, Time
 from dielast.recipe.paths import read_path
+
+# the recipe's key for each argument of the simulations, those of steps apart
+KEYS = {
+    "material": "material",
+    "temperature": "temperature",
+    "mode": "mode",
+    "times": "output.times",
+    "points_per_decade": "output.points_per_decade",
+    "cycles": "output.cycles",
+    "rtol": "solver.rtol",
+    "thickness": "film.thickness",
+    "prestretch": "film.prestretch",
+    "prestretch_rate": "film.prestretch_rate",
+    "relax": "film.relax",
+    "boundary": "film.boundary",
+    "breakdown_field": "breakdown",
+    "pull_in_timescale": "pull_in.timescale",
+    "stop_at": "stop.at",
+    "voltage": "voltage",
+    "ramp": "voltage.ramp",
+    "horizon": "horizon",
+    "sample": "uncertainty",
+}
 
 
 def _kept_cycles(value: Any) -> str | tuple[int, ...]:
@@ -117,7 +140,7 @@ class SimulationRecipe(RecipeBase):
     @model_validator(mode="after")
     def _cases_to_join(self) -> Self:
         if self.plot.join == "cases" and (not self.sweep or self.plot.x in (None, "time [s]")):
-            raise mistake_at("plot", 'join = "cases" needs a [sweep], and an x that is not the time', self.plot)
+            raise InputError('join = "cases" needs a [sweep], and an x that is not the time', key="plot")
         if self.plot.join == "times" and self.plot.x in {shown_path(read_path(key) or (key,)) for key in self.sweep or ()}:
-            raise mistake_at("plot", f'join = "times": over {self.plot.x} there are cases alone', self.plot)
+            raise InputError(f'join = "times": over {self.plot.x} there are cases alone', key="plot")
         return self

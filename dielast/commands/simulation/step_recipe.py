@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple, Self, TypeVar
 
-from pydantic import AfterValidator, Field, ValidationError, model_validator
-from pydantic_core import InitErrorDetails
+from pydantic import AfterValidator, Field, model_validator
 
-from dielast.errors import InputError
-from dielast.recipe.fields import InputFile, PositiveTime, Section, Time
+from dielast.errors import InputError, Mistakes, Problem
+from dielast.recipe.fields import InputFile, PositiveTime, Section, SheetName, Time
 
 Step = TypeVar("Step", bound="HistoryStep")
 
@@ -53,6 +52,7 @@ class HistoryStep(Section):
     waveform: Literal["triangle", "sine"] | None = Field(None, description="Cycles between low and high, starting from low.")
     period: PositiveTime | None = Field(None, description="Of a waveform.")
     cycles: int | None = Field(None, ge=1, le=1_000_000, description="Of a waveform; by default 1.")
+    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
 
     def aim(self) -> Aim | None:
         """Where the step goes, if the recipe says so."""
@@ -93,7 +93,7 @@ def starting(start: float) -> AfterValidator:
     """Steps from `start` on, every rate of which leads to its target, as far as the recipe tells where a step begins."""
 
     def check(steps: list[Step]) -> list[Step]:
-        wrong: list[InitErrorDetails] = []
+        wrong = Mistakes()
         present: dict[str, float] | None = None  # by quantity; at first all are at the start
         for index, step in enumerate(steps):
             if step.hold is not None:
@@ -102,11 +102,10 @@ def starting(start: float) -> AfterValidator:
             if aim is not None:
                 mistake = aim.missed(start if present is None else present.get(aim.quantity))
                 if mistake is not None:
-                    wrong.append({"type": "value_error", "loc": (index,), "input": step, "ctx": {"error": InputError(mistake)}})
+                    wrong.append(Problem(mistake, key=f"[{index}]"))
             # the end of a table or a waveform is not worked out
             present = {} if aim is None else {aim.quantity: aim.value}
-        if wrong:
-            raise ValidationError.from_exception_data("steps", wrong)
+        wrong.refuse()
         return steps
 
     return AfterValidator(check)

@@ -25,24 +25,27 @@ def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: I
     members = read_members(name, inputs)
     if members and len(members) < (fewest := fewest_draws(uncertainty.level)):
         raise InputError(
-            f"uncertainty.level: the {len(members)} draws of {name} do not tell an interval of level {uncertainty.level:g}: at "
-            f"least {fewest} are needed"
+            f"the {len(members)} draws of {name} do not tell an interval of level {uncertainty.level:g}: at least {fewest} are "
+            "needed",
+            key="uncertainty.level",
         )
     if members:
-        _doubt_draws(name, material, members)
+        _warn_of_draws(name, material, members)
     field = thickness = None
     if isinstance(uncertainty, FilmUncertainty):
         field, thickness = uncertainty.scatter()
     if not members and field is None and thickness is None:
         raise InputError(
-            f"uncertainty: {name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum "
-            "write a material with draws"
+            f"{name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum write a "
+            "material with draws",
+            key="uncertainty",
         )
     draws = uncertainty.draws
     if field is None and thickness is None and draws > len(members):
         # the same again tells nothing more
         if "draws" in uncertainty.model_fields_set:
-            warn(f"uncertainty.draws: {name} has {len(members)} draws, and nothing else scatters: not {draws}, but these are used")
+            less = f"{name} has {len(members)} draws, and nothing else scatters: not {draws}, but these are used"
+            warn(less, key="uncertainty.draws")
         draws = len(members)
     return draw_sample(members or (material,), draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
 
@@ -57,7 +60,7 @@ def read_members(name: str, inputs: Inputs) -> tuple[Material, ...]:
     return parse_draws(inputs.read(table), table, parse_material(content, name))
 
 
-def _doubt_draws(name: str, material: Material, members: Sequence[Material]) -> None:
+def _warn_of_draws(name: str, material: Material, members: Sequence[Material]) -> None:
     """Warn of draws that are not about the material."""
     tau = np.union1d(material.spectrum.relaxation_time, members[0].spectrum.relaxation_time)
     with np.errstate(over="ignore"):  # a time beyond all numbers is one at which all has relaxed
@@ -68,8 +71,9 @@ def _doubt_draws(name: str, material: Material, members: Sequence[Material]) -> 
         missed = (own * BESIDE < low) | (own > high * BESIDE)
     for k in np.flatnonzero(missed)[:1]:
         warn(
-            f"{name}: a shear modulus of {own[k]:.4g} Pa after {time[k]:.3g} s is far from those of all draws, {low[k]:.4g} to "
-            f"{high[k]:.4g} Pa: if the material has been edited, make its draws anew"
+            f"a shear modulus of {own[k]:.4g} Pa after {time[k]:.3g} s is far from those of all draws, {low[k]:.4g} to "
+            f"{high[k]:.4g} Pa: if the material has been edited, make its draws anew",
+            file=name,
         )
 
 

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from dielast.errors import InputError
 from dielast.material.scatter import NormalScatter, Scatter, WeibullScatter, fewest_draws
-from dielast.recipe.fields import Section, Share, mistake_at
+from dielast.recipe.fields import Section, Share
 
 DrawCount = Annotated[int, Field(ge=2, le=100_000)]
 Level = Annotated[float, Field(gt=0, lt=1)]
@@ -33,7 +33,7 @@ class Uncertainty(Section):
     def _enough(self) -> Self:
         if self.draws < (fewest := fewest_draws(self.level)):
             wrong = f"{self.draws} do not tell an interval of level {self.level:g}: at least {fewest} are needed"
-            raise mistake_at("draws", wrong, self.draws)
+            raise InputError(wrong, key="draws")
         return self
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -14,6 +15,10 @@ from dielast.units import Dimension
 
 DENSITY = Dimension("a density", "kg/m^3", "960 kg/m^3")
 Format = Annotated[str, OneOf(lambda: CODES.names)]
+
+
+EXPORT_KEYS = {name: f"export.{name}" for name in ("formats", *(field.name for field in fields(CardOptions)))}
+"""The recipe's key for each argument of `export_card` and each of its options."""
 
 
 class Export(Section):

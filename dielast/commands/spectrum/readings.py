@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from dielast.commands.command import Reading
 from dielast.commands.spectrum.recipe import SpectrumRecipe
-from dielast.commands.spectrum.run import characterise
+from dielast.commands.spectrum.run import characterise, curve_of
 from dielast.handover.mastercurve_draws import read_curve_draws
-from dielast.handover.mastercurve_folder import ReducedCurve, read_curve, read_master_curve
+from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 
@@ -20,7 +20,7 @@ def readings(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Iterator[
     curves: list[ReducedCurve] = []
 
     def read() -> None:
-        curves.append(read_curve(recipe.data, inputs) if folder is None else read_master_curve(folder, inputs))
+        curves.append(curve_of(recipe, inputs))
         if folder is not None:
             read_curve_draws(folder, curves[0], inputs)
 

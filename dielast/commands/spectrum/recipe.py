@@ -20,6 +20,25 @@ from dielast.recipe.fields import (
     Temperatures,
 )
 
+# the recipe's key for each argument of the fit and of the reduction
+FIT_KEYS = {
+    "method": "fit.method",
+    "branches": "fit.branches",
+    "polynomial_degree": "fit.polynomial_degree",
+    "relaxation_time": "fit.relaxation_time",
+    "retardation_time": "fit.relaxation_time",
+    "equilibrium_modulus": "fit.equilibrium_modulus",
+    "glassy_modulus": "fit.glassy_modulus",
+    "liquid": "fit.liquid",
+    "keep": "truncate.keep",
+}
+REDUCE_KEYS = {
+    "window": "reduce.window",
+    "temperatures": "reduce.temperatures",
+    "temperature": "reduce.temperatures",
+    "tolerance": "reduce.tolerance",
+}
+
 
 class RelaxationTimes(Section):
     """The shortest and the longest relaxation time."""

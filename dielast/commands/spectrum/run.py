@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import math
-import re
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.commands.spectrum.recipe import Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
-from dielast.errors import DielastWarning, InputError, warn
+from dielast.commands.spectrum.export import EXPORT_KEYS, Export
+from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
+from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_keys, located, warn
 from dielast.export.card import export_cards
+from dielast.export.options import CardOptions
 from dielast.handover.mastercurve_draws import DRAWS, DrawnMaterials, drawn_materials, read_curve_draws
-from dielast.handover.mastercurve_folder import ReducedCurve, read_curve, read_master_curve
+from dielast.handover.mastercurve_folder import ReducedCurve, read_master_curve
 from dielast.handover.material_file import breakdown, permittivity, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
-from dielast.material.checks import doubt_material
+from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
@@ -37,20 +37,13 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 
 Array = NDArray[np.float64]
-Result = TypeVar("Result")
-# what the library calls its arguments, and the recipe its keys
-KEYS = (
-    (re.compile(r"(?<![\w.])(equilibrium_modulus|glassy_modulus|polynomial_degree|(?:method|branches)(?= = ))"), r"fit.\1"),
-    (re.compile(r"^relaxation_time (min|max)"), r"fit.relaxation_time.\1"),
-    (re.compile(r"^cannot keep"), "truncate.keep: cannot keep"),
-)
 BEYOND = 3.0  # times the ends of a master curve: so far processes within still show
 
 
 def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the master curve, fit the spectrum, report."""
     recipe = cases[0].recipe
-    curve = read_master_curve(recipe.mastercurve, inputs) if recipe.mastercurve is not None else read_curve(recipe.data, inputs)
+    curve = curve_of(recipe, inputs)
     result, reduction, material, cards = characterise(recipe, curve)
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
 
@@ -75,35 +68,42 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     return Report({**found, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
 
 
+def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
+    """The curve that a recipe is about; raises `InputError` as reading it does."""
+    if recipe.data is None:
+        return read_master_curve(str(recipe.mastercurve), inputs)
+    from dielast.commands.spectrum.single_test import read_curve  # whose readers no master curve's folder needs
+
+    return read_curve(recipe.data, inputs)
+
+
 def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
     """The spectrum of the curve, what it is reduced to, its material, and the cards (name -> text) that the recipe asks for.
 
     Raises `InputError` with a line for everything, draws apart, that the recipe asks of the curve and that cannot be had.
     """
-    wrong: list[str] = []
-
-    def tried(make: Callable[[], Result]) -> Result | None:
-        try:
-            return make()
-        except InputError as error:
-            wrong.extend(error.messages)
-            return None
-
+    wrong = Mistakes()
     if recipe.fit.continuous and curve.kind is CREEP:
-        wrong.append("fit.continuous: a creep curve has no relaxation spectrum of its own: only its discrete one is converted")
+        wrong.append(
+            Problem("a creep curve has no relaxation spectrum of its own: only its discrete one is converted", key="fit.continuous")
+        )
     result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
     reduce, export = recipe.reduce, recipe.export
-    reduction = tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
+    reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
     material, cards = make_material(result, curve, recipe.material, reduction), None
-    doubt_material(material)
+    warn_of_material(material)
     if export is not None:
         options = replace(export.options(), notes=_validity(result, recipe, reduction))
-        cards = tried(lambda: export_cards(material, tuple(export.formats), options))
-    if wrong:
-        # the branches are then too many because they could not be reduced
-        lost = reduce is not None and reduction is None
-        raise InputError(*(line for line in wrong if not (lost and line.startswith("export.formats: "))))
+        cards = wrong.tried(lambda: _exported(material, export, options))
+    if reduce is not None and reduction is None:  # the branches are then too many because they could not be reduced
+        wrong = Mistakes(problem for problem in wrong if problem.key != "export.formats")
+    wrong.refuse()
     return result, reduction, material, cards or {}
+
+
+def _exported(material: Material, export: Export, options: CardOptions) -> dict[str, str]:
+    with located(key="export"), in_keys(EXPORT_KEYS):
+        return export_cards(material, tuple(export.formats), options)
 
 
 def fit_curve(curve: ReducedCurve, fit: Fit, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
@@ -111,27 +111,8 @@ def fit_curve(curve: ReducedCurve, fit: Fit, keep: int | None = None, flows: boo
 
     `flows` is that of `fit_creep`.
     """
-    with _keys_of_the_recipe():
+    with in_keys(FIT_KEYS):
         return _fitted(curve, fit, keep, flows)
-
-
-@contextmanager
-def _keys_of_the_recipe() -> Iterator[None]:
-    """Errors and warnings of the library name the keys of a recipe."""
-
-    def said(message: str) -> str:
-        for pattern, key in KEYS:
-            message = pattern.sub(key, message)
-        return message
-
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            yield
-        except InputError as error:
-            raise InputError(*map(said, error.messages)) from None
-    for own in caught:
-        warnings.warn(said(str(own.message)), own.category, stacklevel=2)
 
 
 def _fitted(curve: ReducedCurve, fit: Fit, keep: int | None, flows: bool | None) -> SpectrumFit:
@@ -147,7 +128,7 @@ def _fitted(curve: ReducedCurve, fit: Fit, keep: int | None, flows: bool | None)
         method, degree = fit.method or "schwarzl-staverman", fit.polynomial_degree
         return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, **wanted)
     if fit.method == "schwarzl-staverman":
-        raise InputError(f'fit.method: "schwarzl-staverman" reads a relaxation modulus; {curve.kind.name} needs "nnls"')
+        raise InputError(f'"schwarzl-staverman" reads a relaxation modulus; {curve.kind.name} needs "nnls"', argument="method")
     if curve.kind is CREEP:
         return fit_creep(*curve.columns, retardation_time=ends, flows=flows, **wanted)
     return fit_oscillation(*curve.columns, relaxation_time=ends, **wanted)
@@ -179,7 +160,7 @@ def draw_materials(
 def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
     """The reduced spectrum that a recipe asks for; raises `InputError` as `reduce_spectrum` does."""
     first, last = reduce.window
-    try:
+    with located(key="reduce"), in_keys(REDUCE_KEYS):
         reduction = reduce_spectrum(
             result.spectrum,
             result.equilibrium_shear_modulus,
@@ -188,8 +169,6 @@ def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
             temperatures=reduce.temperatures,
             tolerance=reduce.tolerance,
         )
-    except InputError as error:
-        raise InputError(*(f"reduce: {message}" for message in error.messages)) from None
     _warn_of_unmeasured(result, shift, reduction, reduce)
     return reduction
 
@@ -205,7 +184,7 @@ def _validity(result: SpectrumFit, recipe: SpectrumRecipe, reduction: Reduction 
     temperatures, error = np.unique(reduction.test_temperature), reduction.max_relative_error
     alone = None if recipe.export is None else recipe.export.temperature
     if alone is not None and not temperatures[0] <= alone <= temperatures[-1]:
-        warn(f"export.temperature: {alone:g} degC is outside of reduce.temperatures: the spectrum was not reduced for it")
+        warn(f"{alone:g} degC is outside of reduce.temperatures: the spectrum was not reduced for it", key="export.temperature")
     there = ", ".join(f"{own:g}" for own in temperatures)
     return (
         f"Reduced from {len(result.spectrum)} to {len(reduction.spectrum)} branches: G(t) within {error:.2%} "

@@ -41,7 +41,7 @@ class Arrhenius(ShiftLaw):
         """The activation energy in kJ/mol."""
         return f"Arrhenius, $E_a$ = {self.activation_energy / 1e3:.4g} kJ/mol"
 
-    def doubt(self) -> str:
+    def warning(self) -> str:
         """Activation energies that no polymer has."""
         if BARRIERS[0] <= abs(self.activation_energy) <= BARRIERS[1]:
             return ""

@@ -43,7 +43,7 @@ class ShiftLaw(Law):
         """The law and its constants, for the legend of a plot."""
         return self.title
 
-    def doubt(self) -> str:
+    def warning(self) -> str:
         """Why the constants look wrong, if they do."""
         return ""
 

@@ -71,7 +71,7 @@ class ShiftTable(Result, ShiftLaw):
         """How the table is read."""
         return "linear in between"
 
-    def doubt(self) -> str:
+    def warning(self) -> str:
         """A table that is not 0 at the reference temperature."""
         there, origin = self.reference_temperature, self._origin()
         if abs(origin) <= ROUNDING:

@@ -57,7 +57,7 @@ class WLF(ShiftLaw):
         """Both constants."""
         return f"WLF, $C_1$ = {self.C1 + 0.0:.4g}, $C_2$ = {self.C2 + 0.0:.4g} K"
 
-    def doubt(self) -> str:
+    def warning(self) -> str:
         """Constants that no polymer has."""
         product, (low, high) = self.C1 * self.C2, FREE_VOLUME
         if low <= product <= high:

@@ -68,7 +68,7 @@ class Gent(FirstInvariantLaw):
         """The limit with its number."""
         return f"the Gent limit, J_lim = {float(self.J_lim):g}"
 
-    def doubt(self, whose: str) -> str:
+    def warning(self, whose: str) -> str:
         """Chains that are taut at small stretches."""
         shortest = float(np.min(self.J_lim))
         if shortest >= SHORTEST_CHAIN:
@@ -90,7 +90,7 @@ class Gent(FirstInvariantLaw):
         Yeoh's constants are those of the series of W to the third power of I1 - 3: mu/2, mu/(4 J), mu/(6 J^2).
         """
         if np.ndim(self.J_lim):
-            raise InputError("export.formats: a card holds Gent springs of one J_lim only")
+            raise InputError("a card holds Gent springs of one J_lim only", argument="formats")
         limit = float(self.J_lim)
         needs = "J_lim" if math.isinf(limit) else ""
         match law:

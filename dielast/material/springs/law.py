@@ -99,7 +99,7 @@ class SpringLaw(Law):
         """Where the law ends, in words that follow "is beyond"."""
         return f"the end of the {self.title} law"
 
-    def doubt(self, whose: str) -> str:
+    def warning(self, whose: str) -> str:
         """Why the constants look wrong, if they do; `whose` names the spring."""
         return ""
 
@@ -112,7 +112,7 @@ class SpringLaw(Law):
         known = {constant.name for constant in self.constants}
         for name in constants:
             if name not in known:
-                raise InputError(f"export.{name}: the material's {self.title} springs have no {name}")
+                raise InputError(f"the material's {self.title} springs have no {name}", argument=name)
         return self.with_values(constants)
 
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:

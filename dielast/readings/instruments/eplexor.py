@@ -33,7 +33,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     start = _header(lines)
     if start is None:
-        raise InputError(f"{source}: line {len(lines)}: an Eplexor export without its line of names: the file seems cut off")
+        raise InputError("an Eplexor export without its line of names: the file seems cut off", file=source, line=len(lines))
     rows = numbered(text, separator_of(lines[start]))
     below = [row for row in rows[start + 1 :] if not is_blank(row)]
     units = below[0] if below else None

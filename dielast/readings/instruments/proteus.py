@@ -36,7 +36,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     start = next((place for place, line in enumerate(lines) if line.startswith("##")), None)
     if start is None:
         raise InputError(
-            f'{source}: line {len(lines)}: a Proteus export without its line of names, "##...": the file seems cut off'
+            'a Proteus export without its line of names, "##...": the file seems cut off', file=source, line=len(lines)
         )
     separator = _named(_SEPARATORS, keys, "SEPARATOR") or next((mark for mark in "\t;," if mark in lines[start]), ";")
     rows = numbered(text, separator)
@@ -46,7 +46,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     end = last_filled(rows)
     name = keys.get("IDENTITY", "") or "measurement"
     if not readings:
-        raise InputError(f"{source}: line {line}: nothing follows the line of names: the file seems cut off")
+        raise InputError("nothing follows the line of names: the file seems cut off", file=source, line=line)
     check_widths(source, name, len(names), readings, end)
     decimal = _named(_DECIMALS, keys, "DECIMAL") or decimal_mark([cells for _, cells in readings])
     header, readings = _one_row_a_frequency(list(names), list(units), readings, source, decimal)
@@ -90,7 +90,7 @@ def _one_row_a_frequency(
     first, *others = own.values()
     measured = list(first.values())
     if any(list(other.values()) != measured for other in others):
-        raise InputError(f"{source}: the frequencies {', '.join(own)} Hz do not have the same columns")
+        raise InputError(f"the frequencies {', '.join(own)} Hz do not have the same columns", file=source)
     long = [
         (
             line,

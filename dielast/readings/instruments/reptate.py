@@ -61,7 +61,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     start = next((place for place, row in enumerate(rows) if _is_reading(row[1])), len(rows))
     readings = [row for row in rows[start:] if not is_blank(row) and not row[1][0].startswith("#")]
     if not readings:
-        raise InputError(f"{source}: line {len(lines) + 1}: nothing but a header: the file seems cut off")
+        raise InputError("nothing but a header: the file seems cut off", file=source, line=len(lines) + 1)
     width = max(len(cells) for _, cells in readings)
     header = [line for line in lines[:start] if line.strip("# \t")]
     names, units = _columns(header, source, width)
@@ -90,7 +90,7 @@ def _columns(header: list[str], source: str, width: int) -> tuple[list[str], lis
     own = _OWN.get(Path(source).suffix.lower())
     if not stated and own is None:
         known = ", ".join(_OWN)
-        raise InputError(f'{source}: a RepTate file without names of columns, and not called {known}: say format = "table"')
+        raise InputError(f'a RepTate file without names of columns, and not called {known}: say format = "table"', file=source)
     spelled = stated[0] if stated else list(own or ())
     below = stated[1] if len(stated) > 1 else []
     names: list[str] = []

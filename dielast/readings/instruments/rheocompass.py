@@ -40,7 +40,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     first = next((line for line in lines if _START.match(line)), None)
     if first is None:
-        raise InputError(f'{source}: line {len(lines)}: a RheoCompass export without any "Interval data:": the file seems cut off')
+        raise InputError('a RheoCompass export without any "Interval data:": the file seems cut off', file=source, line=len(lines))
     rows = numbered(text, separator_of(first))
     end = last_filled(rows)
     segments: list[ExportedStep] = []

@@ -30,7 +30,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     first = next((line for line in lines if line.strip('"').startswith(_TABLE)), None)
     if first is None:
-        raise InputError(f'{source}: line {len(lines)}: a Rheoplus export without any "{_TABLE}": the file seems cut off')
+        raise InputError(f'a Rheoplus export without any "{_TABLE}": the file seems cut off', file=source, line=len(lines))
     rows = numbered(text, separator_of(first))
     end = last_filled(rows)
     segments = []

@@ -77,11 +77,13 @@ def build(
     (names_line, names), units = header
     width = max((place for place, cell in enumerate(names, start=1) if cell), default=0)
     if units is None or any(is_number(cell, mark) and cell != "1" for cell in units[1] for mark in ".,"):
-        raise InputError(f'{source}: line {names_line}: step "{name}": the row of units under the names is missing')
+        raise InputError(f'step "{name}": the row of units under the names is missing', file=source, line=names_line)
     check_widths(source, name, width, rows, last_line)
     if points is not None and points != len(rows):
         where = rows[-1][0] if rows else units[0]
-        raise InputError(f'{source}: line {where}: step "{name}" ends after {len(rows)} of {points} points: the file seems cut off')
+        raise InputError(
+            f'step "{name}" ends after {len(rows)} of {points} points: the file seems cut off', file=source, line=where
+        )
     columns = tuple([cells[k] if k < len(cells) else "" for _, cells in rows] for k in range(width))
     table = MeasuredTable(
         source,
@@ -99,10 +101,10 @@ def check_widths(source: str, name: str, width: int, rows: Sequence[Row], last_l
     """Raise `InputError` for a row of more than `width` cells, or of less where the file ends."""
     for line, cells in rows:
         if any(cells[width:]):
-            raise InputError(f'{source}: line {line}: {len(cells)} cells, but step "{name}" has {width} columns')
+            raise InputError(f'{len(cells)} cells, but step "{name}" has {width} columns', file=source, line=line)
         if line == last_line and len(cells) < width:
             raise InputError(
-                f'{source}: line {line}: {len(cells)} cells, but step "{name}" has {width} columns: the file seems cut off'
+                f'{len(cells)} cells, but step "{name}" has {width} columns: the file seems cut off', file=source, line=line
             )
 
 

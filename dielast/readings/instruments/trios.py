@@ -45,7 +45,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     starts = [index for index, line in enumerate(lines) if _STEP.match(line)]
     if not starts:
-        raise InputError(f"{source}: line {len(lines)}: a TRIOS export without any [step]: the file seems cut off")
+        raise InputError("a TRIOS export without any [step]: the file seems cut off", file=source, line=len(lines))
     rows = numbered(text, separator_of("".join(lines[starts[0] + 1 :][:6])))
     deformation, end = _deformation(text), last_filled(rows)
     return [_step(rows[start:stop], source, end, deformation) for start, stop in zip(starts, [*starts[1:], len(rows)], strict=True)]
@@ -65,7 +65,7 @@ def _step(rows: list[Row], source: str, end: int, deformation: Deformation | Non
     # whatever comes after the step is a section of its own
     stop = next((place for place, row in enumerate(body) if row[1][0].startswith("[") and place > 2), len(body))
     if len(body) < 2:
-        raise InputError(f"{source}: line {rows[0][0]}: a [step] without the names of its columns: the file seems cut off")
+        raise InputError("a [step] without the names of its columns: the file seems cut off", file=source, line=rows[0][0])
     units = body[2] if len(body) > 2 else None
     return build(
         source, body[0][1][0], (body[1], units), body[3:stop], last_line=end, deformation=deformation_of(body[1][1]) or deformation
@@ -76,7 +76,7 @@ def _lims_step(body: list[Row], source: str, end: int, deformation: Deformation 
     """One step of the LIMS text."""
     keyed = {row[1][0].casefold(): row for row in reversed(body)}
     if "variables" not in keyed:
-        raise InputError(f"{source}: line {body[0][0]}: a [step] without its line of variables: the file seems cut off")
+        raise InputError("a [step] without its line of variables: the file seems cut off", file=source, line=body[0][0])
     points = value(keyed["number of points"]) if "number of points" in keyed else ""
     units = shift_left(keyed["units"]) if "units" in keyed else None
     return build(

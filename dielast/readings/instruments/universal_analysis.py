@@ -31,7 +31,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     start = next((place for place, row in enumerate(rows) if row[1][0] == "StartOfData"), None)
     if start is None or not signals:
         raise InputError(
-            f"{source}: line {rows[-1][0]}: a Universal Analysis export without its signals or StartOfData: the file seems cut off"
+            "a Universal Analysis export without its signals or StartOfData: the file seems cut off", file=source, line=rows[-1][0]
         )
     headers = [split_header(row[1][1] if len(row[1]) > 1 else "") for row in signals]
     line = signals[-1][0]

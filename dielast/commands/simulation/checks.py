@@ -1,4 +1,4 @@
-"""Legal but foolish simulations: what `dielast.material.checks` doubts, gathered from recipes, their steps and their results."""
+"""Simulations that are legal but look like a mistake: what `dielast.material.checks` warns of, from recipes, steps and results."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from dielast.material.checks import (
     STRONGEST,
     THICKEST_SPECIMEN,
     Pace,
-    doubt_breakdown,
-    doubt_elongation,
-    doubt_field,
-    doubt_material,
-    doubt_paces,
-    doubt_prestretches,
-    doubt_stretch,
-    doubt_thickness,
-    doubt_use,
     fastest_branch,
+    warn_of_breakdown,
+    warn_of_elongation,
+    warn_of_field,
+    warn_of_material,
+    warn_of_paces,
+    warn_of_prestretches,
+    warn_of_stretch,
+    warn_of_thickness,
+    warn_of_use,
 )
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
@@ -48,7 +48,7 @@ SLACK = 0.01  # of the highest stress: what a film can be pushed with before it 
 AT_ONCE = "as the voltage comes on"
 
 
-def doubt_membranes(
+def warn_of_membranes(
     cases: Sequence[Case[Recipe]],
     materials: Sequence[Material],
     results: Sequence[CaseResult],
@@ -56,24 +56,24 @@ def doubt_membranes(
 ) -> None:
     """Warn of cases of `relax` or `creep` that ask too much of their material, or whose loads look like something else."""
     rest = 1.0 if cases[0].recipe.kind == "relax" else 0.0
-    _doubt_use(materials, results)
-    doubt_paces(_paces(cases, materials, results, histories, rest))
+    _warn_of_use(materials, results)
+    warn_of_paces(_paces(cases, materials, results, histories, rest))
     targets = [aims(entries) for entries in histories]
     if cases[0].recipe.kind == "relax":
-        doubt_stretch(min(min(own, default=rest) for own in targets), max(max(own, default=rest) for own in targets))
-        _doubt_slack(results)
+        warn_of_stretch(min(min(own, default=rest) for own in targets), max(max(own, default=rest) for own in targets))
+        _warn_of_slack(results)
         return
     recipes = [case.recipe for case in cases]
     specimens = [recipe.specimen for recipe in recipes if isinstance(recipe, CreepRecipe) and recipe.specimen is not None]
     thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
-    doubt_thickness(thickness, "specimen", THICKEST_SPECIMEN)
+    warn_of_thickness(thickness, "specimen", THICKEST_SPECIMEN)
     loaded = [(material, result.columns) for material, result, own in zip(materials, results, targets, strict=True) if any(own)]
     if loaded:
         first, second = (np.concatenate([columns[f"stretch_{axis} [1]"] for _, columns in loaded]) for axis in (1, 2))
-        doubt_elongation(first, second, np.concatenate([_room(material, columns) for material, columns in loaded]))
+        warn_of_elongation(first, second, np.concatenate([_room(material, columns) for material, columns in loaded]))
 
 
-def doubt_films(
+def warn_of_films(
     cases: Sequence[Case[ActuateRecipe]],
     materials: Sequence[Material],
     results: Sequence[CaseResult],
@@ -83,17 +83,17 @@ def doubt_films(
     """Warn of cases of `actuate` that ask too much of their material, whose films or voltages look as if they were in another unit,
     or that break down at once.
     """
-    _doubt_use(materials, results)
+    _warn_of_use(materials, results)
     films = [case.recipe.film for case in cases]
     limits = [breakdown(case.recipe.breakdown) or own.breakdown for case, own in zip(cases, materials, strict=True)]
-    doubt_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
-    doubt_prestretches([film.prestretch for film in films], limits)
-    doubt_thickness([film.thickness for film in films])
+    warn_of_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
+    warn_of_prestretches([film.prestretch for film in films], limits)
+    warn_of_thickness([film.thickness for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     voltage = [max(map(abs, aims(own)), default=0.0) for own in histories]
     field = np.array(voltage) * area / np.array([film.thickness for film in films])
     known = np.array([_limit(*each) for each in zip(limits, area.tolist(), field.tolist(), strict=True)])
-    doubt_field(field, known)
+    warn_of_field(field, known)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
     for index, (own, material, result) in enumerate(zip(events, materials, results, strict=True)):
         for event in own:
@@ -104,25 +104,25 @@ def doubt_films(
             else:
                 what = f"{_of_case(index, len(cases))}the film breaks down {AT_ONCE}, after"
                 paces.append(Pace(what, 0.0, fastest_branch(material, result.temperature), result.temperature))
-    doubt_paces(paces)
+    warn_of_paces(paces)
     if broken:
         more = _and_more(broken)
         said = f"the film breaks down {AT_ONCE}: it is beyond the breakdown field from the start"
         warn(f"case {broken[0]}{more}: {said}")
 
 
-def doubt_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
+def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
-    doubt_material(material)
-    doubt_use(material, plan.temperature)
-    doubt_breakdown(plan.breakdown_field)
-    doubt_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
-    doubt_thickness(recipe.film.thickness)
+    warn_of_material(material)
+    warn_of_use(material, plan.temperature)
+    warn_of_breakdown(plan.breakdown_field)
+    warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
+    warn_of_thickness(recipe.film.thickness)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
-    doubt_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
+    warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
 
 
-def doubt_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:
+def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:
     """Warn of cells that fail before the material's fastest branch moves, or that break down at once."""
     area = result.prestretch[:, 0] * result.prestretch[:, 1]
     field = result.voltage * area[:, None] / recipe.film.thickness
@@ -143,17 +143,17 @@ def doubt_failures(recipe: FailureMapRecipe, material: Material, result: Failure
         paces.append(Pace("the horizon is", recipe.horizon, fastest, temperature))
         took = min(_prestretching(pair, film.prestretch_rate, film.relax) for pair in film.prestretch)
         paces.append(Pace("prestretch and relaxation take", took, fastest, temperature))
-    doubt_paces(paces)
+    warn_of_paces(paces)
 
 
-def _doubt_use(materials: Sequence[Material], results: Sequence[CaseResult]) -> None:
+def _warn_of_use(materials: Sequence[Material], results: Sequence[CaseResult]) -> None:
     """Doubt the temperatures that each material is used at."""
     for one in {id(material): material for material in materials}.values():
         asked = zip(materials, results, strict=True)
-        doubt_use(one, [result.temperature for material, result in asked if material is one])
+        warn_of_use(one, [result.temperature for material, result in asked if material is one])
 
 
-def _doubt_slack(results: Sequence[CaseResult]) -> None:
+def _warn_of_slack(results: Sequence[CaseResult]) -> None:
     """Warn of stretched films that are let back faster than they follow, and would go slack: what is prescribed pushes them."""
     lowest = [float(np.min(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
     highest = [float(np.max(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]

@@ -1,0 +1,63 @@
+"""A test at one temperature, or a master curve from elsewhere, as `spectrum` reads it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.errors import InputError, warn
+from dielast.handover.mastercurve_folder import ReducedCurve
+from dielast.io.files import Inputs
+from dielast.material.shift import NoShift
+from dielast.readings.curve_recipe import CurveData
+from dielast.readings.isotherms import WIDEST
+from dielast.readings.read import read_all
+from dielast.readings.steps import TABLE
+
+Array = NDArray[np.float64]
+
+NO_SCATTER = 1.25  # times as large a value at the same time is no scatter of one test
+
+
+def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
+    """A test at one temperature, or a master curve from elsewhere, without a shift law; all runs of it together.
+
+    Raises `InputError` naming file and line, column or step, or if there are several temperatures.
+    """
+    reading = read_all(data, inputs)
+    temperature = [one.temperature for one in reading.measurements]
+    if max(temperature) - min(temperature) > data.temperature_tolerance:
+        found = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
+        raise InputError(f'{found}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
+    measured, stated = round(math.fsum(temperature) / len(temperature), 6), data.reference_temperature
+    if stated is not None and abs(measured - stated) > WIDEST * data.temperature_tolerance:
+        raise InputError(
+            f"the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out", file=data.file
+        )
+    columns = _positive(np.concatenate([one.columns for one in reading.measurements], axis=1), data.file)
+    _warn_of_several(columns, data.file)
+    at = measured if stated is None else stated
+    exported = set(reading.formats) != {TABLE}  # of a plain table the recipe says it all
+    read = {**reading.summary, "temperature_degC": at, "points": int(columns.shape[1])} if exported else None
+    return ReducedCurve(reading.kind, tuple(columns), NoShift(at), data=read)
+
+
+def _warn_of_several(columns: Array, source: str) -> None:
+    """Warn of other values at the same times or frequencies: of several tests, perhaps, that are taken for one."""
+    order = np.argsort(columns[0], kind="stable")
+    x, y = columns[0, order], np.log(columns[1, order])
+    starts = np.flatnonzero(np.append(True, np.diff(x) > 0))
+    apart = np.exp(np.maximum.reduceat(y, starts) - np.minimum.reduceat(y, starts))
+    if np.any(far := apart > NO_SCATTER):
+        found = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
+        warn(f"{found}: are these several tests? Leave the rows of one in the file", file=source)
+
+
+def _positive(columns: Array, source: str) -> Array:
+    """The points whose ordinates are all positive; of the others, as a noise floor gives them, few enough, it warns."""
+    below = np.any(columns[1:] <= 0, axis=0)
+    if np.any(below):
+        warn(f"{np.count_nonzero(below)} of {below.size} points are zero or negative (noise floor) and left out", file=source)
+    return columns[:, ~below]
