@@ -60,7 +60,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.material.shift import WLF as WLF, Arrhenius as Arrhenius, NoShift as NoShift, ShiftTable as ShiftTable
     from dielast.material.spectrum import Spectrum as Spectrum
     from dielast.material.springs import Gent as Gent
-    from dielast.mechanics.load import Step as Step, Track as Track, Waveform as Waveform
+    from dielast.mechanics.load import Step as Step, Track as Track, VoltageStep as VoltageStep, Waveform as Waveform
     from dielast.mechanics.stability import TimeScale as TimeScale
     from dielast.plots.mastercurve import plot_master_curve as plot_master_curve
     from dielast.plots.spectrum import plot_spectrum as plot_spectrum
@@ -83,7 +83,6 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.simulate.lifetime import fit_lifetime as fit_lifetime
     from dielast.simulate.membrane import MembraneHistory as MembraneHistory, creep as creep, relax as relax
-    from dielast.simulate.voltage import VoltageStep as VoltageStep
     from dielast.superposition.bootstrap import (
         MasterCurveDraws as MasterCurveDraws,
         bootstrap_master_curve as bootstrap_master_curve,

@@ -1,4 +1,4 @@
-"""The steps of a history as pieces of load."""
+"""The steps of a history, or of a voltage programme, as pieces of load."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from dielast.mechanics.cases import numbers, one_set, spread
 from dielast.mechanics.chain import Chain
 from dielast.mechanics.course import Piece
 from dielast.mechanics.cycles import Cycles
-from dielast.mechanics.line import Ramp
-from dielast.mechanics.load import Mode, Path, Step, Waveform
+from dielast.mechanics.line import Ramp, lasts_at
+from dielast.mechanics.load import Mode, Path, Step, VoltageStep, Waveform
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.columns import Floats
 
@@ -149,3 +149,38 @@ def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], C
     first: tuple[Control, ArrayLike] = (paced, value)
     second = {Mode.UNIAXIAL: (Control.STRESS, 0.0), Mode.EQUIBIAXIAL: first, Mode.PURE_SHEAR: (Control.STRETCH, 1.0)}[mode]
     return [first, second], paced
+
+
+def voltage_pieces(steps: Sequence[VoltageStep], controls: Controls, thickness: Floats) -> list[Piece]:
+    """The steps as pieces of load, from 0 V, for films of a `thickness` (cases,) in m. Raises `InputError` naming the step (counted
+    from 0) that is wrong.
+    """
+    if not steps:
+        raise InputError("a voltage programme needs at least one step")
+    result: list[Piece] = []
+    present = np.zeros(thickness.size)
+    for index, step in enumerate(steps):
+        with located(step=index):
+            if isinstance(step.voltage, Path):
+                if step.rate is not None or step.duration is not None:
+                    raise InputError("a waveform or a track has its pace with it")
+                result += path_pieces(step.voltage, controls, (False, False, True), 1 / thickness, index)
+                present = spread(step.voltage.last, "voltage", thickness.size)
+                continue
+            voltage, duration = _voltage_ramp(step, present)
+        result.append(Ramp(controls, (None, None, voltage / thickness), duration, origin=index))
+        present = voltage
+    return result
+
+
+def _voltage_ramp(step: VoltageStep, present: Floats) -> tuple[Floats, Floats]:
+    """Voltage at the end of a step that is no path, and its duration in s (cases,)."""
+    if step.voltage is None:
+        if step.duration is None or step.rate is not None:
+            raise InputError("a voltage, or the duration of a hold is needed")
+        voltage = present
+    else:
+        assert not isinstance(step.voltage, Path)
+        voltage = spread(step.voltage, "voltage", present.size)
+    lasts, rate = pace(step.duration, step.rate, present.size, "voltage")
+    return voltage, lasts if rate is None else lasts_at(rate, voltage - present, "voltage", " V/s", "V are")

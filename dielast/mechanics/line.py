@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.errors import InputError, located
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.span import Control, Controls, Load
 from dielast.numerics.columns import Cases, Flags, Floats
@@ -65,10 +65,8 @@ class Ramp:
         move = np.take_along_axis(moves, np.argmax(np.abs(moves), axis=0)[None], axis=0)[0]
         # a target that is reached already, but for rounding
         move = np.where(np.abs(move) <= 1e-12 * np.abs(end[:2]).max(axis=0), 0.0, move)
-        try:
+        with located(step=self.origin):
             return lasts_at(rate, move, "target", "", f"of {self.paced.value} is")
-        except InputError as error:
-            raise InputError(f"step {self.origin}: {error}") from None
 
 
 def lasts_at(rate: Floats, move: Floats, goal: str, unit: str, of_what: str) -> Floats:
@@ -77,8 +75,9 @@ def lasts_at(rate: Floats, move: Floats, goal: str, unit: str, of_what: str) -> 
     if np.any(against):
         case = int(np.argmax(against))
         raise InputError(
-            f"{of_case(case, move.size)}rate {rate[case]:g}{unit} leads away from the {goal}: {move[case]:+g} {of_what} to go, "
-            f"so the rate must be {'positive' if move[case] > 0 else 'negative'}"
+            f"rate {rate[case]:g}{unit} leads away from the {goal}: {move[case]:+g} {of_what} to go, "
+            f"so the rate must be {'positive' if move[case] > 0 else 'negative'}",
+            case=of_case(case, move.size),
         )
     return np.asarray(np.abs(move / rate))
 

@@ -137,3 +137,26 @@ class Step(Result):
     def hold(cls, duration: ArrayLike) -> Step:
         """Keep what is prescribed for a `duration` in s."""
         return cls(duration=duration)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class VoltageStep(Result):
+    """Go to a `voltage` (V) at a `rate` (V/s, negative to go down) or within a `duration` (s), neither: at once; or follow a
+    `Waveform` or a `Track` of the voltage.
+
+    A step with a duration alone is a hold. Every value may be one number or one a case.
+    """
+
+    voltage: ArrayLike | Path | None = None
+    rate: ArrayLike | None = None
+    duration: ArrayLike | None = None
+
+    @classmethod
+    def hold(cls, duration: ArrayLike) -> VoltageStep:
+        """Keep the voltage for a `duration` in s."""
+        return cls(duration=duration)
+
+    def varied(self) -> list[ArrayLike]:
+        """All numbers of which there may be one for each case."""
+        voltage = self.voltage.varied() if isinstance(self.voltage, Path) else (self.voltage,)
+        return [value for value in (*voltage, self.rate, self.duration) if value is not None]

@@ -17,6 +17,8 @@ from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.happening import Happening
+from dielast.mechanics.history import voltage_pieces
+from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Floats
@@ -28,7 +30,6 @@ from dielast.simulate.follow import follow
 from dielast.simulate.history import History
 from dielast.simulate.record import Record, Recorder, ending
 from dielast.simulate.setup import FilmSetup, Setup, set_up
-from dielast.simulate.voltage import VoltageStep, voltage_pieces
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
 
 

@@ -12,9 +12,9 @@ from dielast.material.material import Breakdown, Material
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
+from dielast.mechanics.load import VoltageStep
 from dielast.relaxation.reduce import Reduction, reduce_spectrum
 from dielast.simulate.actuate import actuate
-from dielast.simulate.voltage import VoltageStep
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 Array = NDArray[np.float64]

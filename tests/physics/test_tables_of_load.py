@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 import dielast
 from dielast.handover.material_file import parse_material
-from dielast.mechanics.load import Step, Track
+from dielast.mechanics.load import Step, Track, VoltageStep
 from dielast.numerics import integrate
 from dielast.simulate.actuate import actuate
 from dielast.simulate.membrane import creep, relax
-from dielast.simulate.voltage import VoltageStep
 
 Array = NDArray[np.float64]
 FILE = Path(dielast.__file__).parent / "examples/vhb4905.toml"

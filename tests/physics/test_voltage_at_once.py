@@ -9,10 +9,10 @@ from dielast.material.material import Material
 from dielast.material.shift import WLF, NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
+from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
 from dielast.simulate.actuate import actuate
 from dielast.simulate.events import Event
-from dielast.simulate.voltage import VoltageStep
 from reconstruction import spectrum
 
 FULL = spectrum()

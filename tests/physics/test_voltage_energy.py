@@ -11,6 +11,8 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.criteria.criterion import WatchedFilms
+from dielast.mechanics.history import voltage_pieces
+from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT
@@ -20,7 +22,6 @@ from dielast.numerics.stride import Stride
 from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
 from dielast.simulate.setup import prestretched
-from dielast.simulate.voltage import VoltageStep, voltage_pieces
 
 PERMITTIVITY, THICKNESS = 3.98e-11, 0.5e-3
 SOLID = Material(

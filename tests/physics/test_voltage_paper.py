@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from dielast.material.material import Breakdown, Material
 from dielast.material.shift import WLF
 from dielast.material.springs import Gent
+from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.failure_map import failure_map
 from dielast.simulate.lifetime import fit_lifetime
-from dielast.simulate.voltage import VoltageStep
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 THICKNESS, RELAX = 0.5e-3, 5400.0

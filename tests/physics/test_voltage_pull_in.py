@@ -18,10 +18,10 @@ from dielast.material.material import Breakdown, Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
+from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
 from dielast.simulate.actuate import actuate
 from dielast.simulate.events import Event
-from dielast.simulate.voltage import VoltageStep
 
 MODULUS, PERMITTIVITY, THICKNESS = 26e3, 3.98e-11, 0.5e-3
 LITERAL = TimeScale.fixed(0.0)

@@ -12,12 +12,11 @@ from dielast.material.material import Breakdown, Material
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.load import Waveform
+from dielast.mechanics.load import VoltageStep, Waveform
 from dielast.mechanics.stability import TimeScale
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
 from dielast.simulate.map_plan import solve_cells
-from dielast.simulate.voltage import VoltageStep
 
 THICKNESS, PERMITTIVITY = 0.5e-3, 3.98e-11
 FIELD = Breakdown((1.0, 3.0), (30e6, 60e6))

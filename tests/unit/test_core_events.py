@@ -15,6 +15,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.criteria.criterion import Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import PullIn
+from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import ONE_PERCENT, damped
@@ -24,7 +25,6 @@ from dielast.numerics.rosenbrock import RODAS5P
 from dielast.numerics.stride import Stride
 from dielast.simulate import actuate as module
 from dielast.simulate.actuate import actuate
-from dielast.simulate.voltage import VoltageStep
 
 Array = NDArray[np.float64]
 AT, WIDTH = 300.0, 1e-3

@@ -13,11 +13,10 @@ from dielast.material.scatter import Sample
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.load import Step
+from dielast.mechanics.load import Step, VoltageStep
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
 from dielast.simulate.membrane import creep, relax
-from dielast.simulate.voltage import VoltageStep
 
 SOLID = Material(
     "soft",

@@ -19,13 +19,12 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Floats, Gent
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.mechanics.history import pieces
-from dielast.mechanics.load import Step, Track, Waveform
+from dielast.mechanics.load import Step, Track, VoltageStep, Waveform
 from dielast.mechanics.point import Points
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import plan_failure_map
 from dielast.simulate.membrane import creep, relax
 from dielast.simulate.reach import out_of_reach
-from dielast.simulate.voltage import VoltageStep
 
 SOLID = Material(
     "soft", 26e3, Spectrum(np.array([100.0, 1.0]), np.array([2e4, 9e4])), NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11

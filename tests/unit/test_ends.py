@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from films import SOFT
 
+from dielast.mechanics.load import VoltageStep
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.record import Record, ending
-from dielast.simulate.voltage import VoltageStep
 
 COLUMNS = ("voltage", "stretch_1", "stretch_2", "relative_stretch_1", "nominal_stress_1", "nominal_stress_2", "true_field")
 LATER = [VoltageStep(2e3, duration=10.0), VoltageStep.hold(100.0), VoltageStep(3.6e3), VoltageStep.hold(5e3)]

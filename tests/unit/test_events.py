@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from dielast.mechanics.criteria.criterion import Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import PullIn
+from dielast.mechanics.load import VoltageStep
 from dielast.numerics.roots import fall, samples
 from dielast.simulate.actuate import ActuationHistory, actuate
-from dielast.simulate.voltage import VoltageStep
 
 Array = NDArray[np.float64]
 

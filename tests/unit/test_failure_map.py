@@ -14,13 +14,12 @@ from dielast.material.material import Breakdown, Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.load import Track
+from dielast.mechanics.load import Track, VoltageStep
 from dielast.numerics.integrate import Status
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
 from dielast.simulate.lifetime import fit_lifetime
 from dielast.simulate.map_plan import Cells, solve_cells
-from dielast.simulate.voltage import VoltageStep
 
 SOLID = Material(
     "soft",

@@ -37,6 +37,7 @@ from dielast.handover.material_file import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
+from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -44,7 +45,6 @@ from dielast.sharing.batches import solve_batches
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.events import Event, event_columns
-from dielast.simulate.voltage import VoltageStep
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.bounds import FilmResult
