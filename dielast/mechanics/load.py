@@ -212,12 +212,8 @@ class Piece:
         against = move * rate < 0
         if np.any(against):
             case = int(np.argmax(against))
-            raise InputError(
-                f"rate {rate[case]:g} leads away from the target: {move[case]:+g} of {self.paced.value} is to go, "
-                f"so the rate must be {'positive' if move[case] > 0 else 'negative'}",
-                step=self.origin,
-                case=of_case(case, move.size),
-            )
+            wrong = wrong_way(float(rate[case]), float(move[case]), self.paced.value)
+            raise InputError(wrong, step=self.origin, case=of_case(case, move.size))
         return np.asarray(np.abs(move / rate))
 
 
@@ -248,6 +244,14 @@ def path_pieces(
         return [ramp]
     rest = piece(value[0] * scaled, None, Track(time - time[0], value, scaled))
     return [ramp, rest] if time[0] > 0 else [rest]
+
+
+def wrong_way(rate: float, move: float, quantity: str, unit: str = "") -> str:
+    """What is wrong with a `rate` of a `quantity` whose sign is not that of the `move` to make, in the `unit` if it is stated."""
+    name, pace = (quantity, f"{rate:g} {unit}/s") if unit else ("target", f"{rate:g}")
+    to_go = f"{move:+g} {unit} are" if unit else f"{move:+g} of {quantity} is"
+    sign = "positive" if move > 0 else "negative"
+    return f"rate {pace} leads away from the {name}: {to_go} to go, so the rate must be {sign}"
 
 
 def of_case(case: int, cases: int) -> int | None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError, located
 from dielast.io.result import Result
 from dielast.material.springs import Floats
-from dielast.mechanics.load import Path, Piece, of_case, path_pieces, spread
+from dielast.mechanics.load import Path, Piece, of_case, path_pieces, spread, wrong_way
 from dielast.mechanics.span import Control
 
 
@@ -87,11 +87,7 @@ def _resolve(step: VoltageStep, present: Floats, cases: int) -> tuple[Floats, Fl
         raise InputError("rate 0 never reaches the voltage")
     if np.any(move * rate < 0):
         case = int(np.argmax(move * rate < 0))
-        raise InputError(
-            f"rate {rate[case]:g} V/s leads away from the voltage: {move[case]:+g} V are to go, "
-            f"so the rate must be {'positive' if move[case] > 0 else 'negative'}",
-            case=of_case(case, cases),
-        )
+        raise InputError(wrong_way(float(rate[case]), float(move[case]), "voltage", "V"), case=of_case(case, cases))
     return voltage, move / rate
 
 
