@@ -44,8 +44,8 @@ class GivenUp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
-    """One case: its table's `columns` (times,) by header, up to where it was finished, and why it was not; and what each of its
-    cycles was like, columns (cycles,) by header, if it had any.
+    """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
+    the columns (cycles,) of its `cycles` by header, if it has a waveform.
     """
 
     temperature: float
@@ -148,14 +148,14 @@ def given_up(outcome: Outcome, material: Material, pulled: bool) -> GivenUp | No
     """Why a case was not finished, if it was not; `pulled` says whether a load can stretch the film without end."""
     if outcome.completed:
         return None
-    # the load was applied, and then went on for some time
+    # the load was applied and acted for a while
     flows = pulled and material.equilibrium_modulus == 0 and outcome.time > 0
     more = ": without an equilibrium modulus, the film flows without end" if flows else ""
     return GivenUp(outcome.time, outcome.reason + more)
 
 
 def failures(results: Sequence[CaseResult]) -> list[str]:
-    """A line for each reason that cases were not finished for, which tells of the first of them."""
+    """A line for each reason for which cases were not finished, about the first of these cases."""
     lost = [(index, result.failure) for index, result in enumerate(results) if result.failure is not None]
     lines = [(given.reason, f"case {index}: given up at {given.time:.6g} s: {given.reason}") for index, given in lost]
     return first_of_each(lines, "cases")
@@ -272,7 +272,7 @@ def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
 
 
 def _spelled(value: Any) -> str:
-    """A recipe's value as TOML has it, text without its quotes, and a path without folders that are this machine's own."""
+    """A recipe's value as TOML has it, text without quotes, and an absolute path without its folders."""
     if isinstance(value, str):
         return Path(value).name if Path(value).is_absolute() else value
     return as_toml(value)
