@@ -60,7 +60,7 @@ BoundedFilm = tuple[CaseResult, Sequence[BoundedEvent]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn(Generic[Result, Told]):
-    """One of the cases with draws, `case` in errors: its `batches` solve the draws, and `bounds` makes its bounded result of theirs."""
+    """A case with draws, called `case` in errors: `batches` solve the draws, `bounds` makes the bounded result of the case of them."""
 
     members: Sequence[int]
     case: int | None
