@@ -60,7 +60,7 @@ BoundedFilm = tuple[CaseResult, Sequence[BoundedEvent]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn(Generic[Result, Told]):
-    """A case with draws, called `case` in errors: `batches` solve the draws, `bounds` makes the bounded result of the case of them."""
+    """A case with draws, `case` in errors: `batches` solve the draws, and `bounds` makes the bounded result of the case."""
 
     members: Sequence[int]
     case: int | None
