@@ -1,5 +1,7 @@
-"""Inputs that are legal but foolish: a modulus in the wrong unit, a temperature on the wrong scale, a spectrum asked for what it
-does not know. Each is warned of with what it looks like; none is an error, as somebody's material may be like that.
+"""Checks that warn of legal inputs that look like a mistake: a modulus in the wrong unit, a temperature on the wrong scale, a load
+faster than the spectrum reaches.
+
+A warning says what the input looks like. None of these inputs is an error: a real material may have such constants.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds
 RELAXING = 0.01  # of the equilibrium modulus: branches that add up to less cannot be seen beside it
 TAUT = 0.03  # room to the limit of stretch, 1 at rest: chains that have less are taut and break
 COLDEST, HOTTEST = -150.0, 300.0  # degC, where polymers are measured
-KELVIN = 200.0  # degC, from which on readings look like kelvin
+LOOKS_LIKE_KELVIN = 200.0  # degC: higher readings are most likely in kelvin
 MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
 LARGEST_PERMITTIVITY = 1e3  # relative
@@ -111,7 +113,7 @@ def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
     if hottest < COLDEST:
         kelvin = f"{coldest + ZERO_CELSIUS:g}" + ("" if coldest == hottest else f" to {hottest + ZERO_CELSIUS:g}")
         warn(f"{what} {span} degC, which is {kelvin} K: are they degC that were taken for kelvin?")
-    elif coldest > KELVIN:
+    elif coldest > LOOKS_LIKE_KELVIN:
         warn(f"{what} {span} degC: are they kelvin that were taken for degC?")
     elif coldest < COLDEST or hottest > HOTTEST:
         warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")

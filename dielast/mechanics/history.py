@@ -183,4 +183,4 @@ def _voltage_ramp(step: VoltageStep, present: Floats) -> tuple[Floats, Floats]:
         assert not isinstance(step.voltage, Path)
         voltage = spread(step.voltage, "voltage", present.size)
     lasts, rate = pace(step.duration, step.rate, present.size, "voltage")
-    return voltage, lasts if rate is None else lasts_at(rate, voltage - present, "voltage", " V/s", "V are")
+    return voltage, lasts if rate is None else lasts_at(rate, voltage - present, "voltage", "V")

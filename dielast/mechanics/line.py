@@ -66,20 +66,24 @@ class Ramp:
         # a target that is reached already, but for rounding
         move = np.where(np.abs(move) <= 1e-12 * np.abs(end[:2]).max(axis=0), 0.0, move)
         with located(step=self.origin):
-            return lasts_at(rate, move, "target", "", f"of {self.paced.value} is")
+            return lasts_at(rate, move, self.paced.value)
 
 
-def lasts_at(rate: Floats, move: Floats, goal: str, unit: str, of_what: str) -> Floats:
-    """How long in s (cases,) a `move` takes at a `rate` per s; `InputError` where the rate leads away from the goal."""
+def lasts_at(rate: Floats, move: Floats, quantity: str, unit: str = "") -> Floats:
+    """How long in s (cases,) a `move` of a `quantity` takes at a `rate` per s; `InputError` where the rate leads the other way."""
     against = move * rate < 0
     if np.any(against):
         case = int(np.argmax(against))
-        raise InputError(
-            f"rate {rate[case]:g}{unit} leads away from the {goal}: {move[case]:+g} {of_what} to go, "
-            f"so the rate must be {'positive' if move[case] > 0 else 'negative'}",
-            case=of_case(case, move.size),
-        )
+        raise InputError(wrong_way(float(rate[case]), float(move[case]), quantity, unit), case=of_case(case, move.size))
     return np.asarray(np.abs(move / rate))
+
+
+def wrong_way(rate: float, move: float, quantity: str, unit: str = "") -> str:
+    """What is wrong with a `rate` of a `quantity` whose sign is not that of the `move` to make, in the `unit` if it is stated."""
+    name, pace = (quantity, f"{rate:g} {unit}/s") if unit else ("target", f"{rate:g}")
+    to_go = f"{move:+g} {unit} are" if unit else f"{move:+g} of {quantity} is"
+    sign = "positive" if move > 0 else "negative"
+    return f"rate {pace} leads away from the {name}: {to_go} to go, so the rate must be {sign}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

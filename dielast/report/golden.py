@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dielast.errors import InputError
+from dielast.errors import InputError, located
 from dielast.io.files import read_file
 from dielast.io.table import parse_csv
 from dielast.recipe.toml import parse_toml
@@ -63,14 +63,14 @@ def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> lis
 def golden_files(golden: Path) -> dict[str, Path]:
     """The files of the folder `golden` that are compared, by name; raises `InputError` if there are none."""
     if not os.path.isdir(golden):
-        raise InputError(f"{golden}: no such folder of golden files")
+        raise InputError("no such folder of golden files", file=golden)
     try:
         names = sorted(os.listdir(golden))
     except OSError as error:
-        raise InputError(f"{golden}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"cannot be read: {(error.strerror or str(error)).lower()}", file=golden) from None
     found = {name: golden / name for name in names if _compared(name) and os.path.isfile(golden / name)}
     if not found:
-        raise InputError(f"{golden}: no tables and no summary.toml to compare with")
+        raise InputError("no tables and no summary.toml to compare with", file=golden)
     return found
 
 
@@ -85,26 +85,27 @@ def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, T
     result: dict[str, dict[str, Tolerance]] = {}
     for name, columns in parse_toml(read_file(path, str(path)), str(path)).items():
         if name not in files:
-            raise InputError(f"{name}: no such golden file; there are {', '.join(files)}", file=path)
+            raise InputError(f"no such golden file; there are {', '.join(files)}", file=path, key=name)
         if not isinstance(columns, Mapping):
-            raise InputError(f"{name}: a table of tolerances by column is needed", file=path)
+            raise InputError("a table of tolerances by column is needed", file=path, key=name)
         content = read_file(files[name], str(files[name]))
         known = _flat(parse_toml(content, str(files[name]))) if name == "summary.toml" else parse_csv(content, str(files[name]))
         result[name] = {}
         for column, value in columns.items():
             if column not in known:
-                raise InputError(f'{name}: no "{column}" there to compare', file=path)
-            result[name][column] = _tolerance(f'{path}: {name}: "{column}"', value)
+                raise InputError(f'no "{column}" there to compare', file=path, key=name)
+            with located(file=path, key=f'{name}: "{column}"'):
+                result[name][column] = _tolerance(value)
     return result
 
 
-def _tolerance(where: str, value: Any) -> Tolerance:
+def _tolerance(value: Any) -> Tolerance:
     stated = value if isinstance(value, Mapping) else {"rtol": value}
     if not stated or not stated.keys() <= {"rtol", "atol"}:
-        raise InputError(f"{where}: rtol, atol or both are needed, such as {{ rtol = 1e-4, atol = 1e-9 }}")
+        raise InputError("rtol, atol or both are needed, such as { rtol = 1e-4, atol = 1e-9 }")
     for key, number in stated.items():
         if isinstance(number, bool) or not isinstance(number, int | float) or not 0 <= number < math.inf:
-            raise InputError(f"{where}: {key} = {number}: a number that is not negative is needed")
+            raise InputError(f"{key} = {number}: a number that is not negative is needed")
     return Tolerance(float(stated.get("rtol", 0.0)), float(stated.get("atol", 0.0)))
 
 

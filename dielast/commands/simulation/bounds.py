@@ -1,4 +1,4 @@
-"""The bounds that draws tell: the cases of a simulation again with each draw, and the cells of a map."""
+"""Bounds from draws of the material: the cases of a simulation are solved again with every draw, and so are the cells of a map."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ BoundedFilm = tuple[CaseResult, Sequence[BoundedEvent]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn(Generic[Result, Told]):
-    """One of the cases with draws, `case` in errors; its `batches` are the draws, and `bounds` makes of them what is told of it."""
+    """A case with draws, `case` in errors: `batches` solve the draws, and `bounds` makes the bounded result of the case."""
 
     members: Sequence[int]
     case: int | None
@@ -69,7 +69,7 @@ class Drawn(Generic[Result, Told]):
     bounds: partial[Told]
 
     def solve(self) -> list[Told]:
-        """What is told of the case."""
+        """The bounded result of the case."""
         with in_a_draw(key="uncertainty", case=self.case):
             drawn = solve_batches(self.batches)
         return [self.bounds(drawn)]
@@ -113,7 +113,7 @@ def bounded_films(
             materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
         known_as = of_case(number, len(cases))
         with in_a_draw(key="uncertainty", case=known_as):
-            # each has its breakdown field with its material, and is asked for the rows of the result, its end among them
+            # every draw has its breakdown field in its material, and gives the rows of the result, the last one included
             output = case.recipe.output.model_copy(update={"times": _asked(film[0].columns["time [s]"])})
             one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
             own = batches([one] * len(sample), materials, sample.thickness_factor)

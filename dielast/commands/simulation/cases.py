@@ -36,15 +36,23 @@ PART = 2**14  # branches, over all cases, of a batch that is solved together: a 
 FINE = 4000  # points along a history that a comparison over anything but time is drawn through
 
 
+@dataclass(frozen=True, slots=True)
+class GivenUp:
+    """The `time` in s up to which a case was finished, and the `reason` for which it was not finished further."""
+
+    time: float
+    reason: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
-    """One case: its table's `columns` (times,) by header, up to where it was finished, and why it was not; and what each of its
-    cycles was like, columns (cycles,) by header, if it had any.
+    """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
+    the columns (cycles,) of its `cycles` by header, if it has a waveform.
     """
 
     temperature: float
     columns: Mapping[str, Array]
-    failure: str | None
+    failure: GivenUp | None
     cycles: Mapping[str, Array] | None = None
 
 
@@ -138,20 +146,21 @@ def cycle_columns(results: Sequence[CaseResult]) -> Table | None:
     return cycle_table(cycling) if cycling else None
 
 
-def given_up(outcome: Outcome, material: Material, pulled: bool) -> str | None:
+def given_up(outcome: Outcome, material: Material, pulled: bool) -> GivenUp | None:
     """Why a case was not finished, if it was not; `pulled` says whether a load can stretch the film without end."""
     if outcome.completed:
         return None
-    # the load was applied, and then went on for some time
+    # the load was applied and acted for a while
     flows = pulled and material.equilibrium_modulus == 0 and outcome.time > 0
     more = ": without an equilibrium modulus, the film flows without end" if flows else ""
-    return f"given up at {outcome.time:.6g} s: {outcome.reason}{more}"
+    return GivenUp(outcome.time, outcome.reason + more)
 
 
 def failures(results: Sequence[CaseResult]) -> list[str]:
-    """A line for each reason that cases were not finished for, which tells of the first of them."""
-    lost = [(index, result.failure) for index, result in enumerate(results) if result.failure]
-    return first_of_each([(failure.partition(": ")[2], f"case {index}: {failure}") for index, failure in lost], "cases")
+    """A line for each reason for which cases were not finished, about the first of these cases."""
+    lost = [(index, result.failure) for index, result in enumerate(results) if result.failure is not None]
+    lines = [(given.reason, f"case {index}: given up at {given.time:.6g} s: {given.reason}") for index, given in lost]
+    return first_of_each(lines, "cases")
 
 
 def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
@@ -265,7 +274,7 @@ def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
 
 
 def _spelled(value: Any) -> str:
-    """A recipe's value as TOML has it, text without its quotes, and a path without folders that are this machine's own."""
+    """A recipe's value as TOML has it, text without quotes, and an absolute path without its folders."""
     if isinstance(value, str):
         return Path(value).name if Path(value).is_absolute() else value
     return as_toml(value)

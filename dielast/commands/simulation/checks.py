@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 
 WHOLE = 0.5  # of the range of a step through many points: a run of them that goes so far one way is a load of its own
 EARLY = 1e-3  # of what follows a load at once: nobody looks at what is earlier, though tables begin there
-MOVED = 1.01  # of the field: a film that broke after it rose by less as the film moved was beyond its breakdown field at once
-SLACK = 0.01  # of the highest stress: what a film can be pushed with before it is said
+MOVED = 1.01  # ratio of fields: a film that breaks down before its motion raises the field by more broke down at once
+SLACK = 0.01  # of the highest stress: a film that is pushed with more is warned of
 AT_ONCE = "as the voltage comes on"
 
 
@@ -147,7 +147,7 @@ def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: Failu
 
 
 def _warn_of_use(materials: Sequence[Material], results: Sequence[CaseResult]) -> None:
-    """Doubt the temperatures that each material is used at."""
+    """Warn of the temperatures that the materials are used at."""
     for one in {id(material): material for material in materials}.values():
         asked = zip(materials, results, strict=True)
         warn_of_use(one, [result.temperature for material, result in asked if material is one])

@@ -1,4 +1,4 @@
-"""What the results of a run take of memory, told before it begins."""
+"""The memory that the results of a run take, estimated before the run begins."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def _abscissa(header: str, info: ValidationInfo) -> str:
     try:
         return _column(header, info)
     except InputError as error:
-        raise InputError(f"{error}; swept are {', '.join(swept)}" if swept else str(error)) from None
+        raise error.adding(f"; swept are {', '.join(swept)}" if swept else "") from None
 
 
 ResultColumn = Annotated[str, AfterValidator(_column)]

@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple, Self, TypeVar
 from pydantic import AfterValidator, Field, model_validator
 
 from dielast.errors import InputError, Mistakes, Problem
+from dielast.mechanics.line import wrong_way
 from dielast.recipe.fields import InputFile, PositiveTime, Section, SheetName, Time
 
 Step = TypeVar("Step", bound="HistoryStep")
@@ -22,18 +23,15 @@ class Aim(NamedTuple):
 
     def missed(self, present: float | None) -> str | None:
         """The mistake in a rate that never leads here from `present`, None where the recipe leaves the start open; or None."""
-        name = self.quantity if self.unit else "target"
         if self.rate == 0:
-            return f"rate 0 never reaches the {name}"
+            return f"rate 0 never reaches the {self.quantity if self.unit else 'target'}"
         move = 0.0 if present is None else self.value - present
         # a target that is reached already, but for rounding, allows any rate
         if self.rate is None or move * self.rate >= 0 or abs(move) <= 1e-12 * abs(self.value):
             return None
-        rate, way = f"{self.rate:g} {self.unit}/s" if self.unit else f"{self.rate:g}", "positive" if move > 0 else "negative"
-        to_go = f"{move:+g} {self.unit} are" if self.unit else f"{move:+g} of {self.quantity} is"
         strain = self.quantity == "stretch" and self.value < 1 <= (present or 0.0)
         hint = f"; a stretch is 1 + strain: if {self.value:g} is a strain, write {1 + self.value:g}" if strain else ""
-        return f"rate {rate} leads away from the {name}: {to_go} to go, so the rate must be {way}{hint}"
+        return wrong_way(self.rate, move, self.quantity, self.unit) + hint
 
 
 OF_A_TABLE = ("columns", "sheet")
