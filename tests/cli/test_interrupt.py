@@ -53,7 +53,10 @@ film = {{ thickness = "0.5 mm", prestretch = 1.9, relax = "10 min" }}
 voltage = {{ from = "1 kV", to = "5 kV", points = {points} }}
 breakdown = {{ field = "45 MV/m" }}
 """
-PRESS = "import os, signal, dielast.{module} as module; module.{function} = lambda *_: os.kill(os.getpid(), signal.SIGINT)"
+PRESS = """
+import os, signal, time, dielast.{module} as module
+module.{function} = lambda *_: (os.kill(os.getpid(), signal.SIGINT), time.sleep(600))
+"""
 KEPT = r"interrupted: 1024 of 1030 cells are kept: the same command goes on from there, .*\n"
 
 
