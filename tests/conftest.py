@@ -67,7 +67,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    if report.when == "call":
+    if report.when in ("setup", "call"):
         TAKEN[function_of(report.nodeid)] = max(TAKEN[function_of(report.nodeid)], report.duration)
 
 

@@ -13,10 +13,10 @@ from pathlib import Path
 from dielast.errors import InputError
 
 LARGEST = 256 << 20  # bytes of a file that is read: more than ten million rows
-LONGEST_WAIT = 5.0  # s for another process to move its files, which takes it no time
+LONGEST_WAIT = 5.0  # s until another process has moved its files; it takes milliseconds
 EXAMPLE = "example:"
 STORE = ".unfinished"
-"""Where a long run keeps what it has until its result is written."""
+"""The file in which a long run keeps its cells until its result is written."""
 KEPT = "what is solved is kept, and the same command goes on from there"
 _TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.part")
 
@@ -25,10 +25,10 @@ class Inputs:
     """Reads every input of a run once, and remembers what was read."""
 
     def __init__(self, folder: Path) -> None:
-        """Paths that are not absolute are taken relative to `folder`, the recipe's own."""
+        """Paths that are not absolute are taken relative to `folder`, which holds the recipe."""
         self.folder = folder
         self.names: list[str] = []
-        """What was asked for, whether it could be read or not."""
+        """The names of all inputs, also of those that could not be read."""
         self._digests: dict[tuple[str, str], None] = {}
         self._paths: list[Path] = []
 
@@ -40,7 +40,7 @@ class Inputs:
         path = resolve(self.folder, name)
         self.names.append(str(name))
         content = read_file(path, str(name))
-        # an absolute path is this machine's own and has no place in a result
+        # an absolute path belongs to this machine and has no place in a result
         shown = Path(name).name if Path(name).is_absolute() else str(name)
         self._digests[as_text(shown), sha256(content)] = None
         if path not in self._paths:
@@ -95,7 +95,7 @@ def as_text(name: str) -> str:
 
 
 def exists(path: Path) -> bool:
-    """Whether there is such a file or folder; a name that no file can have, such as a very long one, has none."""
+    """Whether there is such a file or folder; False for a name that no file can have, such as a very long name."""
     try:
         return path.exists()
     except (OSError, ValueError):
@@ -129,8 +129,8 @@ def check_folder(folder: Path, needed: str) -> None:
     while not os.path.lexists(nearest) and nearest.parent != nearest:
         nearest = nearest.parent
     if not os.path.isdir(nearest):
-        what = "is a file" if os.path.exists(nearest) else "leads nowhere"
-        raise InputError(f"{what}, a folder {needed}", file=folder)
+        obstacle = "is a file" if os.path.exists(nearest) else "leads nowhere"
+        raise InputError(f"{obstacle}, a folder {needed}", file=folder)
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError("cannot write here: permission denied", file=folder)
 
@@ -139,8 +139,8 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     """Write `contents` (name -> bytes) into `folder`, each file whole or not at all.
 
     All files are first written beside their targets, then moved into place together: a full disk leaves an older result as it was,
-    and of two runs into one folder the later one's files all stay, unless one stands still meanwhile. Raises `InputError` if the
-    folder cannot be made or written to.
+    and of two runs into one folder all files are those of the later run, unless a run is stopped for long meanwhile. Raises
+    `InputError` if the folder cannot be made or written to.
     """
     parts: list[tuple[Path, Path]] = []
     try:
@@ -165,7 +165,7 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
 def _alone_in(folder: Path) -> Iterator[None]:
     """Wait until no other process moves files into `folder`, where the system has such locks, though not for ever.
 
-    Whoever is stopped while it holds the lock keeps it: another process, or this one, if Ctrl-C came as it was handed over.
+    A process that is stopped while it holds the lock keeps it, also this process if Ctrl-C came as it got the lock.
     """
     try:
         import fcntl
@@ -202,7 +202,7 @@ def _make_name(path: Path) -> str:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what a killed run left behind; a run that is still alive keeps its files."""
+    """Remove the unfinished files of killed runs; a run that is still alive keeps its files."""
     for entry in folder.iterdir():
         match = _TEMPORARY.fullmatch(entry.name)
         if match and not _alive(int(match["process"])):

@@ -18,8 +18,8 @@ _TEMPERATURE = re.compile(rf"(?<![A-Za-z0-9.,])(?P<number>{_NUMBER})\s*_?(?P<uni
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What is said of each column: its `names`, `units` (None where no unit is stated), the cells as `spelled`, and the
-    `temperature` in degC that a row above the names states (None where there is none).
+    """The header of each column: its name, its unit (None where no unit is stated), its cell as `spelled` in the file, and the
+    `temperature` in degC that a row above the names states for it (None where no temperature is stated).
     """
 
     names: tuple[str, ...]
@@ -49,11 +49,11 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, align
     if len(tables) > 1 and any(names) and all(map(_is_unit_cell, names)):
         names, below = tables[-2], [cell.strip("[]()").strip() for cell in names]
         if aligned and len(below) < columns:
-            below = []  # which of them is empty cannot be told
+            below = []  # which column has no unit cannot be seen
     if filled_width(names) != columns and len(names) != columns:
-        # a name with the separator in it, or a column without a name: which column is which cannot be told
-        found = f"the header has {filled_width(names)} cells, the rows have {columns}"
-        raise InputError(f"{found}; quote cells that hold the separator, or skip_rows", file=source)
+        # a name with the separator in it, or a column without a name: the names cannot be matched with the columns
+        counts = f"the header has {filled_width(names)} cells, the rows have {columns}"
+        raise InputError(f"{counts}; quote cells that hold the separator, or skip_rows", file=source)
     spelled = tuple(name.lstrip("# ") for name in _padded(names, columns))
     # beside a row of units, tan(d) and G(t) are names
     split = [(name, None) if any(below) and _ARGUMENT.search(name) else split_header(name) for name in spelled]
@@ -93,26 +93,27 @@ def temperature_in(text: str, unit: str | None = None) -> tuple[float, str] | No
         match = re.search(rf"(?<![A-Za-z0-9.,])(?P<number>{_NUMBER})(?![A-Za-z0-9.,])", text)
     if match is None:
         return None
-    number, own = match["number"].replace(",", ".").replace("\u2212", "-"), match.groupdict().get("unit") or unit or ""
+    number, degree = match["number"].replace(",", ".").replace("\u2212", "-"), match.groupdict().get("unit") or unit or ""
     before, after = text[: match.start()], text[match.end() :]
     if _JOINED.search(before):
-        other = f'call it "{before[:-1]} (-{number} {own})" or "{before[:-1]} ({number} {own})"'
-        raise InputError(f'column "{text}": {number} or -{number} {own}? {other}')
-    scale, offset = conversion(_spelled_out(own), TEMPERATURE)
+        other = f'call it "{before[:-1]} (-{number} {degree})" or "{before[:-1]} ({number} {degree})"'
+        raise InputError(f'column "{text}": {number} or -{number} {degree}? {other}')
+    scale, offset = conversion(_spelled_out(degree), TEMPERATURE)
     rest = _EMPTY.sub("", before + after if _open(before) else f"{_BEFORE.sub('', before)} {_AFTER.sub('', after)}")
     return round(float(number) * scale + offset, 9), " ".join(rest.split())
 
 
 def temperatures_in(row: Sequence[str]) -> list[float | None] | None:
-    """The temperature in degC that each cell of a row states, if the row is one of temperatures: of several, or of numbers beside a
-    cell that names them, such as `T [°C]`.
+    """The temperature in degC of each cell of a row of temperatures, None for an empty cell and a label; None for another row.
+
+    A row of temperatures has at least two different temperatures, or numbers beside a label such as `T [°C]`.
     """
     filled = [cell for cell in row if cell]
     label = next((unit for cell in filled if (unit := _label(cell)) is not None), None)
-    found: list[float | None] = []
+    temperatures: list[float | None] = []
     for cell in row:
         if not cell or _label(cell) is not None:
-            found.append(None)
+            temperatures.append(None)
             continue
         try:
             stated = temperature_in(cell, label)
@@ -120,8 +121,8 @@ def temperatures_in(row: Sequence[str]) -> list[float | None] | None:
             return None
         if stated is None or stated[1]:
             return None
-        found.append(stated[0])
-    return found if len({own for own in found if own is not None}) > 1 else None
+        temperatures.append(stated[0])
+    return temperatures if len(set(temperatures) - {None}) > 1 else None
 
 
 def _label(cell: str) -> str | None:
@@ -142,15 +143,15 @@ def _spelled_out(unit: str) -> str:
 
 
 def _open(text: str) -> bool:
-    """Whether a bracket before a temperature is still open: what stands within it belongs together."""
+    """Whether a bracket that begins before a temperature is still open at its place."""
     return text.count("(") > text.count(")") or text.count("[") > text.count("]")
 
 
-def _spread(found: Sequence[float | None], columns: int) -> list[float | None]:
-    """Temperatures of columns: an empty cell belongs to the one before it, as where cells were merged."""
+def _spread(temperatures: Sequence[float | None], columns: int) -> list[float | None]:
+    """Temperatures of columns: an empty cell has the temperature of the cell before it, as merged cells do."""
     spread: list[float | None] = []
-    for own in [*found[:columns], *[None] * (columns - len(found))]:
-        spread.append(own if own is not None or not spread else spread[-1])
+    for temperature in [*temperatures[:columns], *[None] * (columns - len(temperatures))]:
+        spread.append(temperature if temperature is not None or not spread else spread[-1])
     return spread
 
 

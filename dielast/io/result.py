@@ -1,4 +1,4 @@
-"""What results have in common: a short description in a notebook, and tables with the columns of the files that hold them."""
+"""The base of all results: a short description in a notebook, and tables with the columns of the result files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dielast.io.table import Frame, Table, to_frame
 WIDTH, LINES = 100, 3  # of a description
 LONGEST = 60  # characters of the description of a result within another
 UNBROKEN = "\N{NO-BREAK SPACE}"
-FEW = 3  # values that are all shown
+FEW = 3  # values; an array or list with no more is shown as a whole
 
 
 class Result:
@@ -22,7 +22,7 @@ class Result:
     __slots__ = ()
 
     def __repr__(self) -> str:
-        parts = [f"{own.name}={_short(getattr(self, own.name))}" for own in fields(self) if own.repr]  # type: ignore[arg-type]
+        parts = [f"{field.name}={_short(getattr(self, field.name))}" for field in fields(self) if field.repr]  # type: ignore[arg-type]
         parts = [part.replace(" ", UNBROKEN) for part in parts]
         text = f"{type(self).__name__}({', '.join(parts)})"
         wrap = textwrap.TextWrapper(WIDTH, subsequent_indent="    ", max_lines=LINES, placeholder=" ...)", break_on_hyphens=False)
@@ -30,7 +30,7 @@ class Result:
 
 
 class TabularResult(Result):
-    """A result that is a table, and is written as one."""
+    """A result that is a table, both in Python and in its file."""
 
     __slots__ = ()
 

@@ -23,7 +23,10 @@ _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Column:
-    """One column: `name`, `unit` (None for text and counts), `values` (n,) of numbers or text; what is not finite is left empty."""
+    """A column: `name`, `unit` (None for text and counts), and `values` (n,) of numbers or text.
+
+    A number that is not finite becomes an empty cell of a file.
+    """
 
     name: str
     unit: str | None
@@ -41,7 +44,7 @@ Frame: TypeAlias = "pd.DataFrame"
 
 def split_header(header: str) -> tuple[str, str | None]:
     """(name, unit) of a header cell written `name [unit]`, `name (unit)` or `name / unit`; the unit is None where it says none."""
-    # what is longer is no header, and would take the pattern very long
+    # longer text is no header, and the pattern would take very long
     match = _HEADER.fullmatch(header.strip()) if len(header) <= LONGEST_HEADER else None
     if match is None or not match["name"]:
         return header.strip(), None
@@ -50,14 +53,14 @@ def split_header(header: str) -> tuple[str, str | None]:
 
 def case_table(temperature: Sequence[float], cases: Sequence[Mapping[str, NDArray[np.float64]]]) -> Table:
     """The table of several cases at their `temperature` (degC), one below the other; each has its columns (rows,) by header."""
-    counts = [next(iter(own.values())).size for own in cases]
+    counts = [next(iter(case.values())).size for case in cases]
     columns = [
         Column("case", None, np.repeat(np.arange(len(cases)), counts)),
         Column("temperature", "degC", np.repeat(np.asarray(temperature, dtype=float), counts)),
     ]
     for header in cases[0]:
         name, unit = header.rstrip("]").split(" [")
-        columns.append(Column(name, unit, np.concatenate([own[header] for own in cases])))
+        columns.append(Column(name, unit, np.concatenate([case[header] for case in cases])))
     return columns
 
 
@@ -83,7 +86,7 @@ def to_csv(table: Table) -> bytes:
 
 def _cells(values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]) -> list[str]:
     if isinstance(values, np.ndarray) and values.dtype.kind == "f":
-        # adding zero turns -0 into 0; what is not a number, or not bounded, is an empty cell
+        # adding zero turns -0 into 0; NaN and infinity become empty cells
         return ["" if text in ("nan", "inf", "-inf") else text for text in map("%.9g".__mod__, (values + 0.0).tolist())]
     if isinstance(values, np.ndarray):
         return [str(value) for value in values.tolist()]
@@ -98,7 +101,7 @@ def _quoted(text: str) -> str:
 
 
 def parse_csv(content: bytes, name: str) -> dict[str, list[str]]:
-    """The cells of a CSV that dielast wrote, by header; raises `InputError` if it is not one."""
+    """The cells of a CSV that dielast wrote, by header; raises `InputError` if it is not such a table."""
     import csv
     import io
 

@@ -69,7 +69,7 @@ class MeasuredTable:
     def find(self, wanted: str | int, role: str) -> int:
         """Index of the column called `wanted`: its header as the file spells it, `name [unit]`, or its name without the unit.
 
-        A number counts columns from 1. Raises `InputError` if there is no such column, or more than one.
+        A number counts columns from 1. Raises `InputError` if there is no such column, or several of them.
         """
         if isinstance(wanted, int):
             if 1 <= wanted <= len(self.names):
@@ -80,23 +80,23 @@ class MeasuredTable:
         unitless = [name if unit is None else "" for name, unit in zip(self.names, self.units, strict=True)]
         bare, unit = split_header(wanted)
         ways = ((spelled, wanted), (headers, _header_of(bare, unit)), (self.names, wanted), (unitless, bare))
-        # as it stands, then whatever the case: T and t are two columns
+        # as written, then without regard to upper and lower case: T and t are two columns
         for same in (str.strip, _plain):
             for spelling, text in ways:
-                matches = [index for index, own in enumerate(spelling) if own and same(own) == same(text)]
+                matches = [index for index, cell in enumerate(spelling) if cell and same(cell) == same(text)]
                 if len(matches) > 1:
                     raise InputError(f'column "{wanted}" for {role} stands there {len(matches)} times', file=self.source)
                 if matches:
                     return matches[0]
         # as the file spells them, but with their units from a row below
-        there = [own if split_header(own)[1] else header for own, header in zip(spelled, headers, strict=True)]
+        there = [cell if split_header(cell)[1] else header for cell, header in zip(spelled, headers, strict=True)]
         near = difflib.get_close_matches(wanted, there, n=1)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
         raise InputError(f'no column "{wanted}" for {role}; {hint}', file=self.source)
 
     def has(self, name: str) -> bool:
         """Whether a column is called `name`."""
-        return any(_plain(name) == _plain(own) for own in self.names)
+        return any(_plain(name) == _plain(known) for known in self.names)
 
     def equals(self, wanted: str | int, value: str | float) -> NDArray[np.bool_]:
         """Which rows hold `value` in a column, shape (rows,): the same text, or the same number."""
@@ -266,7 +266,7 @@ def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, st
 
 
 def _refuse_header_alone(source: str, lines: Sequence[str], separator: str) -> None:
-    """Raise `InputError` if `lines`, in which no numbers were found, are a row of names and perhaps one of units, and no more."""
+    """Raise `InputError` if `lines`, in which no numbers were found, are only a row of names, with or without a row of units."""
     names, *below = (split_cells(line, separator) for line in lines[:3])
     if len(names) > 1 and (not below or (len(below) == 1 and all(is_unit(cell.strip("[]()")) for cell in below[0]))):
         raise InputError("no columns of numbers found: there are no rows below the header", file=source)
@@ -336,11 +336,11 @@ def _number(cell: str) -> float:
         return math.nan
 
 
-def _alike(one: str, other: str, dimension: Dimension) -> bool:
+def _alike(unit: str, other: str, dimension: Dimension) -> bool:
     try:
-        return conversion(one, dimension) == conversion(other, dimension)
+        return conversion(unit, dimension) == conversion(other, dimension)
     except InputError:
-        return _plain(one) == _plain(other)
+        return _plain(unit) == _plain(other)
 
 
 def _plain(text: str) -> str:

@@ -1,6 +1,6 @@
 """Workbooks (Excel, OpenDocument) as text: the rows of a sheet as lines, tabs between their cells.
 
-Workbooks are read by python-calamine in a process of its own with bounded memory: a workbook of a few kilobytes may claim more
+Workbooks are read by python-calamine in a separate process with bounded memory: a workbook of a few kilobytes may claim more
 cells than any machine can hold, and the library then ends the process that it runs in.
 """
 
@@ -24,7 +24,7 @@ SECONDS = 100  # longer than any sheet of MOST cells takes
 MOST = 5_000_000  # cells of a sheet
 LONGEST_TEXT = 256 << 20  # bytes, as of any other file
 NEEDED = "pip install 'dielast[excel]'"
-_REFUSED = 3  # exit code of the process that reads, which has said why
+_REFUSED = 3  # exit code of the reading process after it has written its reason
 _BY_POINT = re.compile(r"[+-]?\d+\.\d+([eE][+-]?\d+)?")
 _BY_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 
@@ -39,15 +39,15 @@ def sheet_text(content: bytes, source: str, sheet: str | int | None = None, deci
     """The rows of a `sheet`, by its name or number from 1, or of the first that is not hidden; numbers have a decimal point.
 
     Formulas count with the values that were saved with them; cells merged from top to bottom all hold the same. `decimal` is the
-    mark of numbers that are kept as text; where it is None, the one that most of them have. Raises `InputError` naming `source` if
-    it cannot be read, if there is no such sheet, or if what is needed to read it is not installed.
+    mark of numbers that are kept as text; None means the mark of most of them. Raises `InputError` naming `source` if
+    it cannot be read, if there is no such sheet, or if python-calamine is not installed.
     """
     if find_spec("python_calamine") is None:
         raise InputError(f"a workbook is read by a package that is not installed: {NEEDED}, or save it as CSV", file=source)
-    import subprocess  # which no text needs
+    import subprocess  # not needed for text files
 
     wanted = ("", "") if sheet is None else ("number" if isinstance(sheet, int) else "name", str(sheet))
-    # whatever this process can import, the other can
+    # both processes import from the same places
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "RUST_BACKTRACE": "0"}
     command = [sys.executable, "-P", "-c", "from dielast.io.workbook import serve; serve()", *wanted, decimal or ""]
     try:
@@ -67,7 +67,7 @@ _TOO_LARGE = "not a workbook that can be read, or one that is larger than it loo
 
 
 def serve() -> None:
-    """Read a workbook from standard input and write one of its sheets, or what is wrong with it, to standard output."""
+    """Read a workbook from standard input and write one of its sheets, or the reason why it cannot be read, to standard output."""
     _bound_memory()
     kind, sheet, decimal = sys.argv[1:]
     code = 0
@@ -77,9 +77,9 @@ def serve() -> None:
         text, code = str(error), _REFUSED
     except MemoryError:
         text, code = _TOO_LARGE, _REFUSED
-    except BaseException as error:  # whatever a parser does with a damaged file, a panic of Rust's included
-        said = " ".join(str(error).split()) or type(error).__name__
-        text, code = f"not a workbook that can be read: {said[:200]}", _REFUSED
+    except BaseException as error:  # a damaged file may end in any error, even in a panic of Rust
+        reason = " ".join(str(error).split()) or type(error).__name__
+        text, code = f"not a workbook that can be read: {reason[:200]}", _REFUSED
     answer = text.encode("utf-8", "replace")
     if len(answer) > LONGEST_TEXT:
         answer, code = _TOO_LARGE.encode(), _REFUSED
@@ -103,16 +103,16 @@ def _read(content: bytes, sheet: str | int | None, decimal: str) -> str:
     from python_calamine import CalamineWorkbook
 
     book = CalamineWorkbook.from_filelike(BytesIO(content))
-    own = book.get_sheet_by_name(_sheet_name(book, sheet))
-    height, width = (last + 1 for last in own.end or (-1, -1))
+    cells = book.get_sheet_by_name(_sheet_name(book, sheet))
+    height, width = (last + 1 for last in cells.end or (-1, -1))
     if height * width > MOST:
         raise InputError(f"a sheet of {height} rows and {width} columns is too large: save it as CSV")
-    rows: list[list[Any]] = own.to_python(skip_empty_area=False)
-    for (top, left), (bottom, right) in own.merged_cell_ranges or ():
+    rows: list[list[Any]] = cells.to_python(skip_empty_area=False)
+    for (top, left), (bottom, right) in cells.merged_cell_ranges or ():
         if left == right and left < len(rows[top] if top < len(rows) else ()):
             for row in rows[top + 1 : bottom + 1]:
                 row[left] = rows[top][left]
-    rows = [row[own.start[1] :] for row in rows] if own.start else rows  # empty columns before the first
+    rows = [row[cells.start[1] :] for row in rows] if cells.start else rows  # empty columns before the first
     texts = [cell for row in rows for cell in row if isinstance(cell, str)]
     commas, points = (sum(map(bool, map(pattern.fullmatch, map(str.strip, texts)))) for pattern in (_BY_COMMA, _BY_POINT))
     by_comma = decimal == "," if decimal else commas > points
@@ -122,8 +122,8 @@ def _read(content: bytes, sheet: str | int | None, decimal: str) -> str:
 def _sheet_name(book: CalamineWorkbook, sheet: str | int | None) -> str:
     from python_calamine import SheetTypeEnum, SheetVisibleEnum
 
-    tables = [own for own in book.sheets_metadata if own.typ == SheetTypeEnum.WorkSheet]
-    names = [own.name for own in tables]
+    tables = [entry for entry in book.sheets_metadata if entry.typ == SheetTypeEnum.WorkSheet]
+    names = [entry.name for entry in tables]
     if isinstance(sheet, int) and sheet <= len(names):
         return names[sheet - 1]
     if sheet in names:
@@ -132,7 +132,7 @@ def _sheet_name(book: CalamineWorkbook, sheet: str | int | None) -> str:
         raise InputError(f"sheet: no {shown(sheet)}; there are {', '.join(map(shown, names)) or 'no sheets'}")
     if not names:
         raise InputError("a workbook without a sheet of cells")
-    return next((own.name for own in tables if own.visible == SheetVisibleEnum.Visible), names[0])
+    return next((entry.name for entry in tables if entry.visible == SheetVisibleEnum.Visible), names[0])
 
 
 def _text(cell: Any, by_comma: bool) -> str:

@@ -59,8 +59,8 @@ def plot_failure_map(
     most = MOST_LINES if bounds is None else MOST_BANDS
     arranged = [Panel(_beside_a_map(result, most))] if mapped else arrange(result, most)
     films = [films_of(panel, result, lines, bounds) for panel in arranged]
-    said = notes(films, None if bounds is None else interval, _left_out(result, sum(map(len, films)), mapped))
-    rows, count = max(-(-len(own) // 2) for own in films), len(arranged)
+    note = notes(films, None if bounds is None else interval, _left_out(result, sum(map(len, films)), mapped))
+    rows, count = max(-(-len(panel) // 2) for panel in films), len(arranged)
     with style():
         if mapped:
             figure, axes = panels(2, title, widths=(1.0, 1.2), height=2.75 + 0.15 * rows)
@@ -69,17 +69,17 @@ def plot_failure_map(
             figure = sheet(title, across, -(-count // across) * (2.75 + 0.15 * rows))
             axes = grid(figure, count, across)
         draw_panels(axes[:count], result, films)
-        for own, panel, drawn in zip(axes, arranged, films, strict=False):
-            own.set_ylabel("time to failure [s]")
-            own.set_title(panel.title, loc="right")
-            legend(own, drawn, said if count == 1 else None)
-        if count > 1 and said is not None:
-            figure.supxlabel(said, fontsize=7)
+        for place, panel, drawn in zip(axes, arranged, films, strict=False):
+            place.set_ylabel("time to failure [s]")
+            place.set_title(panel.title, loc="right")
+            legend(place, drawn, note if count == 1 else None)
+        if count > 1 and note is not None:
+            figure.supxlabel(note, fontsize=7)
         if mapped:
             _map(figure, axes[1], result)
         if mapped or count > 1:
-            for label, own in zip("abcdef", axes, strict=False):
-                own.set_title(f"({label})", loc="left")
+            for label, place in zip("abcdef", axes, strict=False):
+                place.set_title(f"({label})", loc="left")
     return figure
 
 

@@ -93,15 +93,15 @@ def arrange(result: FailureMap, most: int = MOST_LINES) -> list[Panel]:
     per_outer = min(-(-inner // most), MOST_PANELS)
     lines = spread_indices(inner, per_outer * most)
     panels = []
-    for own in spread_indices(outer, MOST_PANELS // per_outer):
+    for place in spread_indices(outer, MOST_PANELS // per_outer):
         for part in np.array_split(lines, per_outer):
-            films = [(own, int(line)) if by_temperature else (int(line), own) for line in part]
-            panels.append(Panel(films, _shared(result, own, by_temperature)))
+            films = [(place, int(line)) if by_temperature else (int(line), place) for line in part]
+            panels.append(Panel(films, _shared(result, place, by_temperature)))
     return panels
 
 
-def _shared(result: FailureMap, own: int, by_temperature: bool) -> str:
-    return degrees(result.temperature[own]) if by_temperature else _prestretch(result.prestretch[own])
+def _shared(result: FailureMap, place: int, by_temperature: bool) -> str:
+    return degrees(result.temperature[place]) if by_temperature else _prestretch(result.prestretch[place])
 
 
 def _prestretch(pair: Array) -> str:
@@ -241,8 +241,8 @@ def _thinned(along: Array) -> Array:
     return along[:: max(1, -(-along.size // MOST_MARKERS))]
 
 
-def legend(axes: Axes, films: Sequence[Drawn], said: str | None) -> None:
-    """The films of a panel, and what is `said` of the figure, below the axes: within, long and short lives leave no corner free."""
+def legend(axes: Axes, films: Sequence[Drawn], note: str | None) -> None:
+    """The films of a panel, and a `note` on the figure, below the axes: within them, long and short lives leave no corner free."""
     handles = []
     for film in films:
         dashes: Any = film.dashes if np.isfinite(film.line.slope) else "none"
@@ -250,12 +250,12 @@ def legend(axes: Axes, films: Sequence[Drawn], said: str | None) -> None:
     # wider than the figure, a legend would upset its layout
     columns = 2 if len(films) > 1 and max(len(film.label) for film in films) <= LONGEST_BESIDE else 1
     place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}
-    row_legend(axes, handles, columns, title=said, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
+    row_legend(axes, handles, columns, title=note, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
 
 
 def notes(all_films: Sequence[Sequence[Drawn]], interval: str | None, left_out: str | None) -> str | None:
     """What lines, bands, arrows and markers at zero mean, and which films are `left_out`."""
-    films = [film for own in all_films for film in own]
+    films = [film for panel in all_films for film in panel]
     fitted = any(np.isfinite(film.line.slope) for film in films)
     first = ["lines: exponential law"] * fitted + [f"bands: {interval}"] * (interval is not None)
     arrows = ["\N{UPWARDS ARROW} beyond the horizon (dotted)"] * any(film.open_above.any() for film in films)

@@ -104,7 +104,7 @@ def _scale(factor: Swept, count: int) -> list[dict[str, Any]]:
 
 
 def _ordered(labels: Sequence[str], swept: Sequence[Swept]) -> dict[int, str]:
-    """The labels by case, in the order of the one number that tells the cases apart unless they run up or down by it."""
+    """The labels by case; if a single number is swept and neither rises nor falls over the cases, in the order of that number."""
     cases = list(range(len(labels)))
     if len(swept) == 1 and swept[0].values:
         steps = np.diff(swept[0].values)
@@ -114,29 +114,33 @@ def _ordered(labels: Sequence[str], swept: Sequence[Swept]) -> dict[int, str]:
 
 
 def _crossed(count: int, swept: Sequence[Swept]) -> list[Swept]:
-    """The factors every combination of which is a case; if they run side by side, one that tells all cases apart."""
-    factors = [one for one in swept if len(one.levels) > 1]
-    combinations = {tuple(one.level(case) for one in factors) for case in range(count)}
-    if len(combinations) == count == int(np.prod([len(one.levels) for one in factors])):
+    """The factors, if every combination of their levels is a case; else a factor with a different level in each case."""
+    factors = [factor for factor in swept if len(factor.levels) > 1]
+    combinations = {tuple(factor.level(case) for factor in factors) for case in range(count)}
+    if len(combinations) == count == int(np.prod([len(factor.levels) for factor in factors])):
         return factors
-    telling = [one for one in factors if len(one.levels) == count]
-    return sorted(telling, key=lambda one: not one.values)[:1]
+    telling = [factor for factor in factors if len(factor.levels) == count]
+    return sorted(telling, key=lambda factor: not factor.values)[:1]
 
 
 def _by_factor(factors: Sequence[Swept], most: int) -> Arrangement:
-    """Lines for the values of one factor, the one with the most that a panel has room for, panels for those of the others."""
-    fitting = [one for one in factors if len(one.levels) <= most or (one.values and most == MOST_LINES)] or list(factors)
-    lines = max(reversed(fitting), key=lambda one: len(one.levels))
-    others = sorted((one for one in factors if one is not lines), key=lambda one: len(one.levels))
+    """A line for each level of the factor with most levels among those that fit into a panel, a panel for each of the others."""
+    fitting = [factor for factor in factors if len(factor.levels) <= most or (factor.values and most == MOST_LINES)] or list(
+        factors
+    )
+    lines = max(reversed(fitting), key=lambda factor: len(factor.levels))
+    others = sorted((factor for factor in factors if factor is not lines), key=lambda factor: len(factor.levels))
     count = len(lines.values or lines.texts)
     scaled = len(lines.levels) > most and bool(lines.values) and most == MOST_LINES
     along = lines.levels if scaled else _some(lines.levels, most)
     grid = _grid(others)
     panels = []
     for wanted in product(*grid):
-        cases = [case for case in range(count) if all(one.level(case) == level for one, level in zip(others, wanted, strict=True))]
+        cases = [
+            case for case in range(count) if all(factor.level(case) == level for factor, level in zip(others, wanted, strict=True))
+        ]
         cases = sorted((case for case in cases if lines.level(case) in along), key=lambda case: along.index(lines.level(case)))
-        panels.append(Panel(cases, ", ".join(one.text(cases[0]) for one in others)))
+        panels.append(Panel(cases, ", ".join(factor.text(cases[0]) for factor in others)))
     across = len(grid[1]) if len(grid) == 2 else 2 if len(panels) in (2, 4) else min(len(panels), ACROSS)
     if scaled:
         return Arrangement(panels, across, _scale(lines, count), 0.9, {}, lines)
@@ -146,7 +150,7 @@ def _by_factor(factors: Sequence[Swept], most: int) -> Arrangement:
 
 
 def _grid(factors: Sequence[Swept]) -> list[list[Any]]:
-    """The levels of each factor that panels show: of one factor all that there is room for, of two rows and columns."""
+    """The levels of each factor that panels show: a single factor fills all panels, two factors make rows and columns."""
     if len(factors) == 1:
         return [_some(factors[0].levels, ACROSS * DOWN)]
     if len(factors) == 2:

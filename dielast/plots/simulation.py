@@ -86,10 +86,10 @@ def plot_cases(
     """
     bands = [*bands, *[None] * (len(cases) - len(bands))]
     with style():
-        arranged = arrange(labels, swept, sum(one is not None for one in bands))
+        arranged = arrange(labels, swept, sum(band is not None for band in bands))
         frame, names = _frame(cases, measured, x, y, scales)
         handles = _legend(arranged, labels, measured)
-        more = len({name for _, name, _, _ in marks}) + any(one is not None for one in bands)
+        more = len({name for _, name, _, _ in marks}) + any(band is not None for band in bands)
         rows = grid_of([*handles, *[Line2D([], []) for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
         below = 0.15 * rows if len(handles) + more > 1 or len(cases) > 1 else 0.0
         figure, panels = _panels(arranged, title, below, _alike(arranged, frame, cases))

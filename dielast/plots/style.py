@@ -81,7 +81,7 @@ def sheet(title: str | None, columns: float, height: float) -> Figure:
     """An empty figure of so many column widths, `height` in inches without the `title`, whose lines are kept apart, and not broken
     at spaces that are not to be. Call within `style()`.
     """
-    lines = [line for own in typeset(title or "").splitlines() for line in textwrap.wrap(own, int(56 * columns))]
+    lines = [line for part in typeset(title or "").splitlines() for line in textwrap.wrap(part, int(56 * columns))]
     figure = Figure(figsize=(COLUMN_WIDTH * columns, height + 0.17 * len(lines)), layout="constrained")
     if lines:
         # a dollar sign is money here, not mathematics
@@ -156,11 +156,11 @@ def legend_below(figure: Figure, handles: Sequence[Artist], title: str | None = 
 
 
 def row_legend(owner: Figure | Axes, handles: Sequence[Artist], columns: int, **place: Any) -> Legend:
-    """A legend of so many columns that reads row by row; by itself, one fills its columns one after the other."""
+    """A legend of so many columns that reads row by row; matplotlib alone fills the columns one after the other."""
     order = [index for first in range(columns) for index in range(first, len(handles), columns)]
     legend = owner.legend(handles=[handles[index] for index in order], ncols=columns, **place)
-    told: tuple[list[Any], list[Any]] = (legend.texts, legend.legend_handles)
-    for entries in told:
+    columnwise: tuple[list[Any], list[Any]] = (legend.texts, legend.legend_handles)
+    for entries in columnwise:
         entries[:] = [entries[order.index(index)] for index in range(len(order))]
     for text in legend.texts:
         # a dollar sign is money here, not mathematics

@@ -1,4 +1,4 @@
-"""Batches of cases, solved wherever there is time for them."""
+"""Batches of cases, solved in this process, in several processes or on a cluster."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class Batch(Protocol[Result_co]):
 
 
 def solve_batches(batches: Sequence[Batch[Result]], execution: Execution = LOCAL, what: str = "cases") -> list[Result]:
-    """The result of every case, by number; raises the error of the first batch that has one, whoever comes upon it first.
+    """The result of every case, by number. `what` names the cases in reports of progress.
 
-    `what` says to whoever hears of progress what is counted.
+    Raises the error of the first batch in the list that has an error, whichever batch is finished first.
     """
     count = sum(len(batch.members) for batch in batches)
     results: dict[int, Result] = {}
@@ -41,9 +41,9 @@ def solve_batches(batches: Sequence[Batch[Result]], execution: Execution = LOCAL
     done = following = 0
     chunks = [(place, place + 1) for place in range(len(batches))]
     with closing(share_out(_solve_one, tuple(batches), chunks, execution)) as solved:
-        for one in solved:
-            waiting[one.place] = one
-            done += len(batches[one.place].members)
+        for solution in solved:
+            waiting[solution.place] = solution
+            done += len(batches[solution.place].members)
             while following in waiting:
                 batch, ready = batches[following], waiting.pop(following)
                 if ready.error is not None:
@@ -57,7 +57,7 @@ def solve_batches(batches: Sequence[Batch[Result]], execution: Execution = LOCAL
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Solved(Generic[Result]):
-    """What became of the batch in this `place`: its results, or what was wrong."""
+    """The results of the batch in this `place` of the list, or the error that it raised."""
 
     place: int
     results: Sequence[Result]

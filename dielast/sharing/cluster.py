@@ -1,4 +1,4 @@
-"""Solve the chunks of a plan on a Dask cluster, which any plan will do for whose chunks know nothing of each other.
+"""Solve the chunks of a plan on a Dask cluster, for any plan with independent chunks.
 
 The plan travels to each worker once. Dask gives the chunks of a worker that is lost to another one.
 """
@@ -24,17 +24,17 @@ from dielast.io.files import read_file
 if TYPE_CHECKING:
     from distributed import Client
 
-RETRIES = 2  # of a chunk that fails where it runs; how many workers it may outlive is the scheduler's to say
-PAUSE = 0.05  # s between two looks at what is done
-LONGEST_SILENCE = 10.0  # s, of a scheduler that is asked who it is, or how many workers it has
-OWN = {"dielast": __version__, "numpy": np.__version__}  # what results may depend on
+RETRIES = 2  # of a chunk that raises an error; how many workers may die over a chunk is a setting of the scheduler
+PAUSE = 0.05  # s between two looks for finished chunks
+LONGEST_SILENCE = 10.0  # s until a scheduler answers what kind of node it is, or how many workers it has
+VERSIONS = {"dielast": __version__, "numpy": np.__version__}  # on which results may depend
 
 Plan = TypeVar("Plan")
 Solved = TypeVar("Solved")
 
 
 class OtherVersion(RuntimeError):
-    """A worker computes with another version than this process does."""
+    """A worker has a different version of dielast or numpy than this process."""
 
 
 def solve_on(
@@ -55,10 +55,10 @@ def solve_on(
     with _connected(scheduler, silence) as client:
         _await_workers(scheduler, client, patience)
         _check_versions(scheduler, client)
-        # a task of its own, not scattered: Dask can make it anew when the worker that holds it is lost
+        # the plan is a task and not scattered data: Dask can repeat it when the worker that holds it is lost
         held = client.submit(_held, plan, pure=False)
         first, end = zip(*chunks, strict=True)
-        futures = client.map(_solve_there, first, end, pure=False, retries=RETRIES, solve=solve, plan=held, versions=OWN)
+        futures = client.map(_solve_there, first, end, pure=False, retries=RETRIES, solve=solve, plan=held, versions=VERSIONS)
         try:
             ready = distributed.as_completed(futures, loop=client.loop)
             last = time.monotonic()
@@ -96,11 +96,11 @@ def _connected(scheduler: str, silence: float) -> Iterator[Client]:
         raise InputError(
             "that is within another process, where nothing reaches it; tcp://host:8786 would be reached", file=scheduler
         )
-    # what Dask would say on standard error is said here in one line
+    # Dask logs lost connections on standard error; an `InputError` reports them in one line instead
     logging.disable(logging.CRITICAL)
     try:
         try:
-            # a client that finds no scheduler does not end quietly
+            # asked first, because a client that finds no scheduler ends with messages of its threads
             kind = asyncio.run(asyncio.wait_for(_kind(address), silence))
         except OSError:
             raise InputError(f"no Dask scheduler answers there within {silence:g} s", file=scheduler) from None
@@ -116,7 +116,7 @@ def _connected(scheduler: str, silence: float) -> Iterator[Client]:
 
 
 async def _kind(address: str) -> str:
-    """What runs at this address."""
+    """The kind of Dask node at this address, such as "Scheduler"."""
     from distributed.core import rpc
     from distributed.security import Security
 
@@ -136,7 +136,7 @@ def _address(scheduler: str) -> str:
 
 
 def _patience() -> float:
-    """As long as Dask waits for a connection, in s."""
+    """How long Dask waits for a connection, in s (its setting `distributed.comm.timeouts.connect`)."""
     import dask
     from dask.utils import parse_timedelta
 
@@ -151,21 +151,21 @@ def _await_workers(scheduler: str, client: Client, patience: float) -> None:
 
 
 def _check_versions(scheduler: str, client: Client) -> None:
-    known: dict[str, Any] = client.get_versions(packages=list(OWN))
-    own = known["client"]["packages"]
-    # the scheduler reads the tasks, too
+    known: dict[str, Any] = client.get_versions(packages=list(VERSIONS))
+    here = known["client"]["packages"]
+    # the scheduler unpickles the tasks as well
     nodes = {"the scheduler itself": known["scheduler"]} | {f"worker {name}": node for name, node in known["workers"].items()}
-    found = {name: _differing(own, node["packages"]) for name, node in nodes.items()}
+    found = {name: _differing(here, node["packages"]) for name, node in nodes.items()}
     lines = [f"{name}: {other}" for name, other in found.items() if other]
     if lines:
         more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
         raise InputError(f"{lines[0]}{more}", file=scheduler)
 
 
-def _differing(own: Mapping[str, str | None], found: Mapping[str, str | None]) -> str:
-    """In words, what a worker has that differs from `own`; nothing if all is the same."""
-    differing = [name for name in OWN if own[name] != found[name]]
-    return ", ".join(f"{name} {own[name]} is needed, {found[name] or 'none'} is there" for name in differing)
+def _differing(needed: Mapping[str, str | None], installed: Mapping[str, str | None]) -> str:
+    """The packages whose version is not the `needed` one, in words; empty if all versions agree."""
+    differing = [name for name in VERSIONS if needed[name] != installed[name]]
+    return ", ".join(f"{name} {needed[name]} is needed, {installed[name] or 'none'} is there" for name in differing)
 
 
 def _held(plan: Plan) -> Plan:
@@ -175,7 +175,7 @@ def _held(plan: Plan) -> Plan:
 def _solve_there(
     first: int, end: int, *, solve: Callable[[Plan, int, int], Solved], plan: Plan, versions: Mapping[str, str]
 ) -> Solved:
-    """On a worker: what it may have changed since the first check is its versions, for it may have joined after it."""
-    if other := _differing(versions, OWN):
+    """Solve a chunk on a worker; versions are checked here as well, as a worker may have joined after the first check."""
+    if other := _differing(versions, VERSIONS):
         raise OtherVersion(other)
     return solve(plan, first, end)

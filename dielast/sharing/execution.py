@@ -1,4 +1,4 @@
-"""Solve here, in several processes or on a cluster, as a run is asked to."""
+"""Solve the chunks of a plan in this process, in several processes or on a cluster."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from typing import TypeVar
 Plan = TypeVar("Plan")
 Solved = TypeVar("Solved")
 Progress = Callable[[int, int, str], None]
-"""Hears how many are done, of how many, and of what: cells, cases or draws."""
+"""Called with the number that is done, the number of all, and their name: cells, cases or draws."""
 NOTHING_KEPT = "nothing is kept or written; the same command begins anew"
 
 
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """How a run is carried out, which no result depends on: processes, a folder for unfinished work, who hears of progress, the
-    Dask scheduler of the cluster to use instead of processes, who hears what a user should know of the run, and who hears what
-    the run leaves if it is interrupted from then on.
+    """How a run is carried out, without any influence on its results.
+
+    `jobs` is the number of processes, `folder` takes unfinished work, `progress` is called as cases are solved, `scheduler` is the
+    Dask scheduler of a cluster that solves instead of processes, `note` is called with notes on the run for its user, and the last
+    with what an interrupt would leave from then on.
     """
 
     jobs: int = 1
@@ -34,8 +36,8 @@ def share_out(
 ) -> Generator[Solved, None, None]:
     """`solve(plan, first, end)` of each chunk, in the order in which they are finished.
 
-    `solve` is a function of a module, and all that it takes and gives can be pickled. Raises `NumericsError` if a process is
-    killed, and `InputError` if the cluster is of no use.
+    `solve` is a function of a module; its arguments and results can be pickled. Raises `NumericsError` if a process is killed, and
+    `InputError` if the cluster cannot be used.
     """
     if execution.scheduler is not None and chunks:
         from dielast.sharing.cluster import solve_on

@@ -1,4 +1,4 @@
-"""How much memory a run may still take, and a refusal, before it begins, of one that would take more."""
+"""How much memory a run may still take; a run that needs more is refused before it begins."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ OUT_OF_MEMORY = "out of memory: fewer cases, cells, rows or draws take less"
 
 
 def available_memory() -> float:
-    """Bytes that this process may still take, as far as the system says: free memory, what a limit on its address space (`ulimit
-    -v`) or its control group leaves; infinite if the system says nothing.
+    """Bytes that this process may still take: the least of free memory, the rest of its address space (`ulimit -v`) and the rest
+    of its control group; infinite if the system reports none of them.
     """
     return min(_limits(), default=inf)
 
 
 def check_memory(needed: float, what: str, less: str) -> None:
-    """Raise `NumericsError` if `what` needs more bytes than there are; `less` says what would take less."""
+    """Raise `NumericsError` if `what` needs more bytes than are free; `less` is advice on how to need less."""
     free = available_memory()
     if needed > free:
         raise NumericsError(f"{what} need about {_size(needed)} of memory, and {_size(free)} are free: {less}")

@@ -1,4 +1,4 @@
-"""Share work out to several processes of this machine, none of which outlives the run."""
+"""Solve the chunks of a plan in several processes of this machine, none of which outlives the run."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
 Plan = TypeVar("Plan")
 Solved = TypeVar("Solved")
 
-_given: tuple[Callable[[Any, int, int], Any], Any] | None = None  # of a worker process: how to solve what
+_given: tuple[Callable[[Any, int, int], Any], Any] | None = None  # in a worker process: the function and the plan
 
 
 def solve_in_processes(
     jobs: int, solve: Callable[[Plan, int, int], Solved], plan: Plan, chunks: Sequence[tuple[int, int]]
 ) -> Generator[Solved, None, None]:
-    """`solve(plan, first, end)` of each chunk, in the order in which they are finished, by so many processes.
+    """`solve(plan, first, end)` of each chunk by `jobs` processes, in the order in which chunks are finished.
 
-    Raises `NumericsError` if one of them is killed.
+    Raises `NumericsError` if a process is killed.
     """
     others = multiprocessing.active_children()
     futures: list[Future[Solved]] = []
     pool = ProcessPoolExecutor(min(jobs, len(chunks)), initializer=_receive, initargs=(solve, plan))
     try:
-        # the handler stands before signals are let through again: one that came meanwhile is answered
+        # the handler is set before signals are let through again, so that a signal that came meanwhile is handled
         with _cancelled(futures), _terminated_as_interrupted():
             with _undisturbed():
                 futures += [pool.submit(_solve_given, *chunk) for chunk in chunks]
             for future in as_completed(futures):
                 yield future.result()
     except BrokenProcessPool:
-        # it would end its other workers with a signal that they ignore, and wait for them
+        # the pool ends its other workers by SIGTERM, which they ignore, and would wait for them
         for child in set(multiprocessing.active_children()).difference(others):
             child.kill()
-        # the thread that looks after them closes what the interpreter would write to as it ends
+        # the thread of the pool closes a pipe to which the interpreter would write at its end
         pool.shutdown(wait=True)
         raise NumericsError("a worker process was killed, for want of memory perhaps") from None
     finally:
@@ -52,13 +52,13 @@ def solve_in_processes(
 
 @contextmanager
 def _cancelled(futures: Sequence[Future[Any]]) -> Iterator[None]:
-    """If results are no longer wanted, what is not begun never is."""
+    """Cancel the chunks that are not begun if the results are no longer wanted."""
     try:
         yield
-    except BrokenProcessPool:  # in which nothing is begun any more
+    except BrokenProcessPool:  # a broken pool begins no more chunks
         raise
     except BaseException:
-        # one by one: a pool that nobody holds any more forgets that it was to cancel what it has not begun
+        # one by one, as a pool without a reference to it ignores `cancel_futures`
         for future in futures:
             future.cancel()
         raise
@@ -66,7 +66,7 @@ def _cancelled(futures: Sequence[Future[Any]]) -> Iterator[None]:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Start processes that no signal meets before they can ignore it, where the system can hold signals back."""
+    """Hold signals back while processes start, until these ignore them; not possible on every system."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -79,10 +79,10 @@ def _undisturbed() -> Iterator[None]:
 
 @contextmanager
 def _terminated_as_interrupted() -> Iterator[None]:
-    """Let a SIGTERM interrupt as Ctrl-C does, so that no process is left working for nobody."""
+    """Let a SIGTERM interrupt the run as Ctrl-C does, so that no worker process is left behind."""
     try:
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    except ValueError:  # not the main thread, which alone may say so
+    except ValueError:  # only the main thread may set handlers
         yield
         return
     try:
@@ -93,14 +93,14 @@ def _terminated_as_interrupted() -> Iterator[None]:
 
 def _receive(solve: Callable[[Any, int, int], Any], plan: Any) -> None:
     global _given
-    for number in FROM_OUTSIDE:  # which are the parent's to answer
+    for number in FROM_OUTSIDE:  # the parent handles them
         signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _given = solve, plan
 
 
 def _end_with_parent() -> None:
-    """End this process once its parent is gone, whatever ended that: it would wait for work for ever."""
+    """End this process when its parent ends; it would wait for work for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

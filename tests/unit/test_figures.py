@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterator
+from functools import cache
 from importlib import import_module
 from itertools import combinations
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -125,10 +127,17 @@ def figure_of(folder: Path, recipe: str) -> Figure:
     return figure
 
 
+@cache
+def figure_of_kind(kind: str) -> Figure:
+    """The figure of a kind, drawn once."""
+    with TemporaryDirectory() as folder:
+        return figure_of(Path(folder), EVERY[kind])
+
+
 @pytest.fixture(scope="module", params=EVERY)
-def every(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Figure:
+def every(request: pytest.FixtureRequest) -> Figure:
     """One figure of each kind."""
-    return figure_of(tmp_path_factory.mktemp("figure"), EVERY[request.param])
+    return figure_of_kind(request.param)
 
 
 def legends_of(figure: Figure) -> list[Legend]:
@@ -363,10 +372,10 @@ def test_contours_are_at_even_decades_and_named_as_times(tmp_path: Path) -> None
 def test_a_quantity_has_one_unit_in_all_figures(tmp_path: Path) -> None:
     units: dict[str, set[str]] = {}
     ramp = RELAX.replace("stretch = 2.0", 'stretch = 2.0\nrate = "1 %/s"') + COARSE
-    recipes = [EVERY[kind] for kind in ("six bands", "map", "sweeps", "master curve", "spectrum")]
+    figures = [figure_of(tmp_path, recipe) for recipe in (ramp, ramp + '[plot]\ny = "relaxation_modulus [Pa]"\n')]
+    figures += map(figure_of_kind, ("six bands", "map", "sweeps", "master curve", "spectrum"))
     names = ("modul", "stress", "voltage", "time", "frequency", "temperature")
-    for recipe in (ramp, ramp + '[plot]\ny = "relaxation_modulus [Pa]"\n', *recipes):
-        figure = figure_of(tmp_path, recipe)
+    for figure in figures:
         for label in (label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())):
             found = re.fullmatch(r"(.*?) \[(.*)\]", label)
             if found is not None:
