@@ -57,7 +57,7 @@ class ShiftTable(Result, ShiftLaw):
         outside = (wanted < low) | (wanted > high)
         if np.any(outside):
             first = float(np.atleast_1d(wanted[outside])[0])
-            raise InputError(f"temperature {first:g} degC is outside the shift table's {low:g} to {high:g} degC")
+            raise InputError(f"{first:g} degC is outside the shift table's {low:g} to {high:g} degC", argument="temperature")
         return np.asarray(np.interp(wanted, self.temperature, self.log10_shift) - self._origin())
 
     def _origin(self) -> float:

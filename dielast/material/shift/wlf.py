@@ -50,7 +50,7 @@ class WLF(ShiftLaw):
             where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
             if self.reference_temperature > 200:  # where hardly anybody refers to
                 where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
-            raise InputError(f"temperature {coldest:g} degC is at or below {where}")
+            raise InputError(f"{coldest:g} degC is at or below {where}", argument="temperature")
         return np.asarray(-self.C1 * distance / (self.C2 + distance))
 
     def label(self) -> str:
