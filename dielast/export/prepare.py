@@ -73,7 +73,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
 def _check_branches(material: Material, terms: int, code: Code) -> None:
     wrong = Mistakes()
     if terms == 0:
-        wrong.append(Problem(f"no branch has a modulus: there is nothing viscoelastic to write", file=code.name, argument="formats"))
+        wrong.append(Problem("no branch has a modulus: there is nothing viscoelastic to write", file=code.name, argument="formats"))
     if code.most_terms is not None and terms > code.most_terms:
         wrong.append(
             Problem(

@@ -33,7 +33,8 @@ class Arrhenius(ShiftLaw):
         """log10 a(T); raises `InputError` at or below absolute zero."""
         kelvin = np.asarray(temperature, dtype=float) + ZERO_CELSIUS
         if np.any(kelvin <= 0):
-            raise InputError(f"temperature {float(np.min(kelvin)) - ZERO_CELSIUS:g} degC is at or below absolute zero")
+            coldest = float(np.min(kelvin)) - ZERO_CELSIUS
+            raise InputError(f"{coldest:g} degC is at or below absolute zero", argument="temperature")
         inverse = 1 / kelvin - 1 / (self.reference_temperature + ZERO_CELSIUS)
         return np.asarray(self.activation_energy / GAS_CONSTANT * inverse / np.log(10))
 

@@ -57,7 +57,7 @@ class ShiftTable(Result, ShiftLaw):
         outside = (wanted < low) | (wanted > high)
         if np.any(outside):
             first = float(np.atleast_1d(wanted[outside])[0])
-            raise InputError(f"temperature {first:g} degC is outside the shift table's {low:g} to {high:g} degC")
+            raise InputError(f"{first:g} degC is outside the shift table's {low:g} to {high:g} degC", argument="temperature")
         return np.asarray(np.interp(wanted, self.temperature, self.log10_shift) - self._origin())
 
     def _origin(self) -> float:
@@ -85,8 +85,9 @@ class ShiftTable(Result, ShiftLaw):
         """The table itself, with a row for the reference temperature, interpolated by a cubic through its four neighbours."""
         if not temperature[0] <= reference_temperature <= temperature[-1]:
             raise InputError(
-                f"reference temperature {reference_temperature:g} degC is outside {temperature[0]:g} to {temperature[-1]:g} degC, "
-                "where the shift table ends: choose a law, or a reference temperature within"
+                f"{reference_temperature:g} degC is outside {temperature[0]:g} to {temperature[-1]:g} degC, where the shift table "
+                "ends: choose a law, or a reference temperature within",
+                argument="reference_temperature",
             )
         weight = np.zeros(temperature.size)
         first = int(np.clip(np.searchsorted(temperature, reference_temperature) - 2, 0, max(temperature.size - 4, 0)))

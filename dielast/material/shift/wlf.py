@@ -50,7 +50,7 @@ class WLF(ShiftLaw):
             where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
             if self.reference_temperature > 200:  # where hardly anybody refers to
                 where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
-            raise InputError(f"temperature {coldest:g} degC is at or below {where}")
+            raise InputError(f"{coldest:g} degC is at or below {where}", argument="temperature")
         return np.asarray(-self.C1 * distance / (self.C2 + distance))
 
     def label(self) -> str:
@@ -111,7 +111,8 @@ class WLF(ShiftLaw):
             pole = 1 + k * move
             if pole <= 0:
                 raise InputError(
-                    f"reference temperature {base + move:g} degC is at or below {base - 1 / k:g} degC, the pole of the WLF law"
+                    f"{base + move:g} degC is at or below {base - 1 / k:g} degC, the pole of the WLF law",
+                    argument="reference_temperature",
                 )
             law = cls(base + move, float(g / (k * pole)), float(1 / k + move))
             to_constants = np.array([[1 / (k * pole), -g * (1 + 2 * k * move) / (k * pole) ** 2], [0.0, -1 / k**2]])
