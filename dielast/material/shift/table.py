@@ -85,8 +85,9 @@ class ShiftTable(Result, ShiftLaw):
         """The table itself, with a row for the reference temperature, interpolated by a cubic through its four neighbours."""
         if not temperature[0] <= reference_temperature <= temperature[-1]:
             raise InputError(
-                f"reference temperature {reference_temperature:g} degC is outside {temperature[0]:g} to {temperature[-1]:g} degC, "
-                "where the shift table ends: choose a law, or a reference temperature within"
+                f"{reference_temperature:g} degC is outside {temperature[0]:g} to {temperature[-1]:g} degC, where the shift table "
+                "ends: choose a law, or a reference temperature within",
+                argument="reference_temperature",
             )
         weight = np.zeros(temperature.size)
         first = int(np.clip(np.searchsorted(temperature, reference_temperature) - 2, 0, max(temperature.size - 4, 0)))

@@ -111,7 +111,8 @@ class WLF(ShiftLaw):
             pole = 1 + k * move
             if pole <= 0:
                 raise InputError(
-                    f"reference temperature {base + move:g} degC is at or below {base - 1 / k:g} degC, the pole of the WLF law"
+                    f"{base + move:g} degC is at or below {base - 1 / k:g} degC, the pole of the WLF law",
+                    argument="reference_temperature",
                 )
             law = cls(base + move, float(g / (k * pole)), float(1 / k + move))
             to_constants = np.array([[1 / (k * pole), -g * (1 + 2 * k * move) / (k * pole) ** 2], [0.0, -1 / k**2]])
