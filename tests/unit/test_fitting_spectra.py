@@ -186,7 +186,7 @@ def test_the_polynomial_is_judged_by_what_it_misses() -> None:
     assert "polynomial" not in said(lambda: fit_spectrum(time, 3e5 * time**-0.1, polynomial_degree=1, equilibrium_modulus=0.0))
 
 
-@pytest.mark.filterwarnings("ignore:equilibrium_modulus. .* above the end of the curve")
+@pytest.mark.filterwarnings("ignore:equilibrium_modulus.* above the end of the curve")
 @pytest.mark.parametrize(
     ("options", "advice"),
     [
