@@ -13,6 +13,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import dask.config
+import distributed  # noqa: F401  its settings are there before a test changes them
 import numpy as np
 import pytest
 from maps import map_of
