@@ -190,7 +190,7 @@ def set_up(
         raise InputError("a material is needed")
     for each in materials:
         if not each.permittivity:
-            needed = "which a film under voltage needs: state it, in a material file under [dielectric]"
+            needed = "which a film under voltage needs: state [dielectric] permittivity in the material file"
             raise InputError(f"{each.name!r} has no permittivity, {needed}", argument="material")
     film.check()
     check_tolerance(rtol)
