@@ -107,7 +107,9 @@ def _mistakes(model: type[BaseModel], detail: ErrorDetails, kinds: Kinds) -> lis
     context = detail.get("ctx", {})
     if detail["type"] == "value_error" and isinstance(error := context["error"], DielastError):
         places = [(*detail["loc"], *_keys(problem.key or "")) for problem in error.problems]
-        return [(place, replace(problem, key=_path(place))) for place, problem in zip(places, error.problems, strict=True)]
+        located = zip(places, error.problems, strict=True)
+        # a file that a value names stands behind the key of the value
+        return [(place, p.within(key=_path(place)) if p.file else replace(p, key=_path(place))) for place, p in located]
     return [(detail["loc"], Problem(_text(model, detail, context, kinds), key=_path(detail["loc"])))]
 
 

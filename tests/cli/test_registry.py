@@ -13,7 +13,7 @@ import pytest
 from dielast.commands.registry import COMMANDS
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
-REGISTER = 'from dielast.commands.registry import COMMANDS; COMMANDS.register("toy", "toy:TOY")'
+REGISTER = 'import sys; sys.path.insert(0, ""); from dielast.commands.registry import COMMANDS; COMMANDS.register("toy", "toy:TOY")'
 PACKAGE = {
     "__init__.py": """
 from dielast.commands.command import Command

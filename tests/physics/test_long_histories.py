@@ -193,5 +193,5 @@ def test_amplitude_and_phase_of_a_small_swing_do_not_depend_on_its_mean(volts: f
 
 
 def test_cycles_that_there_are_not_are_refused() -> None:
-    with pytest.raises(InputError, match="cycle 7: there are only 4 of them"):
+    with pytest.raises(InputError, match="cycles: 7: there are only 4 of them"):
         creep(LINEAR, [Step(stress=Waveform(0.0, 1e3, 1.0, 4))], cycles=[1, 7])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ import pytest
 from dielast.material.material import Material
 from dielast.material.shift import WLF, NoShift
 from dielast.material.spectrum import Spectrum
-from dielast.material.springs import Gent
+from dielast.material.springs import Gent, NeoHookean
 from dielast.mechanics.load import Step
 from dielast.simulate.membrane import creep, relax
 
@@ -207,26 +207,6 @@ def test_steps_of_any_duration(duration: float) -> None:
     history = creep(material(17, span=(1e-8, 1e8)), steps)
     assert history.completed
     assert elastic_stress(history.stretch_1[0, -1], EQUILIBRIUM, 110.0) == pytest.approx(2e4, rel=1e-3)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NeoHookean:
-    """A second law, written from what a law must offer."""
-
-    def stiffness(self, invariant: np.ndarray) -> np.ndarray:
-        return np.ones_like(invariant)
-
-    def hardening(self, invariant: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.ones_like(invariant), np.zeros_like(invariant)
-
-    def energy(self, invariant: np.ndarray) -> np.ndarray:
-        return 0.5 * (invariant - 3)
-
-    def largest_invariant(self) -> np.ndarray:
-        return np.array(np.inf)
-
-    def take(self, cases: np.ndarray) -> NeoHookean:
-        return self
 
 
 @pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "pure-shear"])

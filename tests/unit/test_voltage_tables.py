@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from dielast.commands.actuate.waveform import voltage_entries
+from dielast.commands.registry import read_cases
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Track
-from dielast.recipe.cases import read_cases
 
 FILM = 'kind = "actuate"\nmaterial = "example:vhb4905.toml"\n[film]\nthickness = "0.5 mm"\n[[step]]\n'
 
