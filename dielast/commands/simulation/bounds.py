@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +28,6 @@ from dielast.simulate.map_plan import column_of
 
 Array = NDArray[np.float64]
 Band = tuple[Array, Array, Array]
-Result = TypeVar("Result")
-Told = TypeVar("Told")
 
 STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
 SURVIVING = "surviving [1]"
@@ -55,83 +52,58 @@ class BoundedEvent:
         return self.lower["time"], self.upper["time"]
 
 
-FilmResult = tuple[CaseResult, Sequence[Event]]
-BoundedFilm = tuple[CaseResult, Sequence[BoundedEvent]]
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawn(Generic[Result, Told]):
-    """A case with draws, `case` in errors: `batches` solve the draws, and `bounds` makes the bounded result of the case."""
+class Drawn:
+    """A case with draws, `case` in errors: `batches` solve the draws, and give the `result` bounds of this `level`."""
 
     members: Sequence[int]
     case: int | None
-    batches: Sequence[Batch[Result]]
-    bounds: partial[Told]
+    batches: Sequence[Batch[CaseResult]]
+    result: CaseResult
+    level: float
 
-    def solve(self) -> list[Told]:
+    def solve(self) -> list[CaseResult]:
         """The bounded result of the case."""
         with in_a_draw(key="uncertainty", case=self.case):
             drawn = solve_batches(self.batches)
-        return [self.bounds(drawn)]
+        if self.result.events is None:
+            return [bounded(self.result, drawn, self.level)]
+        events = [own.events or () for own in drawn]
+        failed = [any(named(event.name).is_failure for event in own) for own in events]
+        told = bounded(self.result, drawn, self.level, failed)
+        return [replace(told, bounded_events=bounded_events(self.result.events, events, self.level))]
 
 
 def bounded_cases(
     cases: Sequence[Case[Any]],
     samples: Sequence[Sample | None],
     results: Sequence[CaseResult],
-    batches: Callable[[Sequence[Case[Any]], Sequence[Material]], Sequence[Batch[CaseResult]]],
+    batches: Callable[[Case[Any], Sample, CaseResult], Sequence[Batch[CaseResult]]],
     execution: Execution,
 ) -> list[CaseResult]:
-    """The results with bounds, in cases that have draws; `batches` says how cases of these materials are solved together."""
-    drawn: dict[int, Drawn[CaseResult, CaseResult]] = {}
+    """The results with bounds, in cases that have draws; `batches` says how the draws of a case with this result are solved."""
+    drawn: dict[int, Drawn] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
             known_as = of_case(number, len(cases))
             with in_a_draw(key="uncertainty", case=known_as):
-                own = batches([case] * len(sample), sample.materials)
-            drawn[number] = Drawn([len(drawn)], known_as, own, partial(bounded, result, level=case.recipe.uncertainty.level))
-    return _with_bounds(drawn, results, execution)
-
-
-def bounded_films(
-    cases: Sequence[Case[ActuateRecipe]],
-    samples: Sequence[Sample | None],
-    films: Sequence[FilmResult],
-    batches: Callable[[Sequence[Case[ActuateRecipe]], Sequence[Material], Array], Sequence[Batch[FilmResult]]],
-    execution: Execution,
-) -> list[BoundedFilm]:
-    """The results and the events with bounds, in cases that have draws; `batches` as in `bounded_cases`."""
-    drawn: dict[int, Drawn[FilmResult, BoundedFilm]] = {}
-    for number, (case, sample, film) in enumerate(zip(cases, samples, films, strict=True)):
-        wanted = case.recipe.uncertainty
-        if wanted is None or sample is None:
-            continue
-        known = breakdown(case.recipe.breakdown)
-        materials = []
-        for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
-            field = known or member.breakdown
-            materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
-        known_as = of_case(number, len(cases))
-        with in_a_draw(key="uncertainty", case=known_as):
-            # every draw has its breakdown field in its material, and gives the rows of the result, the last one included
-            output = case.recipe.output.model_copy(update={"times": _asked(film[0].columns["time [s]"])})
-            one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
-            own = batches([one] * len(sample), materials, sample.thickness_factor)
-        drawn[number] = Drawn([len(drawn)], known_as, own, partial(_bounded_film, film, level=wanted.level))
-    return _with_bounds(drawn, [(result, ()) for result, _ in films], execution)
-
-
-def _with_bounds(drawn: Mapping[int, Drawn[Any, Told]], results: Sequence[Told], execution: Execution) -> list[Told]:
-    """The results, those of the cases that have draws with bounds."""
+                own = batches(case, sample, result)
+            drawn[number] = Drawn([len(drawn)], known_as, own, result, case.recipe.uncertainty.level)
     bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [bounds.get(number, result) for number, result in enumerate(results)]
 
 
-def _bounded_film(film: FilmResult, drawn: Sequence[FilmResult], level: float) -> BoundedFilm:
-    result, events = film
-    failed = [any(named(event.name).is_failure for event in own) for _, own in drawn]
-    told = bounded(result, [own for own, _ in drawn], level, failed)
-    return told, bounded_events(events, [own for _, own in drawn], level)
+def drawn_film(case: Case[ActuateRecipe], sample: Sample, result: CaseResult) -> tuple[Case[ActuateRecipe], list[Material]]:
+    """The case that all draws of a film solve, and their materials: every draw has its breakdown field in its material, and gives
+    the rows of the result, the last one included.
+    """
+    known = breakdown(case.recipe.breakdown)
+    materials = []
+    for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
+        field = known or member.breakdown
+        materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
+    output = case.recipe.output.model_copy(update={"times": _asked(result.columns["time [s]"])})
+    return Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings), materials
 
 
 def _asked(time: Array) -> list[float] | None:

@@ -7,13 +7,13 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dielast.commands.simulation.comparison_recipe import Comparison
-from dielast.commands.simulation.history import Entry, in_recipe_terms
+from dielast.commands.simulation.history import Entry, in_recipe_terms, solver_steps
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Problem, as_toml, placed
@@ -28,10 +28,11 @@ from dielast.simulate.cycles import CycleTable, cycle_table
 from dielast.simulate.film import Outcome
 
 if TYPE_CHECKING:
+    from dielast.commands.simulation.bounds import BoundedEvent
     from dielast.commands.simulation.compare import Match
+    from dielast.simulate.events import Event
 
 Array = NDArray[np.float64]
-Result = TypeVar("Result")
 PART = 2**14  # branches, over all cases, of a batch that is solved together: a part of a second of work
 FINE = 4000  # points along a history that a comparison over anything but time is drawn through
 
@@ -47,27 +48,29 @@ class GivenUp:
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
-    the columns (cycles,) of its `cycles` by header, if it has a waveform.
+    the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds.
     """
 
     temperature: float
     columns: Mapping[str, Array]
     failure: GivenUp | None
     cycles: Mapping[str, Array] | None = None
+    events: Sequence[Event] | None = None
+    bounded_events: Sequence[BoundedEvent] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SimulationBatch(Generic[Result]):
+class SimulationBatch:
     """Cases whose histories are of one shape: `simulate` knows all that they take, `result` is given its history and a row of it,
     and `in_recipe_terms` turns a problem of the solver into one of the recipe.
     """
 
     members: Sequence[int]
     simulate: partial[Any]
-    result: partial[Result]
+    result: partial[CaseResult]
     in_recipe_terms: partial[Problem]
 
-    def solve(self) -> list[Result]:
+    def solve(self) -> list[CaseResult]:
         """The result of each member."""
         with placed(self.in_recipe_terms):
             history = self.simulate()
@@ -97,17 +100,17 @@ def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[
 def batches_of(
     cases: Sequence[Case[Any]],
     materials: Sequence[Material],
-    programme: Callable[[Any], Sequence[Entry]],
+    inputs: Inputs,
     alike: Callable[[Any], Hashable],
-    batch: Callable[[Sequence[int], Sequence[Sequence[Entry]]], tuple[partial[Any], partial[Result]]],
-) -> list[SimulationBatch[Result]]:
+    batch: Callable[[Sequence[int], Sequence[Sequence[Entry]]], tuple[partial[Any], partial[CaseResult]]],
+) -> list[SimulationBatch]:
     """The cases in batches of those with programmes of one shape and one output, whose recipes are `alike`.
 
-    `programme` reads the entries of a recipe; `batch` makes the simulation and the result of those members, of which it is also
-    given the entries, each in turn for all members.
+    `batch` makes the simulation and the result of those members, of which it is also given the entries, each in turn for all
+    members.
     """
     # a case that stands in the list many times, once for each draw, is read once
-    known = {id(case): programme(case.recipe) for case in {id(case): case for case in cases}.values()}
+    known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
     programmes = [known[id(case)] for case in cases]
     groups: dict[Hashable, list[int]] = {}
     for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
