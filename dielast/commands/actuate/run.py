@@ -7,22 +7,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe
-from dielast.commands.simulation.cases import (
-    CaseResult,
-    SimulationBatch,
-    batches_of,
-    cycles_of,
-    each,
-    given_up,
-    last,
-    one_or_all,
-    temperature_of,
-)
+from dielast.commands.simulation.cases import CaseResult, case_result, each, last
 from dielast.commands.simulation.checks import warn_of_films
-from dielast.commands.simulation.history import Entry, joined
 from dielast.commands.simulation.run import Columns, Simulation, report_of
 from dielast.handover.material_file import breakdown
 from dielast.io.files import Inputs
@@ -32,6 +20,7 @@ from dielast.material.scatter import Sample
 from dielast.mechanics.criteria import names
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
+from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
@@ -40,8 +29,6 @@ from dielast.simulate.events import Event, event_columns
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent
-
-Array = NDArray[np.float64]
 
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -54,45 +41,37 @@ class Films(Simulation):
 
     measured = "relative_stretch_1 [1]"
     width = 12
+    step = VoltageStep
     time_scale = "linear"
     warn = staticmethod(warn_of_films)
 
-    def batches(
-        self,
-        cases: Sequence[Case[ActuateRecipe]],
-        materials: Sequence[Material],
-        inputs: Inputs,
-        thickness_factor: Array | None = None,
-    ) -> list[SimulationBatch]:
-        """The cases in batches of those with programmes of one shape."""
-        factor = np.ones(len(cases)) if thickness_factor is None else thickness_factor
+    def solver(self, recipes: Sequence[ActuateRecipe], thickness_factor: Floats) -> partial[Any]:
+        """Actuates the films of the recipes."""
+        recipe, films = recipes[0], [recipe.film for recipe in recipes]
+        share, by_share = recipe.pull_in.timescale
+        return partial(
+            actuate,
+            thickness=np.array([film.thickness for film in films]) * thickness_factor,
+            prestretch=tuple(np.array([film.prestretch for film in films]).T),
+            prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
+            relax=recipe.film.relax,
+            boundary=recipe.film.boundary,
+            breakdown_field=breakdown(recipe.breakdown),
+            pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            stop_at=recipe.stop.at,
+            with_end=recipe.output.times is None,
+        )
 
-        def batch(members: Sequence[int], entries: Sequence[Sequence[Entry]]) -> tuple[partial[Any], partial[CaseResult]]:
-            recipe, used = cases[members[0]].recipe, [materials[index] for index in members]
-            films = [cases[index].recipe.film for index in members]
-            share, by_share = recipe.pull_in.timescale
-            run = partial(
-                actuate,
-                one_or_all(used),
-                [joined(step, VoltageStep) for step in entries],
-                thickness=np.array([film.thickness for film in films]) * factor[list(members)],
-                prestretch=tuple(np.array([film.prestretch for film in films]).T),
-                prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
-                relax=recipe.film.relax,
-                boundary=recipe.film.boundary,
-                temperature=[temperature_of(cases[index].recipe, materials[index]) for index in members],
-                breakdown_field=breakdown(recipe.breakdown),
-                pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
-                stop_at=recipe.stop.at,
-                times=recipe.output.times,
-                points_per_decade=recipe.output.points_per_decade,
-                with_end=recipe.output.times is None,
-                rtol=recipe.solver.rtol,
-                cycles=recipe.output.cycles,
-            )
-            return run, partial(_case, materials=used, boundary=recipe.film.boundary)
+    def result(
+        self, cases: Sequence[Case[ActuateRecipe]], recipe: ActuateRecipe, materials: Sequence[Material]
+    ) -> partial[CaseResult]:
+        """With the events of the film."""
+        return partial(_case, materials=materials, boundary=recipe.film.boundary)
 
-        return batches_of(cases, materials, inputs, _alike, batch)
+    def alike(self, recipe: ActuateRecipe) -> Hashable:
+        """What is done to the films, and when they fail."""
+        film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
+        return film.prestretch_rate is None, film.relax, film.boundary, ends
 
     def seen(self, recipe: ActuateRecipe, columns: Columns) -> Columns:
         """The columns, and the axes in m of an electrode that was a circle on the prestretched film, if its diameter is stated."""
@@ -150,7 +129,7 @@ class Films(Simulation):
         return sections
 
 
-def _at(event: Event, columns: Mapping[str, Array], header: str, recipe: ActuateRecipe) -> float:
+def _at(event: Event, columns: Mapping[str, Floats], header: str, recipe: ActuateRecipe) -> float:
     """The value of a column at an event: as located where the event holds it, else between the rows of the table."""
     located = {
         "time [s]": event.time,
@@ -164,13 +143,5 @@ def _at(event: Event, columns: Mapping[str, Array], header: str, recipe: Actuate
     return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
 
 
-def _alike(recipe: ActuateRecipe) -> Hashable:
-    """What the recipes of cases must share to be solved together."""
-    film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
-    return film.prestretch_rate is None, film.relax, film.boundary, ends
-
-
 def _case(history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str]) -> CaseResult:
-    failure = given_up(history.outcome[row], materials[row], "dead-load" in boundary)
-    cycles, events = cycles_of(history.cycles, row), history.events[row]
-    return CaseResult(float(history.temperature[row]), history.case(row), failure, cycles, events)
+    return case_result(history, row, history.case(row), materials[row], "dead-load" in boundary, history.events[row])

@@ -8,33 +8,21 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.membrane.recipe import Recipe
-from dielast.commands.simulation.cases import (
-    CaseResult,
-    SimulationBatch,
-    batches_of,
-    cycles_of,
-    each,
-    given_up,
-    last,
-    one_or_all,
-    temperature_of,
-)
+from dielast.commands.simulation.cases import CaseResult, case_result, each, last
 from dielast.commands.simulation.checks import warn_of_membranes
-from dielast.commands.simulation.history import Entry, joined
 from dielast.commands.simulation.run import Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.mechanics.load import Step
+from dielast.numerics.columns import Floats
 from dielast.numerics.random_streams import stream
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.membrane import MembraneHistory, simulate
 
-Array = NDArray[np.float64]
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
 
 
@@ -47,33 +35,24 @@ class Membranes(Simulation):
     """Tests on membranes of the kind of a recipe."""
 
     width = 10
+    step = Step
 
     def __init__(self, recipe: Recipe) -> None:
         self.kind, self.measured = recipe.kind, MEASURED[recipe.kind]
 
-    def batches(
-        self, cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Array | None = None
-    ) -> list[SimulationBatch]:
-        """The cases in batches; how thick a membrane is makes no difference."""
+    def solver(self, recipes: Sequence[Recipe], thickness_factor: Floats) -> partial[Any]:
+        """Simulates the mode of the recipes; how thick a membrane is makes no difference."""
+        return partial(simulate, mode=recipes[0].mode)
+
+    def result(self, cases: Sequence[Case[Recipe]], recipe: Recipe, materials: Sequence[Material]) -> partial[CaseResult]:
+        """With the relaxation modulus where there is one in any case."""
+        uniaxial = recipe.mode == "uniaxial"
         with_modulus = self.kind == "relax" and any(case.recipe.mode == "uniaxial" for case in cases)
+        return partial(_case, materials=materials, creeping=self.kind == "creep", with_modulus=with_modulus, uniaxial=uniaxial)
 
-        def batch(members: Sequence[int], entries: Sequence[Sequence[Entry]]) -> tuple[partial[Any], partial[CaseResult]]:
-            recipe, used = cases[members[0]].recipe, [materials[index] for index in members]
-            run = partial(
-                simulate,
-                one_or_all(used),
-                [joined(step, Step) for step in entries],
-                mode=recipe.mode,
-                temperature=np.array([temperature_of(cases[index].recipe, materials[index]) for index in members]),
-                times=recipe.output.times,
-                points_per_decade=recipe.output.points_per_decade,
-                rtol=recipe.solver.rtol,
-                cycles=recipe.output.cycles,
-            )
-            uniaxial = recipe.mode == "uniaxial"
-            return run, partial(_case, materials=used, creeping=self.kind == "creep", with_modulus=with_modulus, uniaxial=uniaxial)
-
-        return batches_of(cases, materials, inputs, lambda recipe: recipe.mode, batch)
+    def alike(self, recipe: Recipe) -> str:
+        """The mode."""
+        return recipe.mode
 
     warn = staticmethod(warn_of_membranes)
 
@@ -96,7 +75,7 @@ class Membranes(Simulation):
         }
 
 
-def _farthest(values: Array, rest: float) -> float:
+def _farthest(values: Floats, rest: float) -> float:
     """The value farthest from that at `rest`; NaN for a case that never began."""
     return float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan
 
@@ -108,8 +87,7 @@ def _case(
     if with_modulus:
         modulus = history.relaxation_modulus[row][np.isfinite(history.stretch_1[row])]
         columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus) & uniaxial, modulus, np.nan)
-    failure = given_up(history.outcome[row], materials[row], creeping)
-    return CaseResult(float(history.temperature[row]), columns, failure, cycles_of(history.cycles, row))
+    return case_result(history, row, columns, materials[row], creeping)
 
 
 def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:

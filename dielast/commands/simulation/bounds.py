@@ -18,6 +18,7 @@ from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
+from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.sharing.batches import Batch, solve_batches
 from dielast.sharing.execution import Execution
@@ -26,8 +27,7 @@ from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 from dielast.simulate.map_plan import column_of
 
-Array = NDArray[np.float64]
-Band = tuple[Array, Array, Array]
+Band = tuple[Floats, Floats, Floats]
 
 STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
 SURVIVING = "surviving [1]"
@@ -106,12 +106,12 @@ def drawn_film(case: Case[ActuateRecipe], sample: Sample, result: CaseResult) ->
     return Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings), materials
 
 
-def _asked(time: Array) -> list[float] | None:
+def _asked(time: Floats) -> list[float] | None:
     """Times at which a draw tells what a result's rows at `time` do: of two rows at one time, the second is after a jump."""
     return np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
 
 
-def _passed(time: Array) -> NDArray[np.bool_]:
+def _passed(time: Floats) -> NDArray[np.bool_]:
     """Rows between two jumps at one moment, which no time tells from those after them."""
     first, last = np.diff(time, prepend=np.nan) != 0, np.diff(time, append=np.nan) != 0
     return np.asarray(~last & (~first | (time == 0)))
@@ -129,7 +129,7 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
     lost = ~there & np.array(failed if failed is not None else [False] * len(drawn))[:, None]
     told = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
-    columns: dict[str, Array] = {}
+    columns: dict[str, Floats] = {}
     for header, values in result.columns.items():
         columns[header] = values
         if header not in STATED:
@@ -142,7 +142,7 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     return replace(result, columns=columns)
 
 
-def band(columns: Mapping[str, Array], x: str, y: str) -> Band | None:
+def band(columns: Mapping[str, Floats], x: str, y: str) -> Band | None:
     """x, lower and upper y of a bounded case, for a figure; none where x itself is uncertain."""
     if x not in STATED or _beside(y, "lower") not in columns:
         return None
@@ -154,7 +154,7 @@ def _beside(header: str, which: str) -> str:
     return f"{name}_{which} [{unit}]"
 
 
-def _stacked(columns: Sequence[Array], rows: int) -> Array:
+def _stacked(columns: Sequence[Floats], rows: int) -> Floats:
     """Columns of several draws as (draws, rows), NaN where one ended before."""
     table = np.full((len(columns), rows), np.nan)
     for row, values in zip(table, columns, strict=True):
@@ -201,7 +201,7 @@ def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Colu
     return [*columns, Column("probability", "1", np.array([row.probability for _, row in flat], dtype=float))]
 
 
-def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Array, Array]]:
+def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Floats, Floats]]:
     """Lower and upper bound of each time of a map by name; infinite where it is beyond the horizon."""
     known = np.array([each.failure_mode != "unfinished" for each in drawn])
     bounds = {}
@@ -211,7 +211,7 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Arr
     return bounds
 
 
-def failure_probability(drawn: Sequence[FailureMap]) -> Array:
+def failure_probability(drawn: Sequence[FailureMap]) -> Floats:
     """Share of the draws that fail within the horizon, of those whose fate is known."""
     failed = np.array([np.isfinite(each.time_to_failure) for each in drawn])
     known = np.array([each.failure_mode != "unfinished" for each in drawn])

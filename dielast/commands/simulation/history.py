@@ -5,24 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import InputError, Problem
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.load import Path, Step, Track, VoltageStep, Waveform
+from dielast.numerics.columns import Floats
 from dielast.units import FORCE, TIME, TIMES, VOLTAGE
 
 if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable
 
-Array = NDArray[np.float64]
 OWN = ("stretch_1", "nominal_stress_1")
-SolverStep = TypeVar("SolverStep", Step, VoltageStep)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +46,7 @@ class Entry:
         return (self.control, self.rate is None, self.duration is None, self.duration == 0, self.still, path)
 
 
-def values_of(entries: Sequence[Entry], name: str) -> Array | None:
+def values_of(entries: Sequence[Entry], name: str) -> Floats | None:
     """One value of the same step of several cases, as an array (cases,), or () if it is one case again and again."""
     first = getattr(entries[0], name)
     if first is None:
@@ -57,7 +55,7 @@ def values_of(entries: Sequence[Entry], name: str) -> Array | None:
     return np.array(first) if alike else np.array([getattr(entry, name) for entry in entries])
 
 
-def target_of(entries: Sequence[Entry]) -> Array | Path | None:
+def target_of(entries: Sequence[Entry]) -> Floats | Path | None:
     """Where the same step of several cases goes, as in `values_of`, or the path of all of them."""
     first = entries[0].target
     if isinstance(first, Track):
@@ -71,7 +69,7 @@ def target_of(entries: Sequence[Entry]) -> Array | Path | None:
     return values_of(entries, "target")
 
 
-def joined(entries: Sequence[Entry], kind: type[SolverStep]) -> SolverStep:
+def joined(entries: Sequence[Entry], kind: type[Step] | type[VoltageStep]) -> Step | VoltageStep:
     """The same step of several cases as one of this kind, with arrays as in `values_of`."""
     targets: Any = {} if entries[0].control is None else {entries[0].control: target_of(entries)}
     return kind(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
@@ -170,7 +168,7 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
     return tracks(index, control, time, values)
 
 
-def tracks(index: int, control: str, time: Array, values: Array) -> list[Entry]:
+def tracks(index: int, control: str, time: Floats, values: Floats) -> list[Entry]:
     """Points of a table of load (k,) as entries, a new one where the load jumps, with two points at one time."""
     entries, starts = [], [0, *(np.flatnonzero(np.diff(time) == 0) + 1).tolist(), time.size]
     for first, end in pairwise(starts):
@@ -207,7 +205,7 @@ def in_recipe_terms(problem: Problem, origin: Sequence[int], members: Sequence[i
     return replace(problem, step=None, key=key)
 
 
-def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, column: str | int = "time") -> Array:
+def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, column: str | int = "time") -> Floats:
     """The times in the `column` of a table of load in s; with `jumps` they may repeat.
 
     Raises `InputError` naming the line unless they ascend from 0 or later, or if it is a result of several cases.

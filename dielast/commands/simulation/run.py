@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.simulation.cases import (
     CaseResult,
@@ -16,17 +16,22 @@ from dielast.commands.simulation.cases import (
     case_columns,
     compare_headline,
     cycle_columns,
+    divided,
     failures,
     matches,
+    one_or_all,
     read_materials,
     result_columns,
+    temperature_of,
 )
-from dielast.commands.simulation.history import Entry, solver_steps
+from dielast.commands.simulation.history import Entry, in_recipe_terms, joined, solver_steps
 from dielast.commands.simulation.memory import check_series
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
+from dielast.mechanics.load import Step, VoltageStep
+from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.batches import solve_batches
@@ -35,8 +40,7 @@ from dielast.sharing.execution import Execution
 if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent
 
-Array = NDArray[np.float64]
-Columns = Mapping[str, Array]
+Columns = Mapping[str, Floats]
 
 
 class Simulation(ABC):
@@ -48,11 +52,22 @@ class Simulation(ABC):
     """Numbers in a row of the table."""
     time_scale = "log"
 
+    step: type[Step] | type[VoltageStep]
+    """What the solver takes."""
+
     @abstractmethod
-    def batches(
-        self, cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Array | None = None
-    ) -> list[SimulationBatch]:
-        """The cases in batches of those with histories of one shape; `thickness_factor` (cases,) is one on that of each film."""
+    def solver(self, recipes: Sequence[Any], thickness_factor: Floats) -> partial[Any]:
+        """The library's function with what it takes of recipes of one shape, beside what all simulations take; `thickness_factor`
+        (cases,) is one on the thickness of each film.
+        """
+
+    @abstractmethod
+    def result(self, cases: Sequence[Case[Any]], recipe: Any, materials: Sequence[Material]) -> partial[CaseResult]:
+        """What makes the result of a case, given a history and a row of it; the recipe is that of one of the `cases`."""
+
+    @abstractmethod
+    def alike(self, recipe: Any) -> Hashable:
+        """What the recipes of cases must share to be solved together, beside steps of one shape and one output."""
 
     @abstractmethod
     def warn(
@@ -67,6 +82,40 @@ class Simulation(ABC):
     @abstractmethod
     def headline(self, cases: Sequence[Case[Any]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
         """The headline numbers by section of the summary."""
+
+    def batches(
+        self, cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Floats | None = None
+    ) -> list[SimulationBatch]:
+        """The cases in batches of those that can be solved together."""
+        factor = np.ones(len(cases)) if thickness_factor is None else thickness_factor
+        # a case that stands in the list many times, once for each draw, is read once
+        known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
+        programmes = [known[id(case)] for case in cases]
+        groups: dict[Hashable, list[int]] = {}
+        for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
+            output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
+            times = None if output.times is None else tuple(output.times)
+            asked = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
+            groups.setdefault((self.alike(case.recipe), asked, shape), []).append(index)
+        batches = []
+        for members in groups.values():
+            origin = [entry.origin for entry in programmes[members[0]]]
+            for part in divided(members, materials):
+                recipes, used = [cases[index].recipe for index in part], [materials[index] for index in part]
+                output = recipes[0].output
+                simulate = partial(
+                    self.solver(recipes, factor[part]),
+                    one_or_all(used),
+                    [joined(step, self.step) for step in zip(*(programmes[index] for index in part), strict=True)],
+                    temperature=np.array(list(map(temperature_of, recipes, used))),
+                    times=output.times,
+                    points_per_decade=output.points_per_decade,
+                    rtol=recipes[0].solver.rtol,
+                    cycles=output.cycles,
+                )
+                terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
+                batches.append(SimulationBatch(part, simulate, self.result(cases, recipes[0], used), terms))
+        return batches
 
     def told(self, result: CaseResult, recipe: Any, case: int) -> CaseResult:
         """The result of a case as the tables tell it."""
@@ -98,7 +147,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     results = [simulation.told(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
     seen = [simulation.seen(case.recipe, result.columns) for case, result in zip(cases, results, strict=True)]
 
-    def again(case: int, times: Array) -> Columns:
+    def again(case: int, times: Floats) -> Columns:
         one = cases[case].recipe
         asked = Case(one.model_copy(update={"output": one.output.model_copy(update={"times": times.tolist()})}))
         return simulation.seen(one, solve_batches(simulation.batches([asked], [materials[case]], inputs))[0].columns)
