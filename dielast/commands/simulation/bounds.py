@@ -189,16 +189,28 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
 def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Column]:
     """The table of events with bounds, by case; an event that happens in draws only has bounds alone."""
     flat = [(case, event) for case, own in enumerate(events) for event in own]
-    columns = [
-        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
-        Column("event", None, [event.name for _, event in flat]),
+    rows = [event for _, event in flat]
+    central = [
+        Column(name, unit, np.array([np.nan if row.event is None else getattr(row.event, name) for row in rows], dtype=float))
+        for name, unit in UNITS.items()
     ]
-    for name, unit in UNITS.items():
-        central = [np.nan if row.event is None else float(getattr(row.event, name)) for _, row in flat]
-        columns.append(Column(name, unit, np.array(central, dtype=float)))
-        columns.append(Column(f"{name}_lower", unit, np.array([row.lower[name] for _, row in flat], dtype=float)))
-        columns.append(Column(f"{name}_upper", unit, np.array([row.upper[name] for _, row in flat], dtype=float)))
-    return [*columns, Column("probability", "1", np.array([row.probability for _, row in flat], dtype=float))]
+    sides = [row.lower for row in rows], [row.upper for row in rows]
+    bounds = {name: [np.array([row[name] for row in side], dtype=float) for side in sides] for name in UNITS}
+    return [
+        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
+        Column("event", None, [row.name for row in rows]),
+        *_between_bounds(central, bounds),
+        Column("probability", "1", np.array([row.probability for row in rows], dtype=float)),
+    ]
+
+
+def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Sequence[Floats]]) -> list[Column]:
+    """The columns, those that have lower and upper bounds with these behind them."""
+    result = []
+    for column in columns:
+        pairs = zip(("lower", "upper"), bounds.get(column.name, ()), strict=False)
+        result += [column, *(Column(f"{column.name}_{which}", column.unit, values.ravel()) for which, values in pairs)]
+    return result
 
 
 def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Floats, Floats]]:
@@ -220,22 +232,11 @@ def failure_probability(drawn: Sequence[FailureMap]) -> Floats:
 
 def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], level: float) -> list[Column]:
     """The table of a map with bounds beside each time, and the probability of failure."""
-    bounds = map_bounds(drawn, level)
-    result = []
-    for column in columns:
-        result.append(column)
-        if column.name in bounds:
-            pairs = zip(("lower", "upper"), bounds[column.name], strict=True)
-            result += [Column(f"{column.name}_{which}", column.unit, values.ravel()) for which, values in pairs]
-    return [*result, Column("failure_probability", "1", failure_probability(drawn).ravel())]
+    failing = Column("failure_probability", "1", failure_probability(drawn).ravel())
+    return [*_between_bounds(columns, map_bounds(drawn, level)), failing]
 
 
 def bounded_line_columns(columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float) -> list[Column]:
     """The table of lifetime lines with bounds beside each number, from the lines of every draw."""
-    result = []
-    for column in columns:
-        result.append(column)
-        if column.name in LINE:
-            low, high = interval(np.array([[getattr(line, column.name) for line in lines] for lines in drawn], dtype=float), level)
-            result += [Column(f"{column.name}_lower", column.unit, low), Column(f"{column.name}_upper", column.unit, high)]
-    return result
+    numbers = {name: np.array([[getattr(line, name) for line in lines] for lines in drawn], dtype=float) for name in LINE}
+    return _between_bounds(columns, {name: interval(values, level) for name, values in numbers.items()})
