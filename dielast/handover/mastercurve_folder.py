@@ -14,9 +14,9 @@ from dielast.errors import InputError
 from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns
+from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
 from dielast.material.shift import SHIFTS, ShiftLaw
-from dielast.recipe.toml import parse_toml
 
 Array = NDArray[np.float64]
 

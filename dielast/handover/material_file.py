@@ -13,6 +13,7 @@ from pydantic import Field, create_model, model_validator
 from dielast.errors import InputError
 from dielast.handover.law_section import LawSection, law_section, stated_law
 from dielast.io.files import read_file, resolve
+from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS, Breakdown
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
 from dielast.material.material import Material
@@ -21,7 +22,6 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS
 from dielast.recipe.base import BreakdownField, Dielectric
 from dielast.recipe.fields import Modulus, Section, Temperature
-from dielast.recipe.toml import parse_toml
 from dielast.recipe.validate import check
 
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"

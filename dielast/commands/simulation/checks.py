@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
+from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
 from dielast.commands.simulation.cases import CaseResult, last
-from dielast.commands.simulation.history import Entry, Recipe, aims, corners, lasting, reached
+from dielast.commands.simulation.history import Entry, aims, corners, lasting, reached
 from dielast.errors import warn
 from dielast.handover.material_file import breakdown
 from dielast.material.breakdown import BreakdownLaw
@@ -37,7 +37,6 @@ from dielast.recipe.cases import Case
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
     from dielast.commands.failure_map.recipe import FailureMapRecipe
-    from dielast.simulate.events import Event
     from dielast.simulate.failure_map import FailureMap
     from dielast.simulate.map_plan import MapPlan
 
@@ -77,7 +76,6 @@ def warn_of_films(
     cases: Sequence[Case[ActuateRecipe]],
     materials: Sequence[Material],
     results: Sequence[CaseResult],
-    events: Sequence[Sequence[Event]],
     histories: Sequence[Sequence[Entry]],
 ) -> None:
     """Warn of cases of `actuate` that ask too much of their material, whose films or voltages look as if they were in another unit,
@@ -95,8 +93,8 @@ def warn_of_films(
     known = np.array([_limit(*each) for each in zip(limits, area.tolist(), field.tolist(), strict=True)])
     warn_of_field(field, known)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
-    for index, (own, material, result) in enumerate(zip(events, materials, results, strict=True)):
-        for event in own:
+    for index, (material, result) in enumerate(zip(materials, results, strict=True)):
+        for event in result.events or ():
             if event.name != "breakdown" or event.time > 0:
                 continue
             if event.voltage * area[index] / films[index].thickness * MOVED >= known[index]:
