@@ -70,6 +70,14 @@ class ShiftSection(LawSection):
 class DielectricSection(LawSection):
     """Permittivity, absolute or relative to that of vacuum."""
 
+    def law_stated(self) -> str:
+        """The law that is stated, or the first that takes all constants, or most of them: their keys tell it."""
+        if "law" in self.model_fields_set:
+            return self.law
+        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(given - {constant.file_key for constant in law.constants}))
+        return law.name
+
     def for_material(self) -> float | DielectricLaw | None:
         """What `Material` takes; None if nothing is stated."""
         law: DielectricLaw = self.stated()
@@ -138,7 +146,12 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "equilibrium": law_section(Equilibrium, SPRINGS, "gent", spring),
         "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", "Law of the springs of all branches; left out: gent."),
         "shift": law_section(ShiftSection, SHIFTS, None, "How relaxation times change with temperature."),
-        "dielectric": law_section(DielectricSection, DIELECTRICS, "constant", "Law of the permittivity; left out: constant."),
+        "dielectric": law_section(
+            DielectricSection,
+            DIELECTRICS,
+            "constant",
+            "Law of the permittivity; left out: that of the keys beside it.",
+        ),
         "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
     }
     # fields stand where they stand in the file: what a model states again keeps its place
