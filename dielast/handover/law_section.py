@@ -38,7 +38,7 @@ class LawSection(Section):
         Raises `InputError` for a constant that is missing, or that belongs to another law.
         """
         law = self.FAMILY[self.law_stated()]
-        return law(*place, **law.arguments({key: getattr(self, key) for key in _constants(self.FAMILY)}))
+        return law(*place, **law.arguments({key: getattr(self, key) for key in law_constants(self.FAMILY)}))
 
 
 def law_section(section: type[Kind], family: Registry[Any], default: str | None, description: str) -> type[Kind]:
@@ -48,12 +48,21 @@ def law_section(section: type[Kind], family: Registry[Any], default: str | None,
     """
     law = Annotated[str, OneOf(lambda: family.names)]
     fields: dict[str, Any] = {"law": (law, Field(... if default is None else default, description=description))}
-    for key, constants in _constants(family).items():
-        meaning = " ".join(dict.fromkeys(constant.description for constant in constants))
-        fields[key] = (_annotation(constants) | None, Field(None, description=meaning))
+    fields |= constant_fields(family)
     made = create_model(section.__name__, __base__=section, __doc__=section.__doc__, __module__=section.__module__, **fields)
     made.FAMILY = family
     return made
+
+
+def constant_fields(family: Registry[Any]) -> dict[str, Any]:
+    """A field for every constant of the laws of a family, by its key."""
+    return {
+        key: (
+            _annotation(constants) | None,
+            Field(None, description=" ".join(dict.fromkeys(constant.description for constant in constants))),
+        )
+        for key, constants in law_constants(family).items()
+    }
 
 
 def stated_law(law: Law, default: str | None = None) -> dict[str, Any]:
@@ -61,7 +70,7 @@ def stated_law(law: Law, default: str | None = None) -> dict[str, Any]:
     return {**({} if law.name == default else {"law": law.name}), **law.stated()}
 
 
-def _constants(family: Registry[Any]) -> dict[str, list[Constant]]:
+def law_constants(family: Registry[Any]) -> dict[str, list[Constant]]:
     """The constants of all laws of a family by their keys; laws may share a key."""
     found: dict[str, list[Constant]] = {}
     for constant in _every(family):

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,7 @@ class Points:
         the dielectric for films that never see a voltage.
 
         Branches of modulus 0 are left out, and materials with fewer branches than others filled up with ones that neither carry,
-        flow nor lock. Raises as the shift law and the dielectric do.
+        flow nor lock. Raises as the laws over temperature do.
         """
         materials = [material] if isinstance(material, Material) else list(material)
         width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
@@ -73,6 +74,10 @@ class Points:
             own = slice(1, int(np.count_nonzero(some)) + 1)
             modulus[0, cases] = each.equilibrium_modulus
             modulus[own, cases] = each.spectrum.shear_modulus[some, None]
+            for springs, scaling in ((slice(0, 1), each.equilibrium_scaling), (own, each.nonequilibrium_scaling)):
+                if scaling.depends_on_temperature:
+                    factor = partial(scaling.factor, reference_temperature=each.reference_temperature)
+                    modulus[springs, cases] *= _at(factor, temperature, index, cases)
             rate[own, cases] = 1 / (3 * _at(each.relaxation_time, temperature, index, cases)[:, some].T)
             if with_dielectric and (dielectric := each.dielectric) is not None:
                 permittivity[cases] = _at(dielectric.at, temperature, index, cases)
