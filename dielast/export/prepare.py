@@ -6,6 +6,7 @@ allowed by an option and then named in the card.
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,8 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift, ShiftLaw
 from dielast.material.springs import SpringLaw
 
+NOTE_WIDTH = 120  # characters of a line of notes
+
 
 def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     """The material as `code` can carry it; raises `InputError`, a problem for each option to change, where it cannot."""
@@ -31,15 +34,21 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     wrong.tried(lambda: _check_branches(material, len(modulus), code))
     spring = wrong.tried(lambda: _springs(material, code, options))
     shifted = wrong.tried(lambda: _shift(material.shift, time, code, options))
-    bulk = wrong.tried(lambda: _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options))
+    scaled = wrong.tried(lambda: _moduli(material, modulus, material.shift if shifted is None else shifted[0]))
+    bulk = None
+    if scaled is not None:
+        bulk = wrong.tried(lambda: _bulk(scaled[0] + float(np.sum(scaled[1])), code, options))
     wrong.refuse()
     assert spring is not None
     assert shifted is not None
+    assert scaled is not None
+    equilibrium, modulus, modulus_notes = scaled
     (law, equilibrium_law, branch_law, spring_notes), (shift, time, note) = spring, shifted
     notes = [
         f"Name in dielast: {plain(material.name)}",
         f"Units: {units.names}; moduli are shear moduli unless said otherwise.",
         note,
+        *modulus_notes,
         *options.notes,
     ]
     if dropped:
@@ -60,7 +69,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
         law=law,
         equilibrium_law=equilibrium_law,
         branch_law=branch_law,
-        equilibrium=material.equilibrium_modulus * units.stress,
+        equilibrium=equilibrium * units.stress,
         modulus=modulus * units.stress,
         time=time,
         shift=shift,
@@ -163,6 +172,24 @@ def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOp
             f"{options.temperature:g} degC: the relaxation times are beyond what a number holds", argument="temperature"
         )
     return NoShift(options.temperature), scaled, f"Relaxation times hold at {options.temperature:g} degC ONLY: {missing}."
+
+
+def _moduli(material: Material, modulus: NDArray[np.float64], shift: ShiftLaw) -> tuple[float, NDArray[np.float64], list[str]]:
+    """The moduli in Pa of the equilibrium spring and of the branches at the temperature that the card's relaxation times hold at,
+    and notes: no code's card lets moduli change with temperature beside its shift function.
+    """
+    at, reference = shift.reference_temperature, material.reference_temperature
+    scalings = {"the equilibrium spring": material.equilibrium_scaling, "the branches": material.nonequilibrium_scaling}
+    changing = [springs for springs, scaling in scalings.items() if scaling.depends_on_temperature]
+    if not changing:
+        return material.equilibrium_modulus, modulus, []
+    with located(argument="temperature"):
+        first, rest = (float(scaling.factor(at, reference)) for scaling in scalings.values())
+    left_out = f"those of {' and '.join(changing)} change with temperature in dielast, which the card leaves out"
+    warn(f"the moduli of the cards hold at {at:g} degC only: {left_out}")
+    titles = " and ".join(dict.fromkeys(law.title for law in scalings.values() if law.depends_on_temperature))
+    note = f"Moduli hold at {at:g} degC ONLY: {left_out} ({titles})."
+    return first * material.equilibrium_modulus, rest * modulus, textwrap.wrap(note, NOTE_WIDTH)
 
 
 def _bulk(shear: float, code: Code, options: CardOptions) -> float | None:

@@ -12,11 +12,13 @@ from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
 from dielast.handover.law_section import LawSection, law_section, stated_law
+from dielast.handover.scaling_section import ScalingSection, scaling_section, stated_scaling
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS, Breakdown
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
 from dielast.material.material import Material
+from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS
@@ -27,7 +29,7 @@ from dielast.recipe.validate import check
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 
 
-OPTIONAL = ("dielectric", "breakdown")  # tables of laws that a material file may lack
+OPTIONAL = ("dielectric", "breakdown", "temperature")  # tables of laws that a material file may lack
 
 
 class Equilibrium(LawSection):
@@ -70,6 +72,14 @@ class ShiftSection(LawSection):
 class DielectricSection(LawSection):
     """Permittivity, absolute or relative to that of vacuum."""
 
+    def law_stated(self) -> str:
+        """The law that is stated, or the first that takes all constants, or most of them: their keys tell it."""
+        if "law" in self.model_fields_set:
+            return self.law
+        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(given - {constant.file_key for constant in law.constants}))
+        return law.name
+
     def for_material(self) -> float | DielectricLaw | None:
         """What `Material` takes; None if nothing is stated."""
         law: DielectricLaw = self.stated()
@@ -93,6 +103,7 @@ class MaterialFile(Section):
     )
     dielectric: DielectricSection | None = Field(None, description="Needed for voltages.")
     breakdown: BreakdownSection | None = Field(None, description="The field that the film breaks down at.")
+    temperature: ScalingSection | None = Field(None, description="How moduli change with temperature; left out: not at all.")
     draws: str | None = Field(
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; a path relative to this file."
     )
@@ -112,7 +123,7 @@ class MaterialFile(Section):
 
     def material(self) -> Material:
         """The material that the file describes."""
-        measured = self.measured_temperature
+        measured, scaling = self.measured_temperature, self.temperature
         return Material(
             name=self.name,
             equilibrium_modulus=self.equilibrium.shear_modulus,
@@ -123,12 +134,14 @@ class MaterialFile(Section):
             permittivity=None if self.dielectric is None else self.dielectric.for_material(),
             breakdown=None if self.breakdown is None else self.breakdown.stated(),
             measured_temperature=None if measured is None else (measured[0], measured[1]),
+            equilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("equilibrium"),
+            nonequilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("nonequilibrium"),
         )
 
 
 def material_file() -> type[MaterialFile]:
     """The model of a material file, with the keys of the laws that are registered at present."""
-    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names)
+    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names, MODULI.names)
 
 
 @lru_cache(maxsize=1)
@@ -138,8 +151,14 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "equilibrium": law_section(Equilibrium, SPRINGS, "gent", spring),
         "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", "Law of the springs of all branches; left out: gent."),
         "shift": law_section(ShiftSection, SHIFTS, None, "How relaxation times change with temperature."),
-        "dielectric": law_section(DielectricSection, DIELECTRICS, "constant", "Law of the permittivity; left out: constant."),
+        "dielectric": law_section(
+            DielectricSection,
+            DIELECTRICS,
+            "constant",
+            "Law of the permittivity; left out: that of the keys beside it.",
+        ),
         "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
+        "temperature": scaling_section(ScalingSection, MODULI, "constant"),
     }
     # fields stand where they stand in the file: what a model states again keeps its place
     fields: dict[str, Any] = {
@@ -202,6 +221,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         document["dielectric"] = stated_law(material.dielectric, "constant")
     if material.breakdown is not None:
         document["breakdown"] = stated_law(material.breakdown, "table")
+    document |= stated_scaling(material)
     return tomli_w.dumps(document).encode()
 
 

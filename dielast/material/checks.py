@@ -53,8 +53,8 @@ def warn_of_material(material: Material) -> None:
     if reason := material.shift.warning():
         warn(reason)
     if material.dielectric is not None:
-        relative = float(material.dielectric.at(material.reference_temperature)) / VACUUM_PERMITTIVITY
-        if not 1 <= relative <= LARGEST_PERMITTIVITY:
+        relatives = np.atleast_1d(material.dielectric.typical(material.reference_temperature)) / VACUUM_PERMITTIVITY
+        for relative in relatives[~((relatives >= 1) & (relatives <= LARGEST_PERMITTIVITY))][:1]:
             warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
     if material.breakdown is not None:
         warn_of_breakdown(material.breakdown.typical_fields())

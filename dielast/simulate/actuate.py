@@ -169,7 +169,7 @@ def _run(
     relaxed = film.condition.moment(film.points, setup.controls, np.arange(part.size), np.zeros(part.size))
     stretch = np.exp(0.5 * relaxed.log_squared_stretch)
     recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch)
-    meter = CycleMeter(film.points.permittivity, stretch[0], False)
+    meter = CycleMeter(film.points, stretch[0], False)
     begin = np.concatenate((stretch, watch.stability(relaxed).determinant[None]))
     followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter)
     return _Run(recorder.collect(), begin, watch.happened, followed.time, followed.status, meter.collect())

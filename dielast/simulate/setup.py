@@ -207,9 +207,24 @@ def set_up(
         largest = max(float(axis[case]) for axis in (first, second) if axis is not None)
         limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(largest)}"
         raise InputError(f"{_pair(first, second, case)} {limited}", argument="prestretch", case=of_case(case, cases))
+    _check_permittivity(points, first, second)
     thickness = spread(film.thickness, "thickness", cases)
     field = limits.field((first, second), cases)
     return Setup(points, temperatures, thickness, (first, second), ramp, film.relax, film.controls, field)
+
+
+def _check_permittivity(points: Points, first: Floats | None, second: Floats | None) -> None:
+    """`InputError` for a prestretch at which the permittivity is not positive."""
+    held = [axis for axis in (first, second) if axis is not None]
+    if points.stretching is None or not held:
+        return
+    # an axis left free settles as under uniaxial stress
+    log_squared = 2 * np.log(np.stack((held[0], held[1] if len(held) == 2 else held[0] ** -0.5)))
+    permittivity = points.permittivity_at(log_squared)
+    for case in np.flatnonzero(~(np.isfinite(permittivity) & (permittivity > 0)))[:1].tolist():
+        wrong = "the permittivity is not positive there: is stretch_coefficient in the material file right?"
+        place = of_case(case, permittivity.size)
+        raise InputError(f"{_pair(first, second, case)}: {wrong}", argument="prestretch", case=place)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

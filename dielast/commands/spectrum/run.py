@@ -274,4 +274,6 @@ def make_material(
         permittivity=permittivity(constants),
         breakdown=breakdown(constants.breakdown),
         measured_temperature=curve.measured_temperature,
+        equilibrium_scaling=curve.scaling,
+        nonequilibrium_scaling=curve.scaling,
     )

@@ -53,7 +53,7 @@ class Moment:
     def true_field(self) -> Floats:
         """|E| (k,) in V/m."""
         points, log_area = self.points, self.log_squared_stretch[0] + self.log_squared_stretch[1]
-        return np.abs(points.electric.true_field(points.permittivity, log_area, self.field))
+        return np.abs(points.electric.true_field(points.permittivity_at(self.log_squared_stretch), log_area, self.field))
 
     def take(self, columns: Cases) -> Moment:
         """Some of the columns."""
