@@ -6,6 +6,7 @@ allowed by an option and then named in the card.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from dielast.export.options import UNITS, CardOptions
 from dielast.export.text import identifier, plain
 from dielast.material.material import Material
 from dielast.material.shift import NoShift, ShiftLaw
-from dielast.material.springs import SpringLaw
+from dielast.material.springs import CardForm, SpringLaw
 
 
 def prepare(material: Material, code: Code, options: CardOptions) -> Card:
@@ -112,18 +113,42 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
         raise InputError(
             f'"{wanted}" needs a {needs}, and the material has none: state {needs}', argument="hyperelastic", mentions=(needs,)
         )
-    if forms[0].constants != forms[1].constants and not code.separate_limits:
-        name, value = next(iter(first.values().items()))
-        raise InputError(
-            f"{code.name} has one {name} for the equilibrium spring and the branches alike, "
-            f'not {value:g} and {rest.values()[name]:g}: state one, or allow hyperelastic = "neo-hookean"',
-            argument=name,
-        )
+    if not code.separate_limits:
+        _check_alike(first, rest, forms[0], forms[1], code)
+    _check_exponents(forms[0], code)
     notes = [f"Springs: {wanted}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
     if wanted in stated[0].exact_forms() and wanted in stated[1].exact_forms() and _constants(first, rest) == _constants(*stated):
         return wanted, first, rest, notes
     notes.append(f"APPROXIMATION, allowed by the recipe: the material's springs are {_titles(*stated)}.")
     return wanted, first, rest, [*notes, *forms[0].notes]
+
+
+def _check_alike(first: SpringLaw, rest: SpringLaw, one: CardForm, other: CardForm, code: Code) -> None:
+    """`InputError` if the forms of the equilibrium spring and of the branches differ by more than their modulus."""
+    if one.constants.keys() == other.constants.keys() and all(
+        math.isclose(value, other.constants[name], rel_tol=1e-9, abs_tol=1e-12) for name, value in one.constants.items()
+    ):
+        return
+    instead = 'or allow hyperelastic = "neo-hookean"'
+    alone = "for the equilibrium spring and the branches alike"
+    values, others = first.shape(), rest.shape()
+    # a constant that an option of the card states once for all springs
+    for name in [name for name in values if name in others and hasattr(CardOptions, name)]:
+        value = values[name]
+        raise InputError(f"{code.name} has one {name} {alone}, not {value} and {others[name]}: state one, {instead}", argument=name)
+    said = f"{code.name} has one set of constants {alone}, not {_described(first)} and {_described(rest)}"
+    raise InputError(f"{said}: make them alike in the material file, {instead}", argument="hyperelastic")
+
+
+def _check_exponents(form: CardForm, code: Code) -> None:
+    """`InputError` for more terms of an Ogden spring than the code takes."""
+    terms = len(form.constants) // 2
+    if form.law == "ogden" and code.most_exponents is not None and terms > code.most_exponents:
+        raise InputError(
+            f'{code.name} takes at most {code.most_exponents} terms of an Ogden spring, not {terms}: allow "neo-hookean" instead, which '
+            "the card will name as an approximation",
+            argument="hyperelastic",
+        )
 
 
 def _titles(first: SpringLaw, rest: SpringLaw) -> str:
@@ -137,8 +162,13 @@ def _constants(first: SpringLaw, rest: SpringLaw) -> str:
     """The constants of the equilibrium spring and of the branches."""
     if type(first) is not type(rest):
         return ""
-    values = zip(first.values().items(), rest.values().values(), strict=True)
-    return "; ".join(f"{name} = {value:g} (equilibrium) and {other:g} (branches)" for (name, value), other in values)
+    values = zip(first.shape().items(), rest.shape().values(), strict=True)
+    return "; ".join(f"{name} = {value} (equilibrium) and {other} (branches)" for (name, value), other in values)
+
+
+def _described(law: SpringLaw) -> str:
+    """A law with its constants."""
+    return f"{law.title} ({', '.join(f'{name} = {value}' for name, value in law.shape().items())})" if law.shape() else law.title
 
 
 def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOptions) -> tuple[ShiftLaw, NDArray[np.float64], str]:
