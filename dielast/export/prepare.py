@@ -145,8 +145,8 @@ def _check_exponents(form: CardForm, code: Code) -> None:
     terms = len(form.constants) // 2
     if form.law == "ogden" and code.most_exponents is not None and terms > code.most_exponents:
         raise InputError(
-            f'{code.name} takes at most {code.most_exponents} terms of an Ogden spring, not {terms}: allow "neo-hookean" instead, which '
-            "the card will name as an approximation",
+            f'{code.name} takes at most {code.most_exponents} terms of an Ogden spring, not {terms}: allow "neo-hookean" instead, '
+            "which the card will name as an approximation",
             argument="hyperelastic",
         )
 

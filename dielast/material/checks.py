@@ -204,8 +204,8 @@ def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | 
         ends = [f"above {low:.4g}"] * (low > 0) + [f"below {high:.4g}"] * (high < np.inf)
         where, known = f"a stretch of {first:.4g}", f"; in {mode} loading it rises {' and '.join(ends)} only"
     warn(
-        f"at {where} the {law.title} law of the equilibrium spring is unstable, its tension falls with the stretch{known}: were its "
-        "constants fitted so far?"
+        f"at {where} the {law.title} law of the equilibrium spring is unstable, its tension falls with the stretch{known}: were "
+        "its constants fitted so far?"
     )
 
 

@@ -24,8 +24,9 @@ class ArrudaBoyce(FirstInvariantLaw):
     """W = (3 l_m/b_0) (y b - ln(sinh b / b)), less its value at rest, with y = sqrt(I1/3)/l_m and L(b) = coth b - 1/b = y;
     b_0 is b at rest (Arruda and Boyce 1993, DOI 10.1016/0022-5096(93)90013-6).
 
-    The factor makes the initial shear modulus 1. `locking_stretch`, l_m, is the stretch sqrt(I1/3) of the chains at which the stress
-    is infinite; without an end the spring is neo-Hookean. It is a number, or an array (n, cases) or (n, 1) of several springs.
+    The factor makes the initial shear modulus 1. `locking_stretch`, l_m, is the stretch sqrt(I1/3) of the chains at which the
+    stress is infinite; without an end the spring is neo-Hookean. It is a number, or an array (n, cases) or (n, 1) of several
+    springs.
     """
 
     locking_stretch: float | Floats = math.inf
@@ -66,7 +67,7 @@ class ArrudaBoyce(FirstInvariantLaw):
 
     def largest_invariant(self) -> Floats:
         """3 l_m^2."""
-        return 3 * np.square(np.asarray(self.locking_stretch, dtype=float))
+        return np.asarray(3 * np.square(np.asarray(self.locking_stretch, dtype=float)))
 
     def describe_limit(self) -> str:
         """The limit with its number."""

@@ -91,19 +91,19 @@ class CaseByCase(SpringLaw):
         own, both = self._joined(lambda law, squared: law.equibiaxial_tangent(squared), front)
         return own, both
 
-    def take(self, cases: Cases) -> SpringLaw:
+    def take(self, cases: Cases) -> SpringLaw:  # type: ignore[override]
         """The laws of some of the cases; one law where they have the same."""
         which = self.which[cases]
         places = np.empty(self.which.size, dtype=np.intp)
         for index in range(len(self.laws)):
             places[self.which == index] = np.arange(np.count_nonzero(self.which == index))
         left, renumbered = np.unique(which, return_inverse=True)
-        laws = tuple(self.laws[index].take(places[cases][which == index]) for index in left)
+        laws = tuple(self.laws[index].take(places[cases][which == index]) for index in left.tolist())
         return laws[0] if len(laws) == 1 else CaseByCase(laws, renumbered)
 
     def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
         """The law of one spring in one case."""
-        index = self.which[case]
+        index = int(self.which[case])
         return self.laws[index].of_spring(spring, int(np.count_nonzero(self.which[:case] == index)))
 
     def with_idle_spring(self) -> CaseByCase:
@@ -134,7 +134,7 @@ def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.b
         return _of_one_kind(laws, carrying)
     which = np.array([known.index(kind) for kind in kinds])
     members = [np.flatnonzero(which == index) for index in range(len(known))]
-    return CaseByCase(tuple(_of_one_kind([laws[case] for case in own], carrying[:, own]) for own in members), which)
+    return CaseByCase(tuple(_of_one_kind([laws[case] for case in own.tolist()], carrying[:, own]) for own in members), which)
 
 
 def _kind(law: SpringLaw) -> tuple[Any, ...]:

@@ -43,13 +43,13 @@ class MooneyRivlin(ScaledLaw):
 
     def modulus_of(self) -> Floats:
         """2 (C10 + C01)."""
-        return 2 * np.add(self.C10, self.C01, dtype=float)
+        return np.asarray(2 * np.add(self.C10, self.C01, dtype=float))
 
     def stress(self, squared_stretch: Floats) -> Floats:
         """p = (A - C) (1 - s + s B) and q = (B - C) (1 - s + s A), as 1/C - 1/A = (A - C) B."""
         carried = squared_stretch - 1 / (squared_stretch[0] * squared_stretch[1])
         carried *= self._share * squared_stretch[::-1] + (1 - self._share)
-        return carried
+        return np.asarray(carried)
 
     def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
         """Stresses, and dp/dlnA = (1 - s) (A + C) + s (AB + 1/A), dp/dlnB = (1 - s) C + s AB, and so on."""

@@ -82,7 +82,7 @@ class Ogden(ScaledLaw):
         total = np.zeros_like(third)
         for weight, power in zip(self._weight, self._power, strict=True):
             total += weight / (2 * power) * (np.expm1(power * log).sum(axis=0) + np.expm1(power * third))
-        return total
+        return np.asarray(total)
 
     def unlimited(self) -> Ogden:
         """One term with the exponent 2, beside as many that carry nothing."""
@@ -101,7 +101,7 @@ class Ogden(ScaledLaw):
         match law:
             case "ogden":
                 terms = enumerate(zip(self._weight.tolist(), self._power.tolist(), strict=True), 1)
-                pairs = {}
+                pairs: dict[str, float] = {}
                 for index, (weight, power) in terms:
                     pairs |= {f"mu_{index}": modulus * weight, f"alpha_{index}": 2 * power}
                 return CardForm(law, modulus, pairs)

@@ -70,8 +70,8 @@ class ScaledLaw(SpringLaw):
         if not np.all(modulus > 0):
             lowest = float(np.min(modulus))
             raise InputError(
-                f"the initial shear modulus {self.modulus_formula} is {lowest:g} Pa: it must be positive; check the signs, or for a "
-                'spring that carries nothing write law = "neo-hookean" and shear_modulus = "0 Pa"'
+                f"the initial shear modulus {self.modulus_formula} is {lowest:g} Pa: it must be positive; check the signs, or for "
+                'a spring that carries nothing write law = "neo-hookean" and shear_modulus = "0 Pa"'
             )
 
 

@@ -1,7 +1,8 @@
 """Where a spring is stable: where its tension rises with the stretch, so that under a dead load it is at a minimum of energy.
 
-With p the true and s = p/l the nominal stress, ds/dl > 0 is dp/dln l > p. Modes: "uniaxial" (axis 2 free), "equibiaxial", "pure-shear"
-(axis 2 held at 1). Laws fitted to tests over a short range, Yeoh's and Ogden's above all, may have a maximum of tension outside of it.
+With p the true and s = p/l the nominal stress, ds/dl > 0 is dp/dln l > p. Modes: "uniaxial" (axis 2 free), "equibiaxial",
+"pure-shear" (axis 2 held at 1). Laws fitted to tests over a short range, Yeoh's and Ogden's above all, may have a maximum of
+tension outside of it.
 """
 
 from __future__ import annotations
