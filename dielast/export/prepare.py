@@ -100,11 +100,16 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
     first, rest = (law if options.J_lim is None else law.restated({"J_lim": options.J_lim}) for law in stated)
     common = [form for form in first.exact_forms() if form in rest.exact_forms()]
     wanted = options.hyperelastic or (common[0] if common else first.name)
-    possible = [form for form in code.springs if form != wanted and first.form(form) and rest.form(form)]
+    possible = [form for form in code.springs if first.form(form) and rest.form(form)]
     if wanted not in code.springs:
         allowed = " or ".join(f'"{form}"' for form in possible)
         instead = f"allow {allowed} instead, which the card will name as an approximation" if allowed else "no card can hold it"
         raise InputError(f'{code.name} has no "{wanted}" law: {instead}', argument="hyperelastic")
+    if options.hyperelastic is None and not common:
+        allowed = " or ".join(f'"{form}"' for form in possible)
+        instead = f"allow {allowed} instead, which the card will name as an approximation" if allowed else "no card can hold them"
+        alike = f"{code.name} has one law for the equilibrium spring and the branches alike"
+        raise InputError(f"{alike}, not {_described(first)} and {_described(rest)}: {instead}", argument="hyperelastic")
     forms = first.form(wanted), rest.form(wanted)
     if forms[0] is None or forms[1] is None:
         raise InputError(f'"{wanted}" cannot stand for {_titles(first, rest)}', argument="hyperelastic")

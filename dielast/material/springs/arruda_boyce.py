@@ -97,7 +97,8 @@ class ArrudaBoyce(FirstInvariantLaw):
             case "arruda-boyce":
                 share = float(self._share)
                 initial = 2 * math.fsum(k * c * (3 * share**2) ** (k - 1) for k, c in enumerate(SERIES, 1))
-                return CardForm(law, modulus, {"locking_stretch": 1 / share, "mu": modulus / initial}, _SERIES_NOTES)
+                constants = {"locking_stretch": float(self.locking_stretch), "mu": modulus / initial}
+                return CardForm(law, modulus, constants, _SERIES_NOTES, needs="" if share else "locking_stretch")
             case "neo-hookean":
                 return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
         return None
