@@ -13,12 +13,11 @@ import pytest
 from dielast import Yeoh, write_material
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material
-from dielast.io.table import csv_bytes
+from dielast.io.table import to_csv
 from dielast.material.springs import NeoHookean
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
-BRANCHES = "relaxation_time_s = [100.0, 1.0]\nshear_modulus_Pa = [20000.0, 90000.0]\n"
 TEMPLATE = """\
 name = "film"
 reference_temperature = "20 degC"
@@ -142,7 +141,8 @@ def test_wrong_constants_are_refused_in_one_line(
 def test_every_command_takes_every_law(tmp_path: Path, dielast: Run) -> None:
     for name, (equilibrium, branches) in LAWS.items():
         (tmp_path / f"{name}.toml").write_text(text(equilibrium, branches))
-    swept = f"[sweep]\nmaterial = [{', '.join(f'"{name}.toml"' for name in LAWS)}]\n"
+    files = ", ".join(f'"{name}.toml"' for name in LAWS)
+    swept = f"[sweep]\nmaterial = [{files}]\n"
     recipes = {
         "relax": '[[step]]\nstretch = 2.0\nrate = "1 /s"\n[[step]]\nhold = "1 min"\n',
         "creep": '[[step]]\nstress = "30 kPa"\nduration = "1 s"\n[[step]]\nhold = "1 min"\n',
@@ -170,7 +170,7 @@ def test_every_command_takes_every_law(tmp_path: Path, dielast: Run) -> None:
 
 
 def test_draws_scale_the_constants_of_a_law(tmp_path: Path, dielast: Run) -> None:
-    """Draws move the modulus, and the ratios of the constants stay: a draw of twice the modulus is a film of twice the constants."""
+    """Draws move the modulus, and the ratios of the constants stay."""
     material = parse_material(text(*LAWS["ogden"]).encode(), "film.toml")
     rng = np.random.default_rng(0)
     drawn = []
@@ -178,7 +178,7 @@ def test_draws_scale_the_constants_of_a_law(tmp_path: Path, dielast: Run) -> Non
         doubled = parse_material(text(*LAWS["ogden"]).encode(), "film.toml")
         object.__setattr__(doubled, "equilibrium_modulus", material.equilibrium_modulus * float(factor))
         drawn.append(doubled)
-    (tmp_path / "draws.csv").write_bytes(csv_bytes(draw_columns(np.arange(20), drawn)))
+    (tmp_path / "draws.csv").write_bytes(to_csv(draw_columns(np.arange(20), drawn)))
     (tmp_path / "film.toml").write_text('draws = "draws.csv"\n' + text(*LAWS["ogden"]))
     (tmp_path / "creep.toml").write_text(
         'kind = "creep"\nmaterial = "film.toml"\n[[step]]\nstress = "30 kPa"\nduration = "1 s"\n[[step]]\nhold = "1 min"\n'
@@ -187,7 +187,7 @@ def test_draws_scale_the_constants_of_a_law(tmp_path: Path, dielast: Run) -> Non
     done = dielast("creep", "creep.toml", "-o", "out", "--plot", "none")
     assert done.returncode == 0, done.stderr
     last = rows(tmp_path / "out/creep.csv")[-1]
-    bounds = [float(value) for key, value in last.items() if key.startswith(("stretch_1_", "stretch_1 lower", "stretch_1 upper"))]
+    bounds = [float(value) for key, value in last.items() if key.startswith("stretch_1_")]
     assert len(bounds) >= 2
     assert min(bounds) < float(last["stretch_1 [1]"]) < max(bounds)
 
