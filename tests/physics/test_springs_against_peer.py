@@ -11,7 +11,7 @@ from peers import energies
 from peers.energies import Energy
 from peers.membrane import Film, Piece, Run, constant, ramp
 
-from dielast import Material, Spectrum, Step, VoltageStep, actuate, creep, relax
+from dielast import Gent, Material, Spectrum, Step, VoltageStep, actuate, creep, relax
 from dielast.material.shift import NoShift
 from dielast.material.springs import ArrudaBoyce, MooneyRivlin, Ogden, SpringLaw, Yeoh
 
@@ -154,3 +154,21 @@ def test_materials_of_all_laws_in_one_run_are_those_one_by_one() -> None:
         for case, material in enumerate(materials):
             alone_film = actuate(material, voltages, **films)  # type: ignore[arg-type]
             assert np.array_equal(together_films.stretch_1[case], alone_film.stretch_1[0])
+
+
+@pytest.mark.parametrize("name", SPRINGS)
+def test_a_film_without_branches_follows_its_equilibrium_spring(name: str) -> None:
+    """Purely elastic: nominal stress and stretch under voltage are those of the energy, whatever law the branches would have."""
+    springs = SPRINGS[name]
+    material = Material("film", MU, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), springs.equilibrium, Gent(50.0), EPS)
+    at = 1.8
+    here = relax(material, [Step(stretch=at, rate=1.0)], mode="equibiaxial", times=[0.8])
+    expected = MU * energies.stress(springs.energies[0], np.array([at]), np.array([at]))[0, 0]
+    assert here.nominal_stress_1[0, 0] == pytest.approx(expected, rel=WITHIN)
+    film = actuate(
+        material, [VoltageStep(2e3, duration=1.0)], thickness=THICKNESS, prestretch=1.5, breakdown_field=1e9, times=[1.0]
+    )
+    stretch, dead = float(film.stretch_1[0, 0]), energies.stress(springs.energies[0], np.array([1.5]), np.array([1.5]))[0, 0]
+    carried = energies.stress(springs.energies[0], np.array([stretch]), np.array([stretch]))[0, 0]
+    # s = dW/dl - eps (V/L_3)^2 l^3
+    assert MU * (carried - dead) == pytest.approx(EPS * (2e3 / THICKNESS) ** 2 * stretch**3, rel=1e-6)

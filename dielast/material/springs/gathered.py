@@ -128,6 +128,8 @@ def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.b
 
     `carrying` (n, cases) says which springs have a modulus; the others never end.
     """
+    if len(carrying) == 1:
+        laws = [(first, first) for first, _ in laws]  # no case has branches
     kinds = [(_kind(first), _kind(rest)) for first, rest in laws]
     known = list(dict.fromkeys(kinds))
     if len(known) == 1:
