@@ -6,6 +6,7 @@ allowed by an option and then named in the card.
 
 from __future__ import annotations
 
+import math
 import textwrap
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ from dielast.export.options import UNITS, CardOptions
 from dielast.export.text import identifier, plain
 from dielast.material.material import Material
 from dielast.material.shift import NoShift, ShiftLaw
-from dielast.material.springs import SpringLaw
+from dielast.material.springs import CardForm, SpringLaw
 
 NOTE_WIDTH = 120  # characters of a line of notes
 
@@ -108,11 +109,16 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
     first, rest = (law if options.J_lim is None else law.restated({"J_lim": options.J_lim}) for law in stated)
     common = [form for form in first.exact_forms() if form in rest.exact_forms()]
     wanted = options.hyperelastic or (common[0] if common else first.name)
-    possible = [form for form in code.springs if form != wanted and first.form(form) and rest.form(form)]
+    possible = [form for form in code.springs if first.form(form) and rest.form(form)]
     if wanted not in code.springs:
         allowed = " or ".join(f'"{form}"' for form in possible)
         instead = f"allow {allowed} instead, which the card will name as an approximation" if allowed else "no card can hold it"
         raise InputError(f'{code.name} has no "{wanted}" law: {instead}', argument="hyperelastic")
+    if options.hyperelastic is None and not common:
+        allowed = " or ".join(f'"{form}"' for form in possible)
+        instead = f"allow {allowed} instead, which the card will name as an approximation" if allowed else "no card can hold them"
+        alike = f"{code.name} has one law for the equilibrium spring and the branches alike"
+        raise InputError(f"{alike}, not {_described(first)} and {_described(rest)}: {instead}", argument="hyperelastic")
     forms = first.form(wanted), rest.form(wanted)
     if forms[0] is None or forms[1] is None:
         raise InputError(f'"{wanted}" cannot stand for {_titles(first, rest)}', argument="hyperelastic")
@@ -121,18 +127,42 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
         raise InputError(
             f'"{wanted}" needs a {needs}, and the material has none: state {needs}', argument="hyperelastic", mentions=(needs,)
         )
-    if forms[0].constants != forms[1].constants and not code.separate_limits:
-        name, value = next(iter(first.values().items()))
-        raise InputError(
-            f"{code.name} has one {name} for the equilibrium spring and the branches alike, "
-            f'not {value:g} and {rest.values()[name]:g}: state one, or allow hyperelastic = "neo-hookean"',
-            argument=name,
-        )
+    if not code.separate_limits:
+        _check_alike(first, rest, forms[0], forms[1], code)
+    _check_exponents(forms[0], code)
     notes = [f"Springs: {wanted}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
     if wanted in stated[0].exact_forms() and wanted in stated[1].exact_forms() and _constants(first, rest) == _constants(*stated):
         return wanted, first, rest, notes
     notes.append(f"APPROXIMATION, allowed by the recipe: the material's springs are {_titles(*stated)}.")
     return wanted, first, rest, [*notes, *forms[0].notes]
+
+
+def _check_alike(first: SpringLaw, rest: SpringLaw, one: CardForm, other: CardForm, code: Code) -> None:
+    """`InputError` if the forms of the equilibrium spring and of the branches differ by more than their modulus."""
+    if one.constants.keys() == other.constants.keys() and all(
+        math.isclose(value, other.constants[name], rel_tol=1e-9, abs_tol=1e-12) for name, value in one.constants.items()
+    ):
+        return
+    instead = 'or allow hyperelastic = "neo-hookean"'
+    alone = "for the equilibrium spring and the branches alike"
+    values, others = first.shape(), rest.shape()
+    # a constant that an option of the card states once for all springs
+    for name in [name for name in values if name in others and hasattr(CardOptions, name)]:
+        value = values[name]
+        raise InputError(f"{code.name} has one {name} {alone}, not {value} and {others[name]}: state one, {instead}", argument=name)
+    said = f"{code.name} has one set of constants {alone}, not {_described(first)} and {_described(rest)}"
+    raise InputError(f"{said}: make them alike in the material file, {instead}", argument="hyperelastic")
+
+
+def _check_exponents(form: CardForm, code: Code) -> None:
+    """`InputError` for more terms of an Ogden spring than the code takes."""
+    terms = len(form.constants) // 2
+    if form.law == "ogden" and code.most_exponents is not None and terms > code.most_exponents:
+        raise InputError(
+            f'{code.name} takes at most {code.most_exponents} terms of an Ogden spring, not {terms}: allow "neo-hookean" instead, '
+            "which the card will name as an approximation",
+            argument="hyperelastic",
+        )
 
 
 def _titles(first: SpringLaw, rest: SpringLaw) -> str:
@@ -146,8 +176,13 @@ def _constants(first: SpringLaw, rest: SpringLaw) -> str:
     """The constants of the equilibrium spring and of the branches."""
     if type(first) is not type(rest):
         return ""
-    values = zip(first.values().items(), rest.values().values(), strict=True)
-    return "; ".join(f"{name} = {value:g} (equilibrium) and {other:g} (branches)" for (name, value), other in values)
+    values = zip(first.shape().items(), rest.shape().values(), strict=True)
+    return "; ".join(f"{name} = {value} (equilibrium) and {other} (branches)" for (name, value), other in values)
+
+
+def _described(law: SpringLaw) -> str:
+    """A law with its constants."""
+    return f"{law.title} ({', '.join(f'{name} = {value}' for name, value in law.shape().items())})" if law.shape() else law.title
 
 
 def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOptions) -> tuple[ShiftLaw, NDArray[np.float64], str]:

@@ -38,7 +38,11 @@ class LawSection(Section):
         Raises `InputError` for a constant that is missing, or that belongs to another law.
         """
         law = self.FAMILY[self.law_stated()]
-        return law(*place, **law.arguments({key: getattr(self, key) for key in law_constants(self.FAMILY)}))
+        return law(*place, **law.arguments(self.constants()))
+
+    def constants(self) -> dict[str, Any]:
+        """The values (SI) of the constants of all laws by their keys, None for those left out."""
+        return {key: getattr(self, key) for key in law_constants(self.FAMILY)}
 
 
 def law_section(section: type[Kind], family: Registry[Any], default: str | None, description: str) -> type[Kind]:

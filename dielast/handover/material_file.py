@@ -21,7 +21,7 @@ from dielast.material.material import Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.spectrum import Spectrum
-from dielast.material.springs import SPRINGS
+from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
 from dielast.recipe.base import BreakdownField, Dielectric
 from dielast.recipe.fields import Modulus, Section, Temperature
 from dielast.recipe.validate import check
@@ -35,11 +35,32 @@ OPTIONAL = ("dielectric", "breakdown", "temperature")  # tables of laws that a m
 class Equilibrium(LawSection):
     """The spring that never relaxes; without J_lim it is neo-Hookean."""
 
-    shear_modulus: Modulus = Field(description="Of the spring that never relaxes.")
+    shear_modulus: Modulus | None = Field(
+        None, description="Of the spring that never relaxes, at small strain; needed unless C10 or mu of the law state that."
+    )
+
+    def stated(self, *place: float) -> SpringLaw:
+        """The law of the spring."""
+        law: SpringLaw = self.FAMILY[self.law].of_file(self.constants(), self.shear_modulus)
+        self._modulus_of(law)
+        return law
+
+    def modulus(self) -> float:
+        """The initial shear modulus in Pa, stated or that of the constants."""
+        return self._modulus_of(self.stated())
+
+    def _modulus_of(self, law: SpringLaw) -> float:
+        modulus = law.initial_modulus() if self.shear_modulus is None else self.shear_modulus
+        if modulus is None:
+            raise InputError("is needed", key="shear_modulus")
+        return modulus
 
 
 class Nonequilibrium(LawSection):
-    """The relaxation processes at the reference temperature."""
+    """The relaxation processes at the reference temperature.
+
+    Constants of the law that are stresses are those of a spring of any modulus: each branch has the same ratios of them.
+    """
 
     relaxation_time_s: list[Annotated[float, Field(gt=0, allow_inf_nan=False)]] = Field(
         description="Of each branch, in s, at the reference temperature; none: purely elastic."
@@ -50,6 +71,11 @@ class Nonequilibrium(LawSection):
     def _a_spectrum(self) -> Self:
         self.spectrum()
         return self
+
+    def stated(self, *place: float) -> SpringLaw:
+        """The law of the springs of all branches."""
+        law: SpringLaw = self.FAMILY[self.law].of_file(self.constants(), None)
+        return law
 
     def spectrum(self) -> Spectrum:
         """The branches as arrays."""
@@ -110,7 +136,7 @@ class MaterialFile(Section):
 
     @model_validator(mode="after")
     def _carries(self) -> Self:
-        if self.equilibrium.shear_modulus == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
+        if self.equilibrium.modulus() == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
             raise InputError("the lowest comes first", key="measured_temperature")
@@ -126,7 +152,7 @@ class MaterialFile(Section):
         measured, scaling = self.measured_temperature, self.temperature
         return Material(
             name=self.name,
-            equilibrium_modulus=self.equilibrium.shear_modulus,
+            equilibrium_modulus=self.equilibrium.modulus(),
             spectrum=self.nonequilibrium.spectrum(),
             shift=self.shift.at(self.reference_temperature),
             equilibrium_law=self.equilibrium.stated(),
@@ -206,10 +232,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         "reference_temperature": f"{material.reference_temperature:.9g} degC",
         **({} if draws is None else {"draws": draws}),
         **({} if measured is None else {"measured_temperature": [f"{value:.9g} degC" for value in measured]}),
-        "equilibrium": {
-            "shear_modulus": f"{material.equilibrium_modulus:.9g} Pa",
-            **stated_law(material.equilibrium_law, "gent"),
-        },
+        "equilibrium": _stated_spring(material.equilibrium_law, material.equilibrium_modulus),
         "nonequilibrium": {
             **stated_law(material.nonequilibrium_law, "gent"),
             "relaxation_time_s": _digits(material.spectrum.relaxation_time.tolist()),
@@ -223,6 +246,14 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         document["breakdown"] = stated_law(material.breakdown, "table")
     document |= stated_scaling(material)
     return tomli_w.dumps(document).encode()
+
+
+def _stated_spring(law: SpringLaw, modulus: float) -> dict[str, Any]:
+    """The keys of the equilibrium spring."""
+    if modulus == 0 and law.initial_modulus() is not None:
+        law = NeoHookean()  # constants that are stresses cannot state a spring that carries nothing
+    name = {} if law.name == "gent" else {"law": law.name}
+    return {**({"shear_modulus": f"{modulus:.9g} Pa"} if law.takes_modulus else {}), **name, **law.in_file(modulus)}
 
 
 def _digits(values: list[float]) -> list[float]:

@@ -23,6 +23,7 @@ from dielast.material.checks import (
     fastest_branch,
     warn_of_breakdown,
     warn_of_elongation,
+    warn_of_falling_tension,
     warn_of_field,
     warn_of_material,
     warn_of_paces,
@@ -56,6 +57,7 @@ def warn_of_membranes(
     """Warn of cases of `relax` or `creep` that ask too much of their material, or whose loads look like something else."""
     rest = 1.0 if cases[0].recipe.kind == "relax" else 0.0
     _warn_of_use(materials, results)
+    _warn_of_unstable(materials, results, [case.recipe.mode for case in cases])
     warn_of_paces(_paces(cases, materials, results, histories, rest))
     targets = [aims(entries) for entries in histories]
     if cases[0].recipe.kind == "relax":
@@ -82,6 +84,8 @@ def warn_of_films(
     or that break down at once.
     """
     _warn_of_use(materials, results)
+    even = [len({*case.recipe.film.prestretch}) == 1 and len({*case.recipe.film.boundary}) == 1 for case in cases]
+    _warn_of_unstable(materials, results, ["equibiaxial" if both else None for both in even])
     films = [case.recipe.film for case in cases]
     limits = [breakdown(case.recipe.breakdown) or own.breakdown for case, own in zip(cases, materials, strict=True)]
     warn_of_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
@@ -116,6 +120,8 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
     warn_of_breakdown(plan.breakdown_field)
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
+    for pair in recipe.film.prestretch:
+        warn_of_falling_tension(material, np.array(pair)[:, None], "equibiaxial" if pair[0] == pair[1] else None)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
     warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
 
@@ -149,6 +155,19 @@ def _warn_of_use(materials: Sequence[Material], results: Sequence[CaseResult]) -
     for one in {id(material): material for material in materials}.values():
         asked = zip(materials, results, strict=True)
         warn_of_use(one, [result.temperature for material, result in asked if material is one])
+
+
+def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResult], modes: Sequence[str | None]) -> None:
+    """Warn of materials whose equilibrium spring is stretched further than it is stable in these modes, one a case."""
+    for material, mode in {
+        (id(material), mode): (material, mode) for material, mode in zip(materials, modes, strict=True)
+    }.values():
+        own = [
+            [result.columns[f"stretch_{axis} [1]"] for axis in (1, 2)]
+            for result, known, wanted in zip(results, materials, modes, strict=True)
+            if known is material and wanted == mode
+        ]
+        warn_of_falling_tension(material, np.concatenate([np.array(stretches) for stretches in own], axis=1), mode)
 
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:
