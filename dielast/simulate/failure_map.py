@@ -191,14 +191,16 @@ def plan_failure_map(
         )
 
     setup = laid_out([material], breakdown_field, thickness, rtol)
-    groups = groups_of(setup, 0, rtol)
+    groups = groups_of(setup, pull_in_timescale, 0, rtol)
     if sample is not None:
-        field = None if breakdown_field is None else np.tile(setup.breakdown_field, len(sample))
+        field = breakdown_field
+        if field is not None and not isinstance(field, BreakdownLaw):
+            field = np.tile(setup.breakdown_field, len(sample))
         tolerance, thick = drawn_rtol or max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
         with in_a_draw(argument="sample"):
             drawn = laid_out(sample.materials, field, thick, tolerance)
             scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
-            groups += groups_of(replace(drawn, breakdown_field=scaled), films, tolerance)
+            groups += groups_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
     return MapPlan(
         temperatures,
         pairs,
@@ -207,7 +209,6 @@ def plan_failure_map(
         horizon,
         setup.breakdown_field[: len(pairs)],
         setup.controls,
-        pull_in_timescale,
         groups,
         0 if sample is None else len(sample),
     )

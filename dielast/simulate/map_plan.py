@@ -31,17 +31,18 @@ class Group:
 
     film: Film
     films: Cases
-    breakdown_field: Floats
+    watched: WatchedFilms
     thickness: Floats
     rtol: float
 
 
-def groups_of(setup: Setup, first: int, rtol: float) -> tuple[Group, ...]:
-    """The films of a setup, numbered from `first`."""
+def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Group, ...]:
+    """The films of a setup, numbered from `first`, watched for a pull-in time scale."""
     groups = []
     for columns in setup.groups():
         films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
-        groups.append(Group(setup.film(columns, rtol), first + films, setup.breakdown_field[films], setup.thickness[films], rtol))
+        film = setup.film(columns, rtol)
+        groups.append(Group(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
     return tuple(groups)
 
 
@@ -58,7 +59,6 @@ class MapPlan(Result):
     horizon: float
     breakdown_field: Floats
     controls: Controls
-    timescale: TimeScale
     groups: tuple[Group, ...]
     draws: int = 0
 
@@ -103,15 +103,8 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     count = end - first
     column, volt = np.divmod(paired(np.arange(first - begin, end - begin)), plan.voltage.size)
     film, field = group.film.take(column), plan.voltage[volt] / group.thickness[column]
-    films = WatchedFilms(
-        plan.controls,
-        group.breakdown_field[column],
-        plan.timescale,
-        film.condition.nominal_stress,
-        film.points.stress_floor,
-    )
     failures = names(failures_only=True)
-    watch = Watch(films, [criterion for criterion in CRITERIA if criterion.is_failure], failures)
+    watch = Watch(group.watched.take(column), [criterion for criterion in CRITERIA if criterion.is_failure], failures)
     pieces = [Ramp(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
     if plan.horizon > plan.ramp:
         pieces.append(Ramp(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))

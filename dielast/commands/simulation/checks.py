@@ -91,8 +91,9 @@ def warn_of_films(
     warn_of_thickness([film.thickness for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     voltage = [max(map(abs, aims(own)), default=0.0) for own in histories]
-    field = np.array(voltage) * area / np.array([film.thickness for film in films])
-    known = np.array([_limit(*each) for each in zip(limits, area.tolist(), field.tolist(), strict=True)])
+    thickness = [film.thickness for film in films]
+    field = np.array(voltage) * area / np.array(thickness)
+    known = np.array([_limit(*each) for each in zip(limits, area.tolist(), thickness, field.tolist(), strict=True)])
     warn_of_field(field, known)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
     for index, (own, material, result) in enumerate(zip(events, materials, results, strict=True)):
@@ -169,11 +170,13 @@ def _room(material: Material, columns: Mapping[str, Any]) -> NDArray[np.float64]
     return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
 
 
-def _limit(known: BreakdownLaw | None, area: float, field: float) -> float:
-    """The breakdown field in V/m of a film of this prestretched area; where none is known, that of films next to `field`."""
+def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: float) -> float:
+    """The breakdown field in V/m of a film of this prestretched area and undeformed thickness in m; where none is known, that of
+    films next to `field`.
+    """
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
-    return float(known.at(np.sqrt(area)))
+    return float(known.of_film(np.sqrt(area), thickness / area))
 
 
 def _and_more(cases: Sequence[int]) -> str:

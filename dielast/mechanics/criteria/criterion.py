@@ -13,6 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from dielast.material.breakdown.following import FollowingField
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
@@ -50,10 +51,14 @@ class Moment:
         return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2])
 
     @property
+    def log_area(self) -> Floats:
+        """Lambda_1 + Lambda_2 = 2 ln(lambda_1 lambda_2), (k,)."""
+        return np.asarray(self.log_squared_stretch[0] + self.log_squared_stretch[1])
+
+    @property
     def true_field(self) -> Floats:
         """|E| (k,) in V/m."""
-        points, log_area = self.points, self.log_squared_stretch[0] + self.log_squared_stretch[1]
-        return np.abs(points.electric.true_field(points.permittivity, log_area, self.field))
+        return np.abs(self.points.electric.true_field(self.points.permittivity, self.log_area, self.field))
 
     def take(self, columns: Cases) -> Moment:
         """Some of the columns."""
@@ -77,7 +82,8 @@ Signal = Callable[[Moment], Floats]
 class WatchedFilms:
     """What a criterion may ask of the films that it is to watch: what is held along each axis, the `breakdown_field` (cases,) in
     V/m (infinite where it is of no interest), the time scale of pull-in, and the mechanical nominal stress (2, cases) in Pa of the
-    relaxed films, of which a `stress_floor` (cases,) is as good as none.
+    relaxed films, of which a `stress_floor` (cases,) is as good as none. `following` says how the breakdown field changes with
+    the film from then on, and `damage` how fast the film ages, where such laws are known.
     """
 
     controls: Controls
@@ -85,6 +91,17 @@ class WatchedFilms:
     timescale: TimeScale
     nominal_stress: Floats
     stress_floor: Floats
+    following: FollowingField | None = None
+
+    def take(self, cases: Cases) -> WatchedFilms:
+        """Some of the films."""
+        return replace(
+            self,
+            breakdown_field=self.breakdown_field[cases],
+            nominal_stress=self.nominal_stress[:, cases],
+            stress_floor=self.stress_floor[cases],
+            following=None if self.following is None else self.following.take(cases),
+        )
 
 
 class Criterion:
