@@ -14,6 +14,7 @@ from dielast.errors import InputError
 from dielast.handover.law_section import LawSection, law_section, stated_law
 from dielast.io.files import read_file, resolve
 from dielast.material.breakdown import BREAKDOWNS, Breakdown
+from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
 from dielast.material.material import Material
 from dielast.material.shift import SHIFTS, ShiftLaw
@@ -27,7 +28,7 @@ from dielast.recipe.validate import check
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 
 
-OPTIONAL = ("dielectric", "breakdown")  # tables of laws that a material file may lack
+OPTIONAL = ("dielectric", "breakdown", "damage")  # tables of laws that a material file may lack
 
 
 class Equilibrium(LawSection):
@@ -80,6 +81,10 @@ class BreakdownSection(LawSection):
     """Breakdown field, one for every prestretch, or interpolated over prestretch and beyond its ends that of the nearest."""
 
 
+class DamageSection(LawSection):
+    """Damage that adds up over the time under voltage: a film fails when it comes to 1, even if it never breaks down at once."""
+
+
 class MaterialFile(Section):
     """A dielectric elastomer: springs, relaxation processes, shift law, dielectric."""
 
@@ -93,6 +98,7 @@ class MaterialFile(Section):
     )
     dielectric: DielectricSection | None = Field(None, description="Needed for voltages.")
     breakdown: BreakdownSection | None = Field(None, description="The field that the film breaks down at.")
+    damage: DamageSection | None = Field(None, description="How the field uses a film up.")
     draws: str | None = Field(
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; a path relative to this file."
     )
@@ -123,12 +129,13 @@ class MaterialFile(Section):
             permittivity=None if self.dielectric is None else self.dielectric.for_material(),
             breakdown=None if self.breakdown is None else self.breakdown.stated(),
             measured_temperature=None if measured is None else (measured[0], measured[1]),
+            damage=None if self.damage is None else self.damage.stated(),
         )
 
 
 def material_file() -> type[MaterialFile]:
     """The model of a material file, with the keys of the laws that are registered at present."""
-    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names)
+    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names, DAMAGES.names)
 
 
 @lru_cache(maxsize=1)
@@ -140,6 +147,7 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "shift": law_section(ShiftSection, SHIFTS, None, "How relaxation times change with temperature."),
         "dielectric": law_section(DielectricSection, DIELECTRICS, "constant", "Law of the permittivity; left out: constant."),
         "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
+        "damage": law_section(DamageSection, DAMAGES, "inverse-power", "Law of the damage; left out: inverse-power."),
     }
     # fields stand where they stand in the file: what a model states again keeps its place
     fields: dict[str, Any] = {
@@ -202,6 +210,8 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         document["dielectric"] = stated_law(material.dielectric, "constant")
     if material.breakdown is not None:
         document["breakdown"] = stated_law(material.breakdown, "table")
+    if material.damage is not None:
+        document["damage"] = stated_law(material.damage, "inverse-power")
     return tomli_w.dumps(document).encode()
 
 

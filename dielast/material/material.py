@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from dielast.io.result import Result
 from dielast.material.breakdown import Breakdown, BreakdownLaw
+from dielast.material.damage import DamageLaw
 from dielast.material.dielectric import VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
@@ -26,7 +27,8 @@ class Material(Result):
     `equilibrium_modulus` is the shear modulus mu_eq in Pa of the spring `equilibrium_law`; `spectrum` holds the relaxation
     processes at the reference temperature, each with the spring `nonequilibrium_law`; `permittivity` is a
     number in F/m or the law of a dielectric.
-    `measured_temperature` is the range that the shift law was measured in, if that is known.
+    `measured_temperature` is the range that the shift law was measured in, if that is known; `damage` says how a field uses a
+    film up, if that is to be looked at.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Material(Result):
     permittivity: float | DielectricLaw | None = None
     breakdown: BreakdownLaw | None = None
     measured_temperature: tuple[float, float] | None = None
+    damage: DamageLaw | None = None
 
     @property
     def reference_temperature(self) -> float:

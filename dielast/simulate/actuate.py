@@ -100,6 +100,9 @@ def actuate(
     """
     if stop_at not in (*names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
+    materials = [material] if isinstance(material, Material) else list(material)
+    if stop_at != END and not any(known.concerns(materials) for known in CRITERIA if known.name == stop_at):
+        raise InputError(f"{stop_at!r} cannot happen: the material file states no [{stop_at}]", argument="stop_at")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     setup = set_up(

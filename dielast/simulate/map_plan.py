@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.io.result import Result
-from dielast.mechanics.criteria import CRITERIA, names
+from dielast.mechanics.criteria import CRITERIA
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
@@ -48,8 +48,8 @@ def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tu
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MapPlan(Result):
-    """All that is needed to solve any cell of a map; cells are numbered through groups, films and voltages, the last running
-    fastest.
+    """All that is needed to solve any cell of a map, and the names of the `failures` that it is about; cells are numbered through
+    groups, films and voltages, the last running fastest.
     """
 
     temperature: Floats
@@ -60,6 +60,7 @@ class MapPlan(Result):
     breakdown_field: Floats
     controls: Controls
     groups: tuple[Group, ...]
+    failures: tuple[str, ...]
     draws: int = 0
 
     @property
@@ -103,11 +104,11 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     count = end - first
     column, volt = np.divmod(paired(np.arange(first - begin, end - begin)), plan.voltage.size)
     film, field = group.film.take(column), plan.voltage[volt] / group.thickness[column]
-    failures = names(failures_only=True)
-    watch = Watch(group.watched.take(column), [criterion for criterion in CRITERIA if criterion.is_failure], failures)
+    watched_for = [criterion for criterion in CRITERIA if criterion.name in plan.failures]
+    watch = Watch(group.watched.take(column), watched_for, plan.failures)
     pieces = [Ramp(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
     if plan.horizon > plan.ramp:
         pieces.append(Ramp(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
     status = follow(film, pieces, rtol=group.rtol, watch=watch).status
-    times = {name: first_of(watch.happened, name).time[:count] for name in failures}
+    times = {name: first_of(watch.happened, name).time[:count] for name in plan.failures}
     return Cells(first, times, status[:count])

@@ -12,6 +12,7 @@ from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.breakdown.following import FollowingField
+from dielast.material.damage import DamageLaw
 from dielast.material.laws_of_cases import LawsOfCases
 from dielast.material.material import Material
 from dielast.mechanics.cases import of_case, one_set, spread
@@ -113,6 +114,7 @@ class Setup:
     controls: Controls
     breakdown_field: Floats
     following: FollowingField | None = None
+    damage: LawsOfCases[DamageLaw] | None = None
 
     @property
     def alike(self) -> Flags:
@@ -151,8 +153,9 @@ class Setup:
     def watched(self, film: Film, cases: Cases, timescale: TimeScale) -> WatchedFilms:
         """What criteria may ask of some of the films, stretched and relaxed."""
         following = None if self.following is None else self.following.take(cases)
+        damage = None if self.damage is None else self.damage.take(cases)
         relaxed = film.condition.nominal_stress, film.points.stress_floor
-        return WatchedFilms(self.controls, self.breakdown_field[cases], timescale, *relaxed, following)
+        return WatchedFilms(self.controls, self.breakdown_field[cases], timescale, *relaxed, following, damage)
 
 
 def prestretched(
@@ -214,7 +217,8 @@ def set_up(
     thickness = spread(film.thickness, "thickness", cases)
     stretch = _equibiaxial((first, second), cases)
     field, following = limits.field(stretch, thickness, cases), limits.following(stretch, thickness, cases)
-    return Setup(points, temperatures, thickness, (first, second), ramp, film.relax, film.controls, field, following)
+    damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
+    return Setup(points, temperatures, thickness, (first, second), ramp, film.relax, film.controls, field, following, damage)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -108,7 +108,7 @@ def bounded_films(
             continue
         known = breakdown(case.recipe.breakdown)
         materials = []
-        for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
+        for member, factor in zip(sample.aged(), sample.breakdown_factor.tolist(), strict=True):
             field = known or member.breakdown
             materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
         known_as = of_case(number, len(cases))

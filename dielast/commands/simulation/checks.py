@@ -116,11 +116,13 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
     warn_of_material(material)
     warn_of_use(material, plan.temperature)
-    warn_of_breakdown(plan.breakdown_field)
+    known = plan.breakdown_field[np.isfinite(plan.breakdown_field)]
+    warn_of_breakdown(known)
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
-    warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
+    if known.size:
+        warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
 
 
 def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:

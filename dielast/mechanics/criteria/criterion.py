@@ -1,19 +1,23 @@
 """What a criterion is: a name, and a signal of a film that is positive until what it stands for happens.
 
 A new criterion is a subclass of `Criterion` in a module of this folder, and a line in `CRITERIA`. Its signal is a function of a
-`Moment`. Everything else follows: when the signal first falls to zero, that is an event with its row in events.csv, its mark in
+`Moment`; of what adds up over time, the rate is, and the signal is 1 minus its integral. Everything else follows: when the signal
+first falls to zero, that is an event with its row in events.csv, its mark in
 figures and its name for `stop.at`; and, of a criterion that is a failure, a failure mode of maps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
 from dielast.material.breakdown.following import FollowingField
+from dielast.material.damage import DamageLaw
+from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.material import Material
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
@@ -92,6 +96,7 @@ class WatchedFilms:
     nominal_stress: Floats
     stress_floor: Floats
     following: FollowingField | None = None
+    damage: LawsOfCases[DamageLaw] | None = None
 
     def take(self, cases: Cases) -> WatchedFilms:
         """Some of the films."""
@@ -101,6 +106,7 @@ class WatchedFilms:
             nominal_stress=self.nominal_stress[:, cases],
             stress_floor=self.stress_floor[cases],
             following=None if self.following is None else self.following.take(cases),
+            damage=None if self.damage is None else self.damage.take(cases),
         )
 
 
@@ -129,8 +135,16 @@ class Criterion:
     """Whether it happens where such a way ends, as there is no equilibrium beyond."""
 
     def signal(self, films: WatchedFilms) -> Signal | None:
-        """The signal of these films, None where it cannot happen to any of them."""
-        raise NotImplementedError
+        """The signal of these films, None where it cannot happen to any of them, or where it has a rate."""
+        return None
+
+    def rate(self, films: WatchedFilms) -> Signal | None:
+        """Of a criterion without signal: the rate (k,) in 1/s, at least 0, whose integral over time comes to 1 when it happens."""
+        return None
+
+    def concerns(self, materials: Sequence[Material]) -> bool:
+        """Whether films of these materials may fail so: maps of others have no column of it."""
+        return True
 
     def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
         """The `time` (k,) since a span of `load` began and the moment at which the signal of `films` was found to vanish, more
