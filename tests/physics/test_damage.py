@@ -194,5 +194,5 @@ def test_quadrature_is_of_its_order_and_follows_what_is_steep() -> None:
 def test_constants_that_make_no_sense_are_refused(arguments: tuple[float, float, float]) -> None:
     with pytest.raises(InputError, match="a positive number is needed"):
         InversePower(*arguments)
-    with pytest.raises(InputError, match=r"stop_at: 'damage' cannot happen: the material file states no \[damage\]"):
+    with pytest.raises(InputError, match=r'stop_at: "damage" cannot happen: the material file needs \[damage\]'):
         actuate(ELASTIC, PROGRAMME, stop_at="damage", **CLAMPED)
