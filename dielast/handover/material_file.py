@@ -16,6 +16,7 @@ from dielast.handover.scaling_section import ScalingSection, scaling_section, st
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS, Breakdown
+from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
 from dielast.material.material import Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
@@ -29,7 +30,7 @@ from dielast.recipe.validate import check
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 
 
-OPTIONAL = ("dielectric", "breakdown", "temperature")  # tables of laws that a material file may lack
+OPTIONAL = ("dielectric", "breakdown", "damage", "temperature")  # tables of laws that a material file may lack
 
 
 class Equilibrium(LawSection):
@@ -116,6 +117,10 @@ class BreakdownSection(LawSection):
     """Breakdown field, one for every prestretch, or interpolated over prestretch and beyond its ends that of the nearest."""
 
 
+class DamageSection(LawSection):
+    """Damage that adds up over the time under voltage: a film fails when it comes to 1, even if it never breaks down at once."""
+
+
 class MaterialFile(Section):
     """A dielectric elastomer: springs, relaxation processes, shift law, dielectric."""
 
@@ -129,6 +134,7 @@ class MaterialFile(Section):
     )
     dielectric: DielectricSection | None = Field(None, description="Needed for voltages.")
     breakdown: BreakdownSection | None = Field(None, description="The field that the film breaks down at.")
+    damage: DamageSection | None = Field(None, description="How the field uses a film up.")
     temperature: ScalingSection | None = Field(None, description="How moduli change with temperature; left out: not at all.")
     draws: str | None = Field(
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; a path relative to this file."
@@ -160,6 +166,7 @@ class MaterialFile(Section):
             permittivity=None if self.dielectric is None else self.dielectric.for_material(),
             breakdown=None if self.breakdown is None else self.breakdown.stated(),
             measured_temperature=None if measured is None else (measured[0], measured[1]),
+            damage=None if self.damage is None else self.damage.stated(),
             equilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("equilibrium"),
             nonequilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("nonequilibrium"),
         )
@@ -167,7 +174,7 @@ class MaterialFile(Section):
 
 def material_file() -> type[MaterialFile]:
     """The model of a material file, with the keys of the laws that are registered at present."""
-    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names, MODULI.names)
+    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names, DAMAGES.names, MODULI.names)
 
 
 @lru_cache(maxsize=1)
@@ -184,6 +191,7 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
             "Law of the permittivity; left out: that of the keys beside it.",
         ),
         "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
+        "damage": law_section(DamageSection, DAMAGES, "inverse-power", "Law of the damage; left out: inverse-power."),
         "temperature": scaling_section(ScalingSection, MODULI, "constant"),
     }
     # fields stand where they stand in the file: what a model states again keeps its place
@@ -244,6 +252,8 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         document["dielectric"] = stated_law(material.dielectric, "constant")
     if material.breakdown is not None:
         document["breakdown"] = stated_law(material.breakdown, "table")
+    if material.damage is not None:
+        document["damage"] = stated_law(material.damage, "inverse-power")
     document |= stated_scaling(material)
     return tomli_w.dumps(document).encode()
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from dielast.errors import InputError, NumericsError
 from dielast.io.files import KEPT, STORE, Inputs, write_files
-from dielast.mechanics.criteria import names
 from dielast.numerics.integrate import Status
 from dielast.recipe.base import RecipeBase
 from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
@@ -115,7 +114,7 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             if str(saved["key"]) != key:
                 return {}, int(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
-            times = {name: np.split(saved[column_of(name)], bounds) for name in names(failures_only=True)}
+            times = {name: np.split(saved[column_of(name)], bounds) for name in plan.failures}
             known = {
                 int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status)
                 for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))

@@ -99,7 +99,7 @@ def drawn_film(case: Case[ActuateRecipe], sample: Sample, result: CaseResult) ->
     """
     known = breakdown(case.recipe.breakdown)
     materials = []
-    for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
+    for member, factor in zip(sample.aged(), sample.breakdown_factor.tolist(), strict=True):
         field = known or member.breakdown
         materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
     output = case.recipe.output.model_copy(update={"times": _asked(result.columns["time [s]"])})

@@ -93,8 +93,9 @@ def warn_of_films(
     warn_of_thickness([film.thickness for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     voltage = [max(map(abs, aims(own)), default=0.0) for own in histories]
-    field = np.array(voltage) * area / np.array([film.thickness for film in films])
-    known = np.array([_limit(*each) for each in zip(limits, area.tolist(), field.tolist(), strict=True)])
+    thickness = [film.thickness for film in films]
+    field = np.array(voltage) * area / np.array(thickness)
+    known = np.array([_limit(*each) for each in zip(limits, area.tolist(), thickness, field.tolist(), strict=True)])
     warn_of_field(field, known)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
     for index, (material, result) in enumerate(zip(materials, results, strict=True)):
@@ -117,13 +118,15 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
     warn_of_material(material)
     warn_of_use(material, plan.temperature)
-    warn_of_breakdown(plan.breakdown_field)
+    known = plan.breakdown_field[np.isfinite(plan.breakdown_field)]
+    warn_of_breakdown(known)
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
     for pair in recipe.film.prestretch:
         warn_of_falling_tension(material, np.array(pair)[:, None], "equibiaxial" if pair[0] == pair[1] else None)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
-    warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
+    if known.size:
+        warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
 
 
 def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:
@@ -186,11 +189,13 @@ def _room(material: Material, columns: Mapping[str, Any]) -> NDArray[np.float64]
     return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
 
 
-def _limit(known: BreakdownLaw | None, area: float, field: float) -> float:
-    """The breakdown field in V/m of a film of this prestretched area; where none is known, that of films next to `field`."""
+def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: float) -> float:
+    """The breakdown field in V/m of a film of this prestretched area and undeformed thickness in m; where none is known, that of
+    films next to `field`.
+    """
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
-    return float(known.at(np.sqrt(area)))
+    return float(known.of_film(np.sqrt(area), thickness / area))
 
 
 def _and_more(cases: Sequence[int]) -> str:
