@@ -59,7 +59,14 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.material.shift import WLF as WLF, Arrhenius as Arrhenius, NoShift as NoShift, ShiftTable as ShiftTable
     from dielast.material.spectrum import Spectrum as Spectrum
-    from dielast.material.springs import Gent as Gent
+    from dielast.material.springs import (
+        ArrudaBoyce as ArrudaBoyce,
+        Gent as Gent,
+        MooneyRivlin as MooneyRivlin,
+        NeoHookean as NeoHookean,
+        Ogden as Ogden,
+        Yeoh as Yeoh,
+    )
     from dielast.mechanics.load import Step as Step, Track as Track, VoltageStep as VoltageStep, Waveform as Waveform
     from dielast.mechanics.stability import TimeScale as TimeScale
     from dielast.plots.mastercurve import plot_master_curve as plot_master_curve

@@ -2,11 +2,39 @@
 
 from __future__ import annotations
 
+import os
+import warnings
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from dielast.commands.command import Reading
-from dielast.errors import InputError, NumericsError, Problem
+from dielast.commands.registry import COMMANDS, read_cases
+from dielast.errors import DielastWarning, InputError, NumericsError, Problem
+from dielast.io.files import Inputs, read_file
+from dielast.io.toml import parse_toml
+
+
+def warnings_of(path: Path) -> list[str]:
+    """The warnings about a recipe, a load file or a material file; raises `InputError` with a line for every mistake."""
+    keys = parse_toml(read_file(path, str(path)), str(path)).keys() if os.path.isfile(path) else set()
+    if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
+        from dielast.handover.material_file import read_material
+
+        read_material(path)
+        return []
+    if keys == {"step"}:
+        from dielast.recipe.cases import check_load
+
+        check_load(COMMANDS, path)
+        return []
+    cases = read_cases(path)
+    with warnings.catch_warnings(record=True) as record:
+        warnings.simplefilter("always", DielastWarning)
+        wrong = mistakes(COMMANDS[cases[0].recipe.kind].readings(cases, Inputs(path.parent)))
+    if wrong:
+        raise InputError(*(problem.within(file=path) if problem.file else problem.at(file=path) for problem in wrong))
+    return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
 
 
 def mistakes(readings: Iterable[Reading]) -> list[Problem]:

@@ -8,7 +8,7 @@ D1 = 2/K, zero for incompressible.
 
 from __future__ import annotations
 
-from dielast.export.code import Card, Code
+from dielast.export.code import Card, Code, ogden_terms
 from dielast.export.text import number
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
 from dielast.material.springs import CardForm
@@ -55,6 +55,35 @@ def _yeoh(spring: CardForm, card: Card) -> list[str]:
     return [f"*HYPERELASTIC, YEOH, {_moduli(card)}", ", ".join((*series, number(card.compressibility), "0", "0"))]
 
 
+def _arruda_boyce(spring: CardForm, card: Card) -> list[str]:
+    """mu (not the initial modulus), lambda_m, D."""
+    constants = (spring.constants["mu"], spring.constants["locking_stretch"], card.compressibility)
+    return [
+        *(f"** {note}" for note in spring.notes),
+        f"*HYPERELASTIC, ARRUDA-BOYCE, {_moduli(card)}",
+        ", ".join(map(number, constants)),
+    ]
+
+
+def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
+    """C10, C01, D1."""
+    constants = (*spring.constants.values(), card.compressibility)
+    return [f"*HYPERELASTIC, MOONEY-RIVLIN, {_moduli(card)}", ", ".join(map(number, constants))]
+
+
+def _ogden(spring: CardForm, card: Card) -> list[str]:
+    """mu_i, alpha_i of every term, then D_i, eight numbers on a line; mu_i = mu_p alpha_p/2."""
+    terms = ogden_terms(spring)
+    values = [value for modulus, exponent in terms for value in (modulus * exponent / 2, exponent)]
+    values += [card.compressibility, *[0.0] * (len(terms) - 1)]
+    return [
+        "** Ogden: W = sum 2 mu_i/alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), so that mu_i = mu_p alpha_p/2 of the form",
+        "** mu_p/alpha_p, and the mu_i add up to the initial shear modulus",
+        f"*HYPERELASTIC, OGDEN, N={len(terms)}, {_moduli(card)}",
+        *(", ".join(map(number, values[start : start + 8])) for start in range(0, len(values), 8)),
+    ]
+
+
 def _model_data(card: Card) -> list[str]:
     """Model data that Arrhenius' law needs, which stands outside of a material."""
     if card.shift.name != Arrhenius.name:
@@ -83,4 +112,16 @@ def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
     ]
 
 
-CODE = Code("abaqus", {"neo-hookean": _neo_hookean, "yeoh": _yeoh}, {"wlf": _wlf, "arrhenius": _arrhenius}, _files)
+CODE = Code(
+    "abaqus",
+    {
+        "neo-hookean": _neo_hookean,
+        "yeoh": _yeoh,
+        "arruda-boyce": _arruda_boyce,
+        "mooney-rivlin": _mooney_rivlin,
+        "ogden": _ogden,
+    },
+    {"wlf": _wlf, "arrhenius": _arrhenius},
+    _files,
+    most_exponents=6,
+)

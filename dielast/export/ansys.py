@@ -8,7 +8,7 @@ temperatures. d = 2/K, zero for incompressible.
 
 from __future__ import annotations
 
-from dielast.export.code import Card, Code
+from dielast.export.code import Card, Code, ogden_terms
 from dielast.export.text import number
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
 from dielast.material.springs import CardForm
@@ -62,6 +62,37 @@ def _yeoh(spring: CardForm, card: Card) -> list[str]:
     ]
 
 
+def _arruda_boyce(spring: CardForm, card: Card) -> list[str]:
+    constants = (spring.constants["mu"], spring.constants["locking_stretch"], card.compressibility)
+    return [
+        *(f"! {note}" for note in spring.notes),
+        "! Arruda-Boyce: mu, lambda_L, d",
+        "TB,HYPER,DIELAST_MAT,1,3,BOYCE",
+        f"TBDATA,1,{','.join(map(number, constants))}",
+    ]
+
+
+def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
+    constants = (*spring.constants.values(), card.compressibility)
+    return [
+        "! Mooney-Rivlin: C10, C01, d",
+        "TB,HYPER,DIELAST_MAT,1,2,MOONEY",
+        f"TBDATA,1,{','.join(map(number, constants))}",
+    ]
+
+
+def _ogden(spring: CardForm, card: Card) -> list[str]:
+    """mu_i, alpha_i of every term, then d_i, six numbers on a line."""
+    terms = ogden_terms(spring)
+    values = [number(value) for term in terms for value in term]
+    values += [number(card.compressibility), *["0"] * (len(terms) - 1)]
+    return [
+        "! Ogden: mu_i, alpha_i, then d_i; W = sum mu_i/alpha_i (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3)",
+        f"TB,HYPER,DIELAST_MAT,1,{len(terms)},OGDEN",
+        *(f"TBDATA,{start + 1},{','.join(values[start : start + 6])}" for start in range(0, len(values), 6)),
+    ]
+
+
 def _wlf(law: WLF, card: Card) -> list[str]:
     return [
         "! log10 A = C1 (T - Tr)/(C2 + T - Tr), reduced time is A t (A is one over dielast's a(T)); data: Tr, C1, C2",
@@ -80,7 +111,14 @@ def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
 
 CODE = Code(
     "ansys",
-    {"gent": _gent, "neo-hookean": _neo_hookean, "yeoh": _yeoh},
+    {
+        "gent": _gent,
+        "neo-hookean": _neo_hookean,
+        "yeoh": _yeoh,
+        "arruda-boyce": _arruda_boyce,
+        "mooney-rivlin": _mooney_rivlin,
+        "ogden": _ogden,
+    },
     {"wlf": _wlf, "arrhenius": _arrhenius},
     _files,
     most_terms=100,

@@ -29,7 +29,8 @@ class Code:
     `most_terms`: the largest number of branches. `flows`: whether a material may lack an equilibrium modulus. `separate_limits`:
     whether the branches may have other constants than the equilibrium spring. `poisson_ratio`: at time zero, where the code must
     have a bulk modulus and none is stated; None where a card can be incompressible. `absolute`: shift laws that are written for
-    absolute temperatures only. `units`: the one system of units of its cards; None leaves the choice.
+    absolute temperatures only. `units`: the one system of units of its cards; None leaves the choice. `most_exponents`: the largest
+    number of terms of an Ogden spring.
     """
 
     name: str
@@ -42,6 +43,13 @@ class Code:
     poisson_ratio: float | None = None
     absolute: tuple[str, ...] = ()
     units: str | None = None
+    most_exponents: int | None = None
+
+
+def ogden_terms(spring: CardForm) -> list[tuple[float, float]]:
+    """mu_p and alpha_p of the terms of an Ogden spring, in the form mu_p/alpha_p."""
+    constants = spring.constants
+    return [(constants[f"mu_{term}"], constants[f"alpha_{term}"]) for term in range(1, len(constants) // 2 + 1)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

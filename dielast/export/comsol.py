@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.export.code import Card, Code
+from dielast.export.code import Card, Code, ogden_terms
 from dielast.export.text import number
 from dielast.material.shift import WLF, Arrhenius, ShiftTable
 from dielast.material.springs import CardForm
@@ -73,6 +73,30 @@ def _yeoh(spring: CardForm, card: Card) -> list[str]:
     return [_row(f"c{power}", f"{number(value)}[Pa]", "Yeoh") for power, value in enumerate(spring.constants.values(), 1)]
 
 
+def _arruda_boyce(spring: CardForm, card: Card) -> list[str]:
+    return [
+        _row(
+            "mu0",
+            f"{number(spring.constants['mu'])}[Pa]",
+            "Arruda-Boyce, series of five terms: its constant, not the initial modulus",
+        ),
+        _row("N_segments", number(spring.constants["locking_stretch"] ** 2), "Arruda-Boyce: number of segments"),
+    ]
+
+
+def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
+    constants = spring.constants
+    return [_row(name, f"{number(constants[name])}[Pa]", "Mooney-Rivlin, two parameters") for name in ("C10", "C01")]
+
+
+def _ogden(spring: CardForm, card: Card) -> list[str]:
+    rows = []
+    for index, (modulus, exponent) in enumerate(ogden_terms(spring), 1):
+        rows += [_row(f"mu_{index}", f"{number(modulus)}[Pa]", "Ogden, W = sum mu_p/alpha_p (...)")]
+        rows += [_row(f"alpha_{index}", number(exponent), "Ogden")]
+    return rows
+
+
 def _wlf(law: WLF, card: Card) -> list[str]:
     return [_row("C1_WLF", number(law.C1), "log10 a_T = -C1 (T-T_ref)/(C2+T-T_ref)"), _row("C2_WLF", f"{number(law.C2)}[K]", "")]
 
@@ -101,7 +125,14 @@ SHIFT_NOTES = {
 }
 CODE = Code(
     "comsol",
-    {"gent": _gent, "neo-hookean": lambda spring, card: [], "yeoh": _yeoh},
+    {
+        "gent": _gent,
+        "neo-hookean": lambda spring, card: [],
+        "yeoh": _yeoh,
+        "arruda-boyce": _arruda_boyce,
+        "mooney-rivlin": _mooney_rivlin,
+        "ogden": _ogden,
+    },
     {"wlf": _wlf, "arrhenius": _arrhenius, "table": lambda law, card: []},
     _files,
     units="SI",

@@ -2,12 +2,13 @@
 
 Conventions (FEBio User Manual): the relaxation function g0 + sum g_i exp(-t/t_i) multiplies the elastic response as it
 stands, g0 = 1 unless stated; at most six terms, no shift function, a bulk modulus k is needed. Neo-Hookean and uncoupled is
-Mooney-Rivlin with c2 = 0, G = 2 c1.
+Mooney-Rivlin with c2 = 0, G = 2 c1. Ogden's is W = sum c_i/m_i^2 (l1^m_i + l2^m_i + l3^m_i - 3), uncoupled. Its Arruda-Boyce
+is left out: the series in the source (FEArrudaBoyce.cpp) has other coefficients than that of the inverse Langevin function.
 """
 
 from __future__ import annotations
 
-from dielast.export.code import Card, Code
+from dielast.export.code import Card, Code, ogden_terms
 from dielast.export.text import number
 from dielast.material.springs import CardForm
 
@@ -57,4 +58,25 @@ def _neo_hookean(spring: CardForm, card: Card) -> list[str]:
     return _elastic("Mooney-Rivlin", {"c1": spring.modulus / 2, "c2": 0.0})
 
 
-CODE = Code("febio", {"gent": _gent, "neo-hookean": _neo_hookean}, {}, _files, most_terms=6, flows=True, poisson_ratio=0.495)
+def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
+    return _elastic("Mooney-Rivlin", {"c1": spring.constants["C10"], "c2": spring.constants["C01"]})
+
+
+def _ogden(spring: CardForm, card: Card) -> list[str]:
+    """c_i = mu_p alpha_p, m_i = alpha_p."""
+    constants: dict[str, float] = {}
+    for index, (modulus, exponent) in enumerate(ogden_terms(spring), 1):
+        constants |= {f"c{index}": modulus * exponent, f"m{index}": exponent}
+    return _elastic("Ogden", constants)
+
+
+CODE = Code(
+    "febio",
+    {"gent": _gent, "neo-hookean": _neo_hookean, "mooney-rivlin": _mooney_rivlin, "ogden": _ogden},
+    {},
+    _files,
+    most_terms=6,
+    flows=True,
+    poisson_ratio=0.495,
+    most_exponents=6,
+)

@@ -32,7 +32,7 @@ class CardOptions:
     """How a card is written; SI, degC.
 
     units: "SI", "mm-t-s" or "mm-N-MPa" (the same as the second). temperature_scale: "degC" or "K", of the model's temperatures.
-    hyperelastic: None keeps the material's springs; "gent", "neo-hookean" or "yeoh" allows what the material is not.
+    hyperelastic: None keeps the material's springs; the name of a law, such as "neo-hookean", allows what the material is not.
     J_lim: one limit for every spring, for codes that know only one. moduli: "instantaneous" or "long-term", for codes that leave
     the choice. bulk_modulus (Pa) or poisson_ratio (at time zero): for what is compressible; the material itself is not.
     density in kg/m^3. temperature (degC): where a card holds whose code cannot carry the shift law. notes: further lines for the

@@ -6,6 +6,8 @@ allowed by an option and then named in the card.
 
 from __future__ import annotations
 
+import math
+import textwrap
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +19,9 @@ from dielast.export.options import UNITS, CardOptions
 from dielast.export.text import identifier, plain
 from dielast.material.material import Material
 from dielast.material.shift import NoShift, ShiftLaw
-from dielast.material.springs import SpringLaw
+from dielast.material.springs import CardForm, SpringLaw
+
+NOTE_WIDTH = 120  # characters of a line of notes
 
 
 def prepare(material: Material, code: Code, options: CardOptions) -> Card:
@@ -31,15 +35,21 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     wrong.tried(lambda: _check_branches(material, len(modulus), code))
     spring = wrong.tried(lambda: _springs(material, code, options))
     shifted = wrong.tried(lambda: _shift(material.shift, time, code, options))
-    bulk = wrong.tried(lambda: _bulk(material.equilibrium_modulus + float(np.sum(modulus)), code, options))
+    scaled = wrong.tried(lambda: _moduli(material, modulus, material.shift if shifted is None else shifted[0]))
+    bulk = None
+    if scaled is not None:
+        bulk = wrong.tried(lambda: _bulk(scaled[0] + float(np.sum(scaled[1])), code, options))
     wrong.refuse()
     assert spring is not None
     assert shifted is not None
+    assert scaled is not None
+    equilibrium, modulus, modulus_notes = scaled
     (law, equilibrium_law, branch_law, spring_notes), (shift, time, note) = spring, shifted
     notes = [
         f"Name in dielast: {plain(material.name)}",
         f"Units: {units.names}; moduli are shear moduli unless said otherwise.",
         note,
+        *modulus_notes,
         *options.notes,
     ]
     if dropped:
@@ -60,7 +70,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
         law=law,
         equilibrium_law=equilibrium_law,
         branch_law=branch_law,
-        equilibrium=material.equilibrium_modulus * units.stress,
+        equilibrium=equilibrium * units.stress,
         modulus=modulus * units.stress,
         time=time,
         shift=shift,
@@ -99,11 +109,16 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
     first, rest = (law if options.J_lim is None else law.restated({"J_lim": options.J_lim}) for law in stated)
     common = [form for form in first.exact_forms() if form in rest.exact_forms()]
     wanted = options.hyperelastic or (common[0] if common else first.name)
-    possible = [form for form in code.springs if form != wanted and first.form(form) and rest.form(form)]
+    possible = [form for form in code.springs if first.form(form) and rest.form(form)]
     if wanted not in code.springs:
         allowed = " or ".join(f'"{form}"' for form in possible)
         instead = f"allow {allowed} instead, which the card will name as an approximation" if allowed else "no card can hold it"
         raise InputError(f'{code.name} has no "{wanted}" law: {instead}', argument="hyperelastic")
+    if options.hyperelastic is None and not common:
+        allowed = " or ".join(f'"{form}"' for form in possible)
+        instead = f"allow {allowed} instead, which the card will name as an approximation" if allowed else "no card can hold them"
+        alike = f"{code.name} has one law for the equilibrium spring and the branches alike"
+        raise InputError(f"{alike}, not {_described(first)} and {_described(rest)}: {instead}", argument="hyperelastic")
     forms = first.form(wanted), rest.form(wanted)
     if forms[0] is None or forms[1] is None:
         raise InputError(f'"{wanted}" cannot stand for {_titles(first, rest)}', argument="hyperelastic")
@@ -112,18 +127,42 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
         raise InputError(
             f'"{wanted}" needs a {needs}, and the material has none: state {needs}', argument="hyperelastic", mentions=(needs,)
         )
-    if forms[0].constants != forms[1].constants and not code.separate_limits:
-        name, value = next(iter(first.values().items()))
-        raise InputError(
-            f"{code.name} has one {name} for the equilibrium spring and the branches alike, "
-            f'not {value:g} and {rest.values()[name]:g}: state one, or allow hyperelastic = "neo-hookean"',
-            argument=name,
-        )
+    if not code.separate_limits:
+        _check_alike(first, rest, forms[0], forms[1], code)
+    _check_exponents(forms[0], code)
     notes = [f"Springs: {wanted}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
     if wanted in stated[0].exact_forms() and wanted in stated[1].exact_forms() and _constants(first, rest) == _constants(*stated):
         return wanted, first, rest, notes
     notes.append(f"APPROXIMATION, allowed by the recipe: the material's springs are {_titles(*stated)}.")
     return wanted, first, rest, [*notes, *forms[0].notes]
+
+
+def _check_alike(first: SpringLaw, rest: SpringLaw, one: CardForm, other: CardForm, code: Code) -> None:
+    """`InputError` if the forms of the equilibrium spring and of the branches differ by more than their modulus."""
+    if one.constants.keys() == other.constants.keys() and all(
+        math.isclose(value, other.constants[name], rel_tol=1e-9, abs_tol=1e-12) for name, value in one.constants.items()
+    ):
+        return
+    instead = 'or allow hyperelastic = "neo-hookean"'
+    alone = "for the equilibrium spring and the branches alike"
+    values, others = first.shape(), rest.shape()
+    # a constant that an option of the card states once for all springs
+    for name in [name for name in values if name in others and hasattr(CardOptions, name)]:
+        value = values[name]
+        raise InputError(f"{code.name} has one {name} {alone}, not {value} and {others[name]}: state one, {instead}", argument=name)
+    said = f"{code.name} has one set of constants {alone}, not {_described(first)} and {_described(rest)}"
+    raise InputError(f"{said}: make them alike in the material file, {instead}", argument="hyperelastic")
+
+
+def _check_exponents(form: CardForm, code: Code) -> None:
+    """`InputError` for more terms of an Ogden spring than the code takes."""
+    terms = len(form.constants) // 2
+    if form.law == "ogden" and code.most_exponents is not None and terms > code.most_exponents:
+        raise InputError(
+            f'{code.name} takes at most {code.most_exponents} terms of an Ogden spring, not {terms}: allow "neo-hookean" instead, '
+            "which the card will name as an approximation",
+            argument="hyperelastic",
+        )
 
 
 def _titles(first: SpringLaw, rest: SpringLaw) -> str:
@@ -137,8 +176,13 @@ def _constants(first: SpringLaw, rest: SpringLaw) -> str:
     """The constants of the equilibrium spring and of the branches."""
     if type(first) is not type(rest):
         return ""
-    values = zip(first.values().items(), rest.values().values(), strict=True)
-    return "; ".join(f"{name} = {value:g} (equilibrium) and {other:g} (branches)" for (name, value), other in values)
+    values = zip(first.shape().items(), rest.shape().values(), strict=True)
+    return "; ".join(f"{name} = {value} (equilibrium) and {other} (branches)" for (name, value), other in values)
+
+
+def _described(law: SpringLaw) -> str:
+    """A law with its constants."""
+    return f"{law.title} ({', '.join(f'{name} = {value}' for name, value in law.shape().items())})" if law.shape() else law.title
 
 
 def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOptions) -> tuple[ShiftLaw, NDArray[np.float64], str]:
@@ -163,6 +207,24 @@ def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOp
             f"{options.temperature:g} degC: the relaxation times are beyond what a number holds", argument="temperature"
         )
     return NoShift(options.temperature), scaled, f"Relaxation times hold at {options.temperature:g} degC ONLY: {missing}."
+
+
+def _moduli(material: Material, modulus: NDArray[np.float64], shift: ShiftLaw) -> tuple[float, NDArray[np.float64], list[str]]:
+    """The moduli in Pa of the equilibrium spring and of the branches at the temperature that the card's relaxation times hold at,
+    and notes: no code's card lets moduli change with temperature beside its shift function.
+    """
+    at, reference = shift.reference_temperature, material.reference_temperature
+    scalings = {"the equilibrium spring": material.equilibrium_scaling, "the branches": material.nonequilibrium_scaling}
+    changing = [springs for springs, scaling in scalings.items() if scaling.depends_on_temperature]
+    if not changing:
+        return material.equilibrium_modulus, modulus, []
+    with located(argument="temperature"):
+        first, rest = (float(scaling.factor(at, reference)) for scaling in scalings.values())
+    left_out = f"those of {' and '.join(changing)} change with temperature in dielast, which the card leaves out"
+    warn(f"the moduli of the cards hold at {at:g} degC only: {left_out}")
+    titles = " and ".join(dict.fromkeys(law.title for law in scalings.values() if law.depends_on_temperature))
+    note = f"Moduli hold at {at:g} degC ONLY: {left_out} ({titles})."
+    return first * material.equilibrium_modulus, rest * modulus, textwrap.wrap(note, NOTE_WIDTH)
 
 
 def _bulk(shear: float, code: Code, options: CardOptions) -> float | None:

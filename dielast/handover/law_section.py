@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, create_model, model_validator
 
 from dielast.material.law import Constant, Law, Registry
-from dielast.recipe.fields import OneOf, Quantity, Section
+from dielast.recipe.fields import Numbers, OneOf, Quantity, Section
 
 Kind = TypeVar("Kind", bound="LawSection")
 
@@ -28,13 +28,21 @@ class LawSection(Section):
         """`InputError` if the law cannot be had."""
         self.stated()
 
+    def law_stated(self) -> str:
+        """The name of the law."""
+        return self.law
+
     def stated(self, *place: float) -> Any:
         """The law; `place` are arguments of its class before the constants.
 
         Raises `InputError` for a constant that is missing, or that belongs to another law.
         """
-        law = self.FAMILY[self.law]
-        return law(*place, **law.arguments({key: getattr(self, key) for key in _constants(self.FAMILY)}))
+        law = self.FAMILY[self.law_stated()]
+        return law(*place, **law.arguments(self.constants()))
+
+    def constants(self) -> dict[str, Any]:
+        """The values (SI) of the constants of all laws by their keys, None for those left out."""
+        return {key: getattr(self, key) for key in law_constants(self.FAMILY)}
 
 
 def law_section(section: type[Kind], family: Registry[Any], default: str | None, description: str) -> type[Kind]:
@@ -44,12 +52,21 @@ def law_section(section: type[Kind], family: Registry[Any], default: str | None,
     """
     law = Annotated[str, OneOf(lambda: family.names)]
     fields: dict[str, Any] = {"law": (law, Field(... if default is None else default, description=description))}
-    for key, constants in _constants(family).items():
-        meaning = " ".join(dict.fromkeys(constant.description for constant in constants))
-        fields[key] = (_annotation(constants[0]) | None, Field(None, description=meaning))
+    fields |= constant_fields(family)
     made = create_model(section.__name__, __base__=section, __doc__=section.__doc__, __module__=section.__module__, **fields)
     made.FAMILY = family
     return made
+
+
+def constant_fields(family: Registry[Any]) -> dict[str, Any]:
+    """A field for every constant of the laws of a family, by its key."""
+    return {
+        key: (
+            _annotation(constants) | None,
+            Field(None, description=" ".join(dict.fromkeys(constant.description for constant in constants))),
+        )
+        for key, constants in law_constants(family).items()
+    }
 
 
 def stated_law(law: Law, default: str | None = None) -> dict[str, Any]:
@@ -57,7 +74,7 @@ def stated_law(law: Law, default: str | None = None) -> dict[str, Any]:
     return {**({} if law.name == default else {"law": law.name}), **law.stated()}
 
 
-def _constants(family: Registry[Any]) -> dict[str, list[Constant]]:
+def law_constants(family: Registry[Any]) -> dict[str, list[Constant]]:
     """The constants of all laws of a family by their keys; laws may share a key."""
     found: dict[str, list[Constant]] = {}
     for constant in _every(family):
@@ -70,9 +87,12 @@ def _every(family: Registry[Any]) -> Iterator[Constant]:
         yield from law.constants
 
 
-def _annotation(constant: Constant) -> Any:
-    """The type of a key that states the constant."""
+def _annotation(constants: Sequence[Constant]) -> Any:
+    """The type of a key that states these constants, each of another law."""
+    constant = constants[0]
     if constant.dimension is None:
+        if len({each.many for each in constants}) > 1:
+            return Annotated[tuple[float, ...], Numbers(constant.at_least, constant.above)]
         number = Annotated[float, Field(gt=constant.above, ge=constant.at_least)]
         return list[number] if constant.many else number
     quantity = Quantity(constant.dimension, constant.at_least, constant.above, many=constant.many)

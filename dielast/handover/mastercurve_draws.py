@@ -15,11 +15,11 @@ from dielast.handover.material_draws import draw_columns
 from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, number_columns
+from dielast.io.toml import parse_toml
 from dielast.material.material import Material
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
-from dielast.recipe.toml import parse_toml
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
 from dielast.superposition.bootstrap import MasterCurveDraws

@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, located
 from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns
+from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
+from dielast.material.modulus import CONSTANT_MODULUS, EntropicModulus, ModulusLaw
 from dielast.material.shift import SHIFTS, ShiftLaw
-from dielast.recipe.toml import parse_toml
+from dielast.units import THERMAL_EXPANSION, parse
 
 Array = NDArray[np.float64]
 
@@ -27,7 +29,7 @@ class ReducedCurve:
 
     Young's relaxation modulus (Pa) or tensile creep compliance (1/Pa) over reduced time (s), or Young's storage and loss modulus
     over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range it was measured in, if that is known, `data`
-    what the summary says of an instrument's export.
+    what the summary says of an instrument's export. `scaling` is how moduli change with temperature, as the vertical shift says.
     """
 
     kind: MeasurementKind
@@ -35,6 +37,7 @@ class ReducedCurve:
     shift: ShiftLaw
     measured_temperature: tuple[float, float] | None = None
     data: Mapping[str, Any] | None = None
+    scaling: ModulusLaw = CONSTANT_MODULUS
 
 
 def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
@@ -47,7 +50,7 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
         measurement = summary.get("data", {}).get("measurement", "relaxation")
         if measurement not in KINDS:
             raise ValueError(f'[data] measurement is "{measurement}"')
-        law = _shift_law(summary, folder, inputs)
+        law, scaling = _shift_law(summary, folder, inputs), _scaling(summary["shift"], name)
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
@@ -57,7 +60,16 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
     temperature, *columns = finite_columns(inputs.read(name), name, ["temperature [degC]", *headers])
     if not temperature.size:
         raise InputError("no rows: a folder written by mastercurve is needed", file=name)
-    return ReducedCurve(kind, tuple(columns), law, (float(temperature.min()), float(temperature.max())))
+    return ReducedCurve(kind, tuple(columns), law, (float(temperature.min()), float(temperature.max())), scaling=scaling)
+
+
+def _scaling(shift: Mapping[str, Any], source: str) -> ModulusLaw:
+    """How moduli change with temperature: a vertical shift by density and temperature is that of entropic springs."""
+    if shift.get("vertical") != "density-temperature":
+        return CONSTANT_MODULUS
+    expansion = shift.get("thermal_expansion")
+    with located(file=source, key="shift.thermal_expansion"):
+        return EntropicModulus(0.0 if expansion is None else parse(expansion, THERMAL_EXPANSION))
 
 
 def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> ShiftLaw:

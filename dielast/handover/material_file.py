@@ -12,32 +12,56 @@ from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
 from dielast.handover.law_section import LawSection, law_section, stated_law
+from dielast.handover.scaling_section import ScalingSection, scaling_section, stated_scaling
 from dielast.io.files import read_file, resolve
+from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS, Breakdown
+from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
 from dielast.material.material import Material
+from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.spectrum import Spectrum
-from dielast.material.springs import SPRINGS
+from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
 from dielast.recipe.base import BreakdownField, Dielectric
 from dielast.recipe.fields import Modulus, Section, Temperature
-from dielast.recipe.toml import parse_toml
 from dielast.recipe.validate import check
 
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 
 
-OPTIONAL = ("dielectric", "breakdown")  # tables of laws that a material file may lack
+OPTIONAL = ("dielectric", "breakdown", "damage", "temperature")  # tables of laws that a material file may lack
 
 
 class Equilibrium(LawSection):
     """The spring that never relaxes; without J_lim it is neo-Hookean."""
 
-    shear_modulus: Modulus = Field(description="Of the spring that never relaxes.")
+    shear_modulus: Modulus | None = Field(
+        None, description="Of the spring that never relaxes, at small strain; needed unless C10 or mu of the law state that."
+    )
+
+    def stated(self, *place: float) -> SpringLaw:
+        """The law of the spring."""
+        law: SpringLaw = self.FAMILY[self.law].of_file(self.constants(), self.shear_modulus)
+        self._modulus_of(law)
+        return law
+
+    def modulus(self) -> float:
+        """The initial shear modulus in Pa, stated or that of the constants."""
+        return self._modulus_of(self.stated())
+
+    def _modulus_of(self, law: SpringLaw) -> float:
+        modulus = law.initial_modulus() if self.shear_modulus is None else self.shear_modulus
+        if modulus is None:
+            raise InputError("is needed", key="shear_modulus")
+        return modulus
 
 
 class Nonequilibrium(LawSection):
-    """The relaxation processes at the reference temperature."""
+    """The relaxation processes at the reference temperature.
+
+    Constants of the law that are stresses are those of a spring of any modulus: each branch has the same ratios of them.
+    """
 
     relaxation_time_s: list[Annotated[float, Field(gt=0, allow_inf_nan=False)]] = Field(
         description="Of each branch, in s, at the reference temperature; none: purely elastic."
@@ -48,6 +72,11 @@ class Nonequilibrium(LawSection):
     def _a_spectrum(self) -> Self:
         self.spectrum()
         return self
+
+    def stated(self, *place: float) -> SpringLaw:
+        """The law of the springs of all branches."""
+        law: SpringLaw = self.FAMILY[self.law].of_file(self.constants(), None)
+        return law
 
     def spectrum(self) -> Spectrum:
         """The branches as arrays."""
@@ -70,6 +99,14 @@ class ShiftSection(LawSection):
 class DielectricSection(LawSection):
     """Permittivity, absolute or relative to that of vacuum."""
 
+    def law_stated(self) -> str:
+        """The law that is stated, or the first that takes all constants, or most of them: their keys tell it."""
+        if "law" in self.model_fields_set:
+            return self.law
+        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(given - {constant.file_key for constant in law.constants}))
+        return law.name
+
     def for_material(self) -> float | DielectricLaw | None:
         """What `Material` takes; None if nothing is stated."""
         law: DielectricLaw = self.stated()
@@ -78,6 +115,10 @@ class DielectricSection(LawSection):
 
 class BreakdownSection(LawSection):
     """Breakdown field, one for every prestretch, or interpolated over prestretch and beyond its ends that of the nearest."""
+
+
+class DamageSection(LawSection):
+    """Damage that adds up over the time under voltage: a film fails when it comes to 1, even if it never breaks down at once."""
 
 
 class MaterialFile(Section):
@@ -93,13 +134,15 @@ class MaterialFile(Section):
     )
     dielectric: DielectricSection | None = Field(None, description="Needed for voltages.")
     breakdown: BreakdownSection | None = Field(None, description="The field that the film breaks down at.")
+    damage: DamageSection | None = Field(None, description="How the field uses a film up.")
+    temperature: ScalingSection | None = Field(None, description="How moduli change with temperature; left out: not at all.")
     draws: str | None = Field(
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; a path relative to this file."
     )
 
     @model_validator(mode="after")
     def _carries(self) -> Self:
-        if self.equilibrium.shear_modulus == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
+        if self.equilibrium.modulus() == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
             raise InputError("the lowest comes first", key="measured_temperature")
@@ -112,10 +155,10 @@ class MaterialFile(Section):
 
     def material(self) -> Material:
         """The material that the file describes."""
-        measured = self.measured_temperature
+        measured, scaling = self.measured_temperature, self.temperature
         return Material(
             name=self.name,
-            equilibrium_modulus=self.equilibrium.shear_modulus,
+            equilibrium_modulus=self.equilibrium.modulus(),
             spectrum=self.nonequilibrium.spectrum(),
             shift=self.shift.at(self.reference_temperature),
             equilibrium_law=self.equilibrium.stated(),
@@ -123,12 +166,15 @@ class MaterialFile(Section):
             permittivity=None if self.dielectric is None else self.dielectric.for_material(),
             breakdown=None if self.breakdown is None else self.breakdown.stated(),
             measured_temperature=None if measured is None else (measured[0], measured[1]),
+            damage=None if self.damage is None else self.damage.stated(),
+            equilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("equilibrium"),
+            nonequilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("nonequilibrium"),
         )
 
 
 def material_file() -> type[MaterialFile]:
     """The model of a material file, with the keys of the laws that are registered at present."""
-    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names)
+    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names, DAMAGES.names, MODULI.names)
 
 
 @lru_cache(maxsize=1)
@@ -138,8 +184,15 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "equilibrium": law_section(Equilibrium, SPRINGS, "gent", spring),
         "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", "Law of the springs of all branches; left out: gent."),
         "shift": law_section(ShiftSection, SHIFTS, None, "How relaxation times change with temperature."),
-        "dielectric": law_section(DielectricSection, DIELECTRICS, "constant", "Law of the permittivity; left out: constant."),
+        "dielectric": law_section(
+            DielectricSection,
+            DIELECTRICS,
+            "constant",
+            "Law of the permittivity; left out: that of the keys beside it.",
+        ),
         "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
+        "damage": law_section(DamageSection, DAMAGES, "inverse-power", "Law of the damage; left out: inverse-power."),
+        "temperature": scaling_section(ScalingSection, MODULI, "constant"),
     }
     # fields stand where they stand in the file: what a model states again keeps its place
     fields: dict[str, Any] = {
@@ -187,10 +240,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         "reference_temperature": f"{material.reference_temperature:.9g} degC",
         **({} if draws is None else {"draws": draws}),
         **({} if measured is None else {"measured_temperature": [f"{value:.9g} degC" for value in measured]}),
-        "equilibrium": {
-            "shear_modulus": f"{material.equilibrium_modulus:.9g} Pa",
-            **stated_law(material.equilibrium_law, "gent"),
-        },
+        "equilibrium": _stated_spring(material.equilibrium_law, material.equilibrium_modulus),
         "nonequilibrium": {
             **stated_law(material.nonequilibrium_law, "gent"),
             "relaxation_time_s": _digits(material.spectrum.relaxation_time.tolist()),
@@ -202,7 +252,18 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         document["dielectric"] = stated_law(material.dielectric, "constant")
     if material.breakdown is not None:
         document["breakdown"] = stated_law(material.breakdown, "table")
+    if material.damage is not None:
+        document["damage"] = stated_law(material.damage, "inverse-power")
+    document |= stated_scaling(material)
     return tomli_w.dumps(document).encode()
+
+
+def _stated_spring(law: SpringLaw, modulus: float) -> dict[str, Any]:
+    """The keys of the equilibrium spring."""
+    if modulus == 0 and law.initial_modulus() is not None:
+        law = NeoHookean()  # constants that are stresses cannot state a spring that carries nothing
+    name = {} if law.name == "gent" else {"law": law.name}
+    return {**({"shear_modulus": f"{modulus:.9g} Pa"} if law.takes_modulus else {}), **name, **law.in_file(modulus)}
 
 
 def _digits(values: list[float]) -> list[float]:

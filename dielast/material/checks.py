@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import warn
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import VACUUM_PERMITTIVITY, Material
+from dielast.material.springs.stable_range import stable_range, tension_rises
 from dielast.units import TIMES, ZERO_CELSIUS
 
 SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
@@ -53,8 +54,8 @@ def warn_of_material(material: Material) -> None:
     if reason := material.shift.warning():
         warn(reason)
     if material.dielectric is not None:
-        relative = float(material.dielectric.at(material.reference_temperature)) / VACUUM_PERMITTIVITY
-        if not 1 <= relative <= LARGEST_PERMITTIVITY:
+        relatives = np.atleast_1d(material.dielectric.typical(material.reference_temperature)) / VACUUM_PERMITTIVITY
+        for relative in relatives[~((relatives >= 1) & (relatives <= LARGEST_PERMITTIVITY))][:1]:
             warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
     if material.breakdown is not None:
         warn_of_breakdown(material.breakdown.typical_fields())
@@ -185,6 +186,27 @@ def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLi
         warn(f"the load stretches the film to {first[k]:.3g}, where its chains are taut and break: is it in another unit?")
     elif max(float(np.max(np.abs(axis - 1))) for axis in (first, second)) < UNSEEN:
         warn(f"the load strains the film by less than {UNSEEN:g}: is it, or the section, in another unit?")
+
+
+def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | None) -> None:
+    """Warn of stretches (2, points) at which the tension of the equilibrium spring falls, on the path of a `mode`, None for any."""
+    law, values = material.equilibrium_law, np.asarray(stretch, dtype=float)
+    if law.always_stable or material.equilibrium_modulus == 0 or not values.size:
+        return
+    falls = ~tension_rises(law, np.square(values), mode) & np.all(np.isfinite(values), axis=0)
+    if not falls.any():
+        return
+    first, second = values[:, int(np.argmax(falls))].tolist()
+    if mode is None:
+        where, known = f"stretches of {first:.4g} x {second:.4g}", ""
+    else:
+        low, high = stable_range(law, mode)
+        ends = [f"above {low:.4g}"] * (low > 0) + [f"below {high:.4g}"] * (high < np.inf)
+        where, known = f"a stretch of {first:.4g}", f"; in {mode} loading it rises {' and '.join(ends)} only"
+    warn(
+        f"at {where} the {law.title} law of the equilibrium spring is unstable, its tension falls with the stretch{known}: were "
+        "its constants fitted so far?"
+    )
 
 
 def warn_of_use(material: Material, temperature: ArrayLike) -> None:

@@ -6,7 +6,7 @@ write its module and register its class in the package of its family.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -61,8 +61,10 @@ class Constant:
         """The attribute of a law from what is stated: None, a number, or several, as a law that shares the key may take them."""
         if stated is None:
             return self.left_out
-        if self.many or not isinstance(stated, tuple):
-            return tuple(stated) if self.many else stated
+        if self.many:
+            return tuple(stated) if isinstance(stated, Sequence) else (stated,)
+        if not isinstance(stated, tuple):
+            return stated
         if len(stated) > 1:
             raise InputError(f"{self.file_key}: one value is needed, not {len(stated)}")
         return stated[0]

@@ -9,7 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from dielast.io.result import Result
 from dielast.material.breakdown import Breakdown, BreakdownLaw
+from dielast.material.damage import DamageLaw
 from dielast.material.dielectric import VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
+from dielast.material.modulus import CONSTANT_MODULUS, ModulusLaw
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, SpringLaw
@@ -26,7 +28,9 @@ class Material(Result):
     `equilibrium_modulus` is the shear modulus mu_eq in Pa of the spring `equilibrium_law`; `spectrum` holds the relaxation
     processes at the reference temperature, each with the spring `nonequilibrium_law`; `permittivity` is a
     number in F/m or the law of a dielectric.
-    `measured_temperature` is the range that the shift law was measured in, if that is known.
+    `measured_temperature` is the range that the shift law was measured in, if that is known. The moduli hold at the reference
+    temperature; `equilibrium_scaling` and `nonequilibrium_scaling` say how those of the equilibrium spring and of the branches
+    change with temperature. `damage` says how a field uses a film up, if that is to be looked at.
     """
 
     name: str
@@ -38,6 +42,9 @@ class Material(Result):
     permittivity: float | DielectricLaw | None = None
     breakdown: BreakdownLaw | None = None
     measured_temperature: tuple[float, float] | None = None
+    damage: DamageLaw | None = None
+    equilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
+    nonequilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
 
     @property
     def reference_temperature(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -69,6 +69,19 @@ class Sample(TabularResult):
     materials: tuple[Material, ...]
     breakdown_factor: Array
     thickness_factor: Array
+
+    def aged(self) -> tuple[Material, ...]:
+        """The material of each draw with the factor on its breakdown field also on the field of its damage: a film that is stronger
+        lives longer, too.
+
+        Of Weibull's shape m, D at a film's failure is then of shape beta = m/n, n the exponent of the damage: a share
+        1 - exp(-D^beta) of the films has failed when a film of the stated constants has the damage D.
+        """
+        factors = self.breakdown_factor.tolist()
+        return tuple(
+            material if material.damage is None else replace(material, damage=material.damage.scaled(factor))
+            for material, factor in zip(self.materials, factors, strict=True)
+        )
 
     def __len__(self) -> int:
         return len(self.materials)

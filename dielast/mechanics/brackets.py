@@ -44,15 +44,15 @@ class Brackets:
         along = self._along(signal, system, needs_springs)
         values, fractions = samples(along, self.last, self.value)
         first, every = np.argmax(~(values > 0), axis=0), np.arange(self.last.size)
-        return self._at(fall(along, fractions[first - 1, every], fractions[first, every]), self.steps, system)
+        return self.at(fall(along, fractions[first - 1, every], fractions[first, every]), self.steps, system)
 
     def _along(self, signal: Signal, system: Films, needs_springs: bool) -> Callable[[Floats], Floats]:
         """The signal (k,) over the fractions (k,) of the steps."""
         every: Cases = np.arange(self.last.size)
         steps = self.steps if needs_springs else self.steps.take(every, slice(system.border, None))
-        return lambda fraction: signal(self._at(fraction, steps, system)[1])
+        return lambda fraction: signal(self.at(fraction, steps, system)[1])
 
-    def _at(self, fraction: Floats, steps: DenseSteps, system: Films) -> tuple[Floats, Moment]:
+    def at(self, fraction: Floats, steps: DenseSteps, system: Films) -> tuple[Floats, Moment]:
         """Time since the span began, and the films then."""
         time = steps.time + fraction * steps.step
         age = self.begin + time - self.switched_on

@@ -1,8 +1,17 @@
 """The electrical load: which electrical quantity is prescribed, and what it does to the stress of a film.
 
 A film of nominal field V/L_3 has the true field E = (V/L_3) lambda_1 lambda_2 and squeezes itself by the Maxwell stress eps E^2,
-alike in axes 1 and 2 (Eq. 6 of DOI 10.1115/1.4030850). Both depend on the stretches through the area alone, here as
-`log_area` = Lambda_1 + Lambda_2 = 2 ln(lambda_1 lambda_2). Arrays are of shape (cases,).
+alike in axes 1 and 2 (Eq. 6 of DOI 10.1115/1.4030850). Both depend on the stretches through the area, here as
+`log_area` = Lambda_1 + Lambda_2 = 2 ln(lambda_1 lambda_2), and through the present permittivity eps. Arrays are of shape (cases,).
+
+The energy U of the dielectric at a prescribed field or charge is a function of the capacitance per undeformed area alone, that is
+of L = log_area + ln eps, and eps E^2 = -2 dU/dL. So a permittivity that depends on stretch, with g_i = dL/dLambda_i =
+1 + d ln eps/dLambda_i and h_ij = d2 ln eps/dLambda_i dLambda_j, makes the stresses m_i and their derivatives
+
+    m_i = eps E^2 g_i,    dm_i/dLambda_j = d(eps E^2)/dL g_i g_j + eps E^2 h_ij.
+
+Under a prescribed field, m_i/lambda_i = eps E~^2 lambda_1^2 lambda_2^2/lambda_i + E~^2 lambda_1^2 lambda_2^2 (d eps/d lambda_i)/2,
+E~ the nominal field: the second term is electrostriction (Zhao and Suo, J. Appl. Phys. 104 (2008) 123530).
 """
 
 from __future__ import annotations
@@ -18,13 +27,13 @@ ELECTRIC = 2  # row of a load's values that holds the prescribed electrical quan
 
 
 class ElectricalLoad(Protocol):
-    """A prescribed electrical quantity; `prescribed` is its value, `permittivity` in F/m."""
+    """A prescribed electrical quantity; `prescribed` is its value, `permittivity` that of the film as it is stretched, in F/m."""
 
     def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
         """The Maxwell stress eps E^2 in Pa."""
 
     def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
-        """The Maxwell stress, and its derivatives in `log_area` and in the prescribed quantity."""
+        """The Maxwell stress, and its derivatives in `log_area` (or ln eps: they are the same) and in the prescribed quantity."""
 
     def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
         """The true field E in V/m."""

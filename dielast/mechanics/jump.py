@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from dielast.material.springs import Floats
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.point import Points
+from dielast.mechanics.point import SYMMETRIC, Points
 from dielast.mechanics.span import Control, stretched
 
 ITERATIONS = 200
@@ -60,10 +60,10 @@ def _equations(
 ) -> tuple[Floats, Floats, Floats]:
     """Mechanical true stress (2, cases), imbalance (2, cases), and the tangent (2, 2, cases) with driven axes taken out."""
     stress, half = points.law.tangent(points.springs(internal, log_squared))
-    maxwell, by_area, _ = points.maxwell_tangent(log_squared.sum(axis=0), electrical)
+    maxwell, by_stretch, _ = points.maxwell_tangent(log_squared, electrical)
     carried = np.einsum("nm,cnm->cm", points.modulus, stress) - maxwell
-    k11, k12, k22 = np.einsum("nm,cnm->cm", points.modulus, half) - by_area
-    tangent = np.array(((k11 - 0.5 * carried[0], k12), (k12, k22 - 0.5 * carried[1])))
+    tangent = np.einsum("nm,cnm->cm", points.modulus, half)[SYMMETRIC] - by_stretch
+    tangent[(0, 1), (0, 1)] -= 0.5 * carried
     imbalance = np.where(driven, 0.0, carried - pull * np.exp(0.5 * log_squared))
     for axis in range(2):
         if driven[axis, 0]:

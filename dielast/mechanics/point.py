@@ -5,22 +5,25 @@ open in axes 1 and 2: Lambda_i = 2 ln lambda_i where the stress is prescribed, t
 Spring 0 is the equilibrium spring, a branch that never flows. The equations are
 
     dx_i/dt = (2p - q, 2q - p)_i / (3 tau),                                 one pair for each spring,
-    0 = sum mu p - eps E^2 - s_1 lambda_1,  and the same for axis 2 with q,    E = (V/L_3) lambda_1 lambda_2,
+    0 = sum mu p - m_1 - s_1 lambda_1,  and the same for axis 2 with q and m_2,
 
-an index-1 differential-algebraic system. Springs meet only in the last two rows, so a linear solve is one 2x2 solve a spring, a sum
+m the Maxwell stress, eps E^2 in both axes where the permittivity does not depend on stretch (`electric`): an index-1
+differential-algebraic system. Springs meet only in the last two rows, so a linear solve is one 2x2 solve a spring, a sum
 over the springs, and one 2x2 solve more. Arrays hold cases in the last axis, and cases never mix: no result depends on its
 neighbours.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
+from dielast.material.dielectric import DielectricLaw, StretchedDielectrics, stretched_dielectrics
 from dielast.material.material import Material
 from dielast.material.springs import Floats, SpringLaw, gathered
 from dielast.mechanics.cases import of_case
@@ -29,6 +32,8 @@ from dielast.mechanics.span import Control, Load, stretched
 
 Cases = NDArray[np.intp]
 
+SYMMETRIC = np.array(((0, 1), (1, 2)))  # where the entries 11, 12, 22 of a symmetric matrix stand
+
 # what follows a moving load at once is less smooth within a step than the error estimate at its end can see
 FOLLOWER_WEIGHT = 4.0
 
@@ -36,8 +41,9 @@ FOLLOWER_WEIGHT = 4.0
 @dataclass(frozen=True, slots=True, eq=False)
 class Points:
     """Material of the points: shear `modulus` (n, cases) in Pa and `rate` = 1/(3 tau) (n, cases) in 1/s, row 0 the equilibrium
-    spring with rate 0; `law` acts on arrays (2, n, cases); `permittivity` (cases,) in F/m; `stress_floor` (cases,) in Pa: errors
-    of a smaller stress count as errors of this one; `electric` is the electrical quantity that loads prescribe.
+    spring with rate 0; `law` acts on arrays (2, n, cases); `permittivity` (cases,) in F/m at stretch 1; `stress_floor` (cases,) in
+    Pa: errors of a smaller stress count as errors of this one; `electric` is the electrical quantity that loads prescribe;
+    `stretching` is how the permittivity changes with stretch, None where it does not.
     """
 
     modulus: Floats
@@ -46,13 +52,15 @@ class Points:
     permittivity: Floats
     stress_floor: Floats
     electric: ElectricalLoad = FIELD
+    stretching: StretchedDielectrics | None = None
 
     @classmethod
-    def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float) -> Points:
-        """Points of one material, or of one for each case, at temperatures (cases,) in degC, to be integrated to `rtol`.
+    def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float, with_dielectric: bool = True) -> Points:
+        """Points of one material, or of one for each case, at temperatures (cases,) in degC, to be integrated to `rtol`; without
+        the dielectric for films that never see a voltage.
 
         Branches of modulus 0 are left out, and materials with fewer branches than others filled up with ones that neither carry,
-        flow nor lock. Raises as the shift law does.
+        flow nor lock. Raises as the laws over temperature do.
         """
         materials = [material] if isinstance(material, Material) else list(material)
         width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
@@ -60,47 +68,94 @@ class Points:
         modulus, rate = np.zeros((2, branches + 1, width))
         permittivity = np.zeros(width)
         laws: list[tuple[SpringLaw, SpringLaw]] = []
+        dielectrics: list[DielectricLaw] = []
         for index, (each, some) in enumerate(zip(materials, carrying, strict=True)):
             cases = slice(None) if len(materials) == 1 else slice(index, index + 1)
             own = slice(1, int(np.count_nonzero(some)) + 1)
             modulus[0, cases] = each.equilibrium_modulus
             modulus[own, cases] = each.spectrum.shear_modulus[some, None]
-            rate[own, cases] = 1 / (3 * _relaxation_time(each, temperature, index, cases)[:, some].T)
-            if each.dielectric is not None:
-                permittivity[cases] = each.dielectric.at(temperature[cases])
+            for springs, scaling in ((slice(0, 1), each.equilibrium_scaling), (own, each.nonequilibrium_scaling)):
+                if scaling.depends_on_temperature:
+                    factor = partial(scaling.factor, reference_temperature=each.reference_temperature)
+                    modulus[springs, cases] *= _at(factor, temperature, index, cases)
+            rate[own, cases] = 1 / (3 * _at(each.relaxation_time, temperature, index, cases)[:, some].T)
+            if with_dielectric and (dielectric := each.dielectric) is not None:
+                permittivity[cases] = _at(dielectric.at, temperature, index, cases)
+                dielectrics.append(dielectric)
             laws.append((each.equilibrium_law, each.nonequilibrium_law))
         # no stress is known better than the rounding of the stiffest spring's share
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
-        return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor)
+        stretching = stretched_dielectrics(dielectrics, width) if len(dielectrics) == len(materials) else None
+        return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
 
     def take(self, cases: Cases) -> Points:
         """The points of some cases."""
         # np.take keeps the cases contiguous in memory, which indexing does not
         modulus, rate = np.take(self.modulus, cases, axis=1), np.take(self.rate, cases, axis=1)
-        return Points(modulus, rate, self.law.take(cases), self.permittivity[cases], self.stress_floor[cases], self.electric)
+        stretching = None if self.stretching is None else self.stretching.take(cases)
+        law, permittivity, floor = self.law.take(cases), self.permittivity[cases], self.stress_floor[cases]
+        return Points(modulus, rate, law, permittivity, floor, self.electric, stretching)
 
     def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
         """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""
         elastic = log_squared_stretch[:, None] - internal
         return np.exp(elastic, out=elastic)
 
-    def maxwell_stress(self, log_area: Floats, electrical: Floats) -> Floats:
-        """eps E^2 (cases,) in Pa at Lambda_1 + Lambda_2 and the prescribed electrical quantity, each (cases,)."""
-        return self.electric.stress(self.permittivity, log_area, electrical)
+    def permittivity_at(self, log_squared_stretch: Floats) -> Floats:
+        """eps (cases,) in F/m at Lambda (2, cases)."""
+        if self.stretching is None:
+            return self.permittivity
+        return np.asarray(self.permittivity * np.exp(self.stretching.log_ratio(log_squared_stretch)[0]))
 
-    def maxwell_tangent(self, log_area: Floats, electrical: Floats) -> tuple[Floats, Floats, Floats]:
-        """eps E^2 and its derivatives in Lambda_1 + Lambda_2 and in the prescribed electrical quantity, each (cases,)."""
-        return self.electric.linearised(self.permittivity, log_area, electrical)
+    def maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:
+        """The Maxwell stress in Pa at Lambda (2, cases) and the prescribed electrical quantity (cases,): eps E^2 (cases,), alike in
+        both axes, or m_1 and m_2 (2, cases) where the permittivity depends on stretch.
+        """
+        log_area = log_squared_stretch[0] + log_squared_stretch[1]
+        if self.stretching is None:
+            return self.electric.stress(self.permittivity, log_area, electrical)
+        ratio, slope, _ = self.stretching.log_ratio(log_squared_stretch)
+        return np.asarray(self.electric.stress(self.permittivity * np.exp(ratio), log_area, electrical) * (1 + slope))
+
+    def maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats) -> tuple[Floats, Floats, Floats]:
+        """The Maxwell stress, its derivatives in Lambda, and those in the prescribed electrical quantity: each (cases,) where both
+        axes are alike, or (2, cases), (2, 2, cases) and (2, cases) where the permittivity depends on stretch.
+        """
+        log_area = log_squared_stretch[0] + log_squared_stretch[1]
+        if self.stretching is None:
+            return self.electric.linearised(self.permittivity, log_area, electrical)
+        ratio, slope, bend = self.stretching.log_ratio(log_squared_stretch)
+        stress, by_area, by_load = self.electric.linearised(self.permittivity * np.exp(ratio), log_area, electrical)
+        share = 1 + slope
+        return stress * share, by_area * (share[:, None] * share) + stress * bend[SYMMETRIC], by_load * share
+
+    def equibiaxial_maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:
+        """The Maxwell stress (cases,) of each axis where both have this Lambda (cases,)."""
+        if self.stretching is None:
+            return self.electric.stress(self.permittivity, 2 * log_squared_stretch, electrical)
+        stress: Floats = self.maxwell_stress(np.stack((log_squared_stretch, log_squared_stretch)), electrical)[0]
+        return stress
+
+    def equibiaxial_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats) -> tuple[Floats, Floats]:
+        """The derivatives (cases,) of the same in this Lambda, of both axes together, and in the prescribed electrical quantity."""
+        if self.stretching is None:
+            _, by_area, by_load = self.electric.linearised(self.permittivity, 2 * log_squared_stretch, electrical)
+            return 2 * by_area, by_load
+        both = np.stack((log_squared_stretch, log_squared_stretch))
+        _, by_stretch, by_load = self.maxwell_tangent(both, electrical)
+        return by_stretch[0, 0] + by_stretch[0, 1], by_load[0]
 
 
-def _relaxation_time(material: Material, temperature: Floats, first: int, cases: slice) -> Floats:
-    """tau in s (k, branches) of the cases, the first of which is named; an error says of which case it speaks."""
+def _at(answer: Callable[[Floats], Floats], temperature: Floats, first: int, cases: slice) -> Floats:
+    """What a law answers at the temperatures in degC of the cases, the first of which is named; an error says of which case it
+    speaks.
+    """
     try:
-        return material.relaxation_time(temperature[cases])
+        return answer(temperature[cases])
     except InputError:
         for case, alone in enumerate(temperature[cases], start=first):
             try:
-                material.relaxation_time(np.array([alone]))
+                answer(np.array([alone]))
             except InputError as error:
                 raise error.at(case=of_case(case, temperature.size)) from None
         raise
@@ -222,8 +277,8 @@ class Arrowhead:
         tangent[(0, 1), (0, 1)] -= 0.5 * nominal * stretch
         self.known = np.zeros_like(stretch)
         if load.electric:
-            _, by_area, by_load = points.maxwell_tangent(log_squared.sum(axis=0), driven[ELECTRIC])
-            tangent -= by_area
+            _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])
+            tangent -= by_stretch
             self.known += by_load * change[ELECTRIC]
         self.tangent = tangent
         self.given = np.zeros_like(stretch)
@@ -255,7 +310,7 @@ class Arrowhead:
         residual -= np.einsum("nm,cnm->cm", points.modulus, stress)
         residual += nominal * np.exp(0.5 * log_squared)
         if load.electric:
-            residual += points.maxwell_stress(log_squared.sum(axis=0), driven[ELECTRIC])
+            residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.known
         np.einsum("bcm,cm->bm", self.inverse, residual, out=border)

@@ -4,7 +4,9 @@ The 3x3 Hessian of the free energy in (lambda_1, lambda_2, D~), D~ the nominal c
 ds_i/dlambda_j at fixed nominal field V/L_3 is: its determinant is that of the tangent times d2W/dD~2 = 1/(eps lambda_1^2
 lambda_2^2). An axis that is clamped cannot move and drops out. In logarithmic stretches the tangent is
 
-    T_ij = sum mu K_ij - 2 eps E^2 - s_i lambda_i delta_ij,    ds_i/dlambda_j = T_ij / (lambda_i lambda_j).
+    T_ij = sum mu K_ij - 2 dm_i/dLambda_j - s_i lambda_i delta_ij,    ds_i/dlambda_j = T_ij / (lambda_i lambda_j),
+
+m the Maxwell stress (`electric`): dm_i/dLambda_j = eps E^2 where the permittivity does not depend on stretch.
 
 Taken literally every branch is frozen. Watched for a time theta, a branch holds on to exp(-theta/tau) of its stiffness only.
 """
@@ -95,20 +97,20 @@ def stability(
     `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to.
     """
     k11, k12, k22 = _spring_tangent(points, weighted_modulus, internal, log_squared_stretch)
-    _, by_area, _ = points.maxwell_tangent(log_squared_stretch.sum(axis=0), electrical)
-    maxwell = 2 * by_area
+    _, by_stretch, _ = points.maxwell_tangent(log_squared_stretch, electrical)
+    maxwell = np.broadcast_to(2 * by_stretch, (2, 2, *k11.shape))
     stretch = np.exp(0.5 * log_squared_stretch)
-    t11, t22 = k11 - maxwell - nominal_stress[0] * stretch[0], k22 - maxwell - nominal_stress[1] * stretch[1]
+    t11, t22 = k11 - maxwell[0, 0] - nominal_stress[0] * stretch[0], k22 - maxwell[1, 1] - nominal_stress[1] * stretch[1]
     free = [control is Control.STRESS for control in controls]
     if all(free):
-        determinant, whole = t11 * t22 - (k12 - maxwell) ** 2, k11 * k22 - k12 * k12
+        determinant, whole = t11 * t22 - (k12 - maxwell[0, 1]) ** 2, k11 * k22 - k12 * k12
         scale = np.square(stretch[0] * stretch[1])
         determinant = np.where((t11 < 0) & (determinant > 0), -determinant, determinant)  # unstable in both directions
     elif free[0] or free[1]:
         axis = 0 if free[0] else 1
         determinant, whole, scale = (t11, t22)[axis], (k11, k22)[axis], np.square(stretch[axis])
     else:
-        determinant = whole = scale = np.ones_like(maxwell)
+        determinant = whole = scale = np.ones_like(k11)
     return Stability(determinant / scale, determinant / whole)
 
 
@@ -209,7 +211,5 @@ class Fold:
         log_squared, time = place[:2], place[2]
         internal, driven = self.internal + rate * (time - self.time), self.driven(time)
         stress = self.points.law.stress(self.points.springs(internal, log_squared))
-        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(
-            log_squared.sum(axis=0), driven[ELECTRIC]
-        )
+        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[ELECTRIC])
         return internal, driven, np.where(stretched(self.controls), carried * np.exp(-0.5 * log_squared), driven[:2]), carried

@@ -117,8 +117,8 @@ class SymmetricArrowhead:
         tangent -= (0.5 * nominal) * stretch
         self.known = 0.0 * stretch
         if load.electric:
-            _, by_area, by_load = points.maxwell_tangent(2 * log_squared, driven[ELECTRIC])
-            tangent -= 2 * by_area
+            by_stretch, by_load = points.equibiaxial_maxwell_tangent(log_squared, driven[ELECTRIC])
+            tangent -= by_stretch
             self.known += by_load * change[ELECTRIC]
         if load.controls[0] is Control.STRESS:
             self.given = None
@@ -147,7 +147,7 @@ class SymmetricArrowhead:
         residual -= np.einsum("nm,nm->m", points.modulus, stress)
         residual += nominal * np.exp(0.5 * log_squared)
         if load.electric:
-            residual += points.maxwell_stress(2 * log_squared, driven[ELECTRIC])
+            residual += points.equibiaxial_maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.known
         residual *= self.border

@@ -16,6 +16,7 @@ from dielast.mechanics.brackets import Brackets
 from dielast.mechanics.clock import VoltageClock
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import stability_at
+from dielast.mechanics.exposure import Exposure
 from dielast.mechanics.happening import Happening
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Load
@@ -28,8 +29,8 @@ from dielast.numerics.stride import DenseSteps, Stride
 
 @dataclass(slots=True, eq=False)
 class Lookout:
-    """One criterion on the watch: its `signal`, None where it cannot happen, which was `last` (cases,) when it was looked at;
-    whether it was `seen` (cases,) to happen; the `brackets` within which it did; and what `happened`.
+    """One criterion on the watch: its `signal`, which was `last` (cases,) when it was looked at, or its `exposure`; neither where
+    it cannot happen. Whether it was `seen` (cases,) to happen; the `brackets` within which it did; and what `happened`.
     """
 
     criterion: Criterion
@@ -37,7 +38,16 @@ class Lookout:
     seen: Flags
     last: Floats
     happened: Happening
+    exposure: Exposure | None = None
     brackets: list[Brackets] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, criterion: Criterion, films: WatchedFilms) -> Lookout:
+        """Of a criterion of which nothing has been seen yet."""
+        cases = films.breakdown_field.size
+        signal, rate = criterion.signal(films), criterion.rate(films)
+        exposure = None if rate is None else Exposure(rate, cases)
+        return cls(criterion, signal, np.zeros(cases, dtype=bool), np.ones(cases), Happening.never(cases), exposure)
 
 
 class Watch:
@@ -51,10 +61,7 @@ class Watch:
     def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str]) -> None:
         cases = films.breakdown_field.size
         self.films, self.until = films, until
-        self.lookouts = [
-            Lookout(criterion, criterion.signal(films), np.zeros(cases, dtype=bool), np.ones(cases), Happening.never(cases))
-            for criterion in criteria
-        ]
+        self.lookouts = [Lookout.of(criterion, films) for criterion in criteria]
         self.clock = VoltageClock.at_rest(cases)
         self._start = np.zeros(cases)
         self._begun = False
@@ -120,18 +127,30 @@ class Watch:
                 lookout.brackets.append(self._brackets(stride, where(fallen), last, value))
                 lookout.seen[cases[fallen]] = True
             lookout.last[cases[wanted]] = value[wanted]
+        for lookout in self.lookouts:
+            wanted = stride.accepted & ~lookout.seen[cases]
+            if lookout.exposure is not None and wanted.any():
+                last, value = lookout.exposure.follow(stride, system)
+                fallen = wanted & ~(value < 1)
+                if fallen.any():
+                    lookout.brackets.append(self._brackets(stride, where(fallen), last, value))
+                    lookout.seen[cases[fallen]] = True
         done = self.done[cases]
         return done if done.any() else None
 
     def finish(self, points: Points, equations: Callable[[Points, Load], Films]) -> None:
         """A piece of load is through: find the times of what happened in it; `equations` are those of points and load."""
         for lookout in self.lookouts:
-            if lookout.signal is None or not lookout.brackets:
+            if not lookout.brackets:
                 continue
             brackets = Brackets.joined(lookout.brackets)
             system = equations(points.take(brackets.steps.cases), brackets.load)
             criterion = lookout.criterion
-            time, moment = brackets.first_fall(lookout.signal, system, criterion.needs_springs)
+            if lookout.exposure is not None:
+                time, moment = lookout.exposure.reached(brackets, system)
+            else:
+                assert lookout.signal is not None
+                time, moment = brackets.first_fall(lookout.signal, system, criterion.needs_springs)
             time, moment = criterion.refined(self.films, time, moment, brackets.load)
             self.note(lookout, brackets.begin + time, moment)
             lookout.brackets = []

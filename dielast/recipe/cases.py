@@ -16,12 +16,12 @@ from pydantic import create_model
 
 from dielast.errors import InputError, Mistakes, Problem, located, placed, quoted, shown, shown_path
 from dielast.io.files import read_file, resolve
+from dielast.io.toml import parse_toml
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Section
 from dielast.recipe.kinds import Kinds, or_kind
 from dielast.recipe.overrides import read_override
 from dielast.recipe.paths import read_path, set_key
-from dielast.recipe.toml import parse_toml
 from dielast.recipe.validate import Mistake, Place, examine, in_order
 
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)

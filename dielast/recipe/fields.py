@@ -84,6 +84,41 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
+class Numbers:
+    """Marks a bare number or a list of them, optionally bounded, read as a tuple."""
+
+    at_least: float | None = None
+    above: float | None = None
+
+    def read(self, value: Any) -> float:
+        """The number; raises `InputError`."""
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputError(f"{shown(value)}: a bare number is needed, or a list of them")
+        if self.above is not None and not value > self.above:
+            raise InputError(f"{shown(value)}: a number above {self.above:g} is needed")
+        if self.at_least is not None and not value >= self.at_least:
+            raise InputError(f"{shown(value)}: at least {self.at_least:g} is needed")
+        return float(value)
+
+    def read_many(self, value: Any) -> tuple[float, ...]:
+        """One number or a list of them; raises `InputError`."""
+        if value == []:
+            raise InputError("a bare number is needed, or a list of them")
+        return tuple(self.read(entry) for entry in (value if isinstance(value, list) else [value]))
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read_many)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        number: dict[str, Any] = {"type": "number"}
+        if self.at_least is not None:
+            number["minimum"] = self.at_least
+        if self.above is not None:
+            number["exclusiveMinimum"] = self.above
+        return {"anyOf": [number, {"type": "array", "items": number, "minItems": 1}]}
+
+
+@dataclass(frozen=True, slots=True)
 class OneOf:
     """Marks text that is one of `names()`, asked for as a recipe is read, so that laws can be added from outside."""
 

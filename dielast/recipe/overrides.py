@@ -10,9 +10,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from dielast.errors import InputError, as_toml, shown_path
+from dielast.io.toml import load
 from dielast.recipe.fields import is_path
 from dielast.recipe.paths import read_path, read_setting
-from dielast.recipe.toml import load
 from dielast.recipe.validate import Place, field_at
 
 

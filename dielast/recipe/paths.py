@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from dielast.errors import InputError, shown_path
+from dielast.io.toml import DEEPEST
 
-DEEPEST = 64  # parts of a dotted key
 # a part in quotes may hold anything; a part without may hold more than TOML allows: its mistake is stated where it leads
 _PART = r"""\s*+("(?:[^"\\]|\\.)*+"|'[^']*+'|[^."'=][^.=]*+)\s*+"""
 _PATH = rf"{_PART}(?:\.{_PART})*+"

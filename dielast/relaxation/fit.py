@@ -74,10 +74,7 @@ def fit_spectrum(
         fewest=1 if method == "nnls" else 3,
     )
     if method == "nnls":
-        tau, solution = task.fit_moduli(past=1.0)
-        equilibrium = float(solution.constants[0])
-        task.warn_of_equilibrium(equilibrium)
-        return task.finish(method, Spectrum(tau[:keep], solution.strength[:keep]), equilibrium, smoothing=solution.smoothing)
+        return task.fit_moduli(past=1.0)
     return _schwarzl_staverman(task, polynomial_degree)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from dielast.material.measurement_kind import OSCILLATION
-from dielast.material.spectrum import Spectrum
 from dielast.relaxation.checks import Ends
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
@@ -46,7 +45,4 @@ def fit_oscillation(
         keep=keep,
         liquid=liquid,
     )
-    tau, solution = task.fit_moduli(PAST_ENDS)
-    equilibrium = float(solution.constants[0])
-    task.warn_of_equilibrium(equilibrium)
-    return task.finish("nnls", Spectrum(tau[:keep], solution.strength[:keep]), equilibrium, smoothing=solution.smoothing)
+    return task.fit_moduli(PAST_ENDS)

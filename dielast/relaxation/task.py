@@ -25,7 +25,7 @@ from dielast.relaxation.checks import (
 )
 from dielast.relaxation.ends import End, extremes, long_time_end, votes
 from dielast.relaxation.interconversion import answer
-from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths, place_times
+from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
 from dielast.relaxation.result import Method, SpectrumFit
 
 Array = NDArray[np.float64]
@@ -95,11 +95,15 @@ class FitTask:
         shortest, longest = range_of_times(times, default, curve.time, seen, self.kept if kept is None else kept)
         return place_times(curve, self.branches, shortest, longest, (times[0] is None, times[1] is None), known)
 
-    def fit_moduli(self, past: float) -> tuple[Array, Solution]:
-        """Relaxation times and moduli by non-negative least squares, with equilibrium and glassy modulus where prescribed."""
+    def fit_moduli(self, past: float) -> SpectrumFit:
+        """Moduli by non-negative least squares, with equilibrium and glassy modulus where prescribed."""
         known = (self.equilibrium,)
         tau = self.place(known, past)
-        return tau, fit_strengths(self.curve, tau, known, None if self.glassy is None else Total(self.glassy, (1.0,)))
+        solution = fit_strengths(self.curve, tau, known, None if self.glassy is None else Total(self.glassy, (1.0,)))
+        equilibrium = float(solution.constants[0])
+        self.warn_of_equilibrium(equilibrium)
+        spectrum = Spectrum(tau[: self.keep], solution.strength[: self.keep])
+        return self.finish("nnls", spectrum, equilibrium, smoothing=solution.smoothing)
 
     def finish(
         self,

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 from dielast.errors import InputError, located
 from dielast.io.files import read_file
 from dielast.io.table import parse_csv
-from dielast.recipe.toml import parse_toml
+from dielast.io.toml import parse_toml
 
 # a number this far below the largest of its column is rounding, and no ratio of two such numbers means anything
 NEGLIGIBLE = 1e-12

@@ -15,11 +15,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
-from dielast._version import __version__
 from dielast.errors import InputError
 from dielast.io.files import read_file
+from dielast.sharing.versions import VERSIONS
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -27,7 +25,6 @@ if TYPE_CHECKING:
 RETRIES = 2  # of a chunk that raises an error; how many workers may die over a chunk is a setting of the scheduler
 PAUSE = 0.05  # s between two looks for finished chunks
 LONGEST_SILENCE = 10.0  # s until a scheduler answers what kind of node it is, or how many workers it has
-VERSIONS = {"dielast": __version__, "numpy": np.__version__}  # on which results may depend
 
 Plan = TypeVar("Plan")
 Solved = TypeVar("Solved")

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.errors import InputError, shown
 from dielast.io.table import Frame, to_frame
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
@@ -100,6 +100,10 @@ def actuate(
     """
     if stop_at not in (*names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
+    materials = [material] if isinstance(material, Material) else list(material)
+    if stop_at != END and not any(known.concerns(materials) for known in CRITERIA if known.name == stop_at):
+        needed = f"the material file needs [{stop_at}] with field, time and exponent"
+        raise InputError(f"{shown(stop_at)} cannot happen: {needed}", argument="stop_at")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     setup = set_up(
@@ -169,7 +173,7 @@ def _run(
     relaxed = film.condition.moment(film.points, setup.controls, np.arange(part.size), np.zeros(part.size))
     stretch = np.exp(0.5 * relaxed.log_squared_stretch)
     recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch)
-    meter = CycleMeter(film.points.permittivity, stretch[0], False)
+    meter = CycleMeter(film.points, stretch[0], False)
     begin = np.concatenate((stretch, watch.stability(relaxed).determinant[None]))
     followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter)
     return _Run(recorder.collect(), begin, watch.happened, followed.time, followed.status, meter.collect())

@@ -18,6 +18,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.mechanics.course import Course
 from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import Films
 from dielast.numerics.columns import Cases, Floats
@@ -83,7 +84,7 @@ class CycleMeter:
     stretch or, with `stress`, the nominal stress of axis 1, over a `unit` (cases,).
     """
 
-    permittivity: Floats
+    points: Points
     unit: Floats
     stress: bool
     _tables: list[Floats] = field(default_factory=list)
@@ -179,7 +180,10 @@ class CycleMeter:
         log_squared, nominal = replace(system, load=driving).membrane(wide.state(share), value)
         stretch = np.exp(0.5 * log_squared)
         measured = ((nominal if self.stress else stretch)[0] / self.unit[wide.cases]).reshape(places, count)
-        charge = self.permittivity[wide.cases] * np.square(stretch[0] * stretch[1]) * value[2]
+        permittivity = self.points.permittivity[wide.cases]
+        if self.points.stretching is not None:
+            permittivity = permittivity * np.exp(self.points.stretching.take(wide.cases).log_ratio(log_squared)[0])
+        charge = permittivity * np.square(stretch[0] * stretch[1]) * value[2]
         power, held = -charge * slope[2], charge * value[2]
         for axis, control in enumerate(load.controls):
             if control is Control.STRETCH:

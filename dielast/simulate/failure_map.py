@@ -18,6 +18,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
+from dielast.mechanics.criteria import failures_of
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
@@ -186,19 +187,21 @@ def plan_failure_map(
             replace(film, thickness=thick, prestretch=(first, second)),
             temperature=np.tile(np.repeat(temperatures, len(pairs)), len(materials)),
             breakdown_field=field,
-            breakdown_needed=True,
+            breakdown_needed=material.damage is None,
             rtol=tolerance,
         )
 
     setup = laid_out([material], breakdown_field, thickness, rtol)
-    groups = groups_of(setup, 0, rtol)
+    groups = groups_of(setup, pull_in_timescale, 0, rtol)
     if sample is not None:
-        field = None if breakdown_field is None else np.tile(setup.breakdown_field, len(sample))
+        field = breakdown_field
+        if field is not None and not isinstance(field, BreakdownLaw):
+            field = np.tile(setup.breakdown_field, len(sample))
         tolerance, thick = drawn_rtol or max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
         with in_a_draw(argument="sample"):
-            drawn = laid_out(sample.materials, field, thick, tolerance)
+            drawn = laid_out(sample.aged(), field, thick, tolerance)
             scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
-            groups += groups_of(replace(drawn, breakdown_field=scaled), films, tolerance)
+            groups += groups_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
     return MapPlan(
         temperatures,
         pairs,
@@ -207,8 +210,8 @@ def plan_failure_map(
         horizon,
         setup.breakdown_field[: len(pairs)],
         setup.controls,
-        pull_in_timescale,
         groups,
+        failures_of([material, *(() if sample is None else sample.materials)]),
         0 if sample is None else len(sample),
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
 from dielast.numerics.columns import Floats
+from dielast.simulate.cycles import CycleTable
 from dielast.simulate.film import Outcome
 
 
@@ -23,6 +24,7 @@ class History(TabularResult):
     temperature: Floats
     stretch_1: Floats
     outcome: tuple[Outcome, ...]
+    cycles: CycleTable | None
 
     def case(self, row: int) -> dict[str, Floats]:
         """The columns of a case up to where it ended, (rows,), by their headers."""

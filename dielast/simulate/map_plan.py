@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.io.result import Result
-from dielast.mechanics.criteria import CRITERIA, names
+from dielast.mechanics.criteria import CRITERIA
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
@@ -31,24 +31,25 @@ class Group:
 
     film: Film
     films: Cases
-    breakdown_field: Floats
+    watched: WatchedFilms
     thickness: Floats
     rtol: float
 
 
-def groups_of(setup: Setup, first: int, rtol: float) -> tuple[Group, ...]:
-    """The films of a setup, numbered from `first`."""
+def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Group, ...]:
+    """The films of a setup, numbered from `first`, watched for a pull-in time scale."""
     groups = []
     for columns in setup.groups():
         films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
-        groups.append(Group(setup.film(columns, rtol), first + films, setup.breakdown_field[films], setup.thickness[films], rtol))
+        film = setup.film(columns, rtol)
+        groups.append(Group(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
     return tuple(groups)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MapPlan(Result):
-    """All that is needed to solve any cell of a map; cells are numbered through groups, films and voltages, the last running
-    fastest.
+    """All that is needed to solve any cell of a map, and the names of the `failures` that it is about; cells are numbered through
+    groups, films and voltages, the last running fastest.
     """
 
     temperature: Floats
@@ -58,8 +59,8 @@ class MapPlan(Result):
     horizon: float
     breakdown_field: Floats
     controls: Controls
-    timescale: TimeScale
     groups: tuple[Group, ...]
+    failures: tuple[str, ...]
     draws: int = 0
 
     @property
@@ -103,18 +104,11 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     count = end - first
     column, volt = np.divmod(paired(np.arange(first - begin, end - begin)), plan.voltage.size)
     film, field = group.film.take(column), plan.voltage[volt] / group.thickness[column]
-    films = WatchedFilms(
-        plan.controls,
-        group.breakdown_field[column],
-        plan.timescale,
-        film.condition.nominal_stress,
-        film.points.stress_floor,
-    )
-    failures = names(failures_only=True)
-    watch = Watch(films, [criterion for criterion in CRITERIA if criterion.is_failure], failures)
+    watched_for = [criterion for criterion in CRITERIA if criterion.name in plan.failures]
+    watch = Watch(group.watched.take(column), watched_for, plan.failures)
     pieces = [Ramp(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
     if plan.horizon > plan.ramp:
         pieces.append(Ramp(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
     status = follow(film, pieces, rtol=group.rtol, watch=watch).status
-    times = {name: first_of(watch.happened, name).time[:count] for name in failures}
+    times = {name: first_of(watch.happened, name).time[:count] for name in plan.failures}
     return Cells(first, times, status[:count])

@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.breakdown import BreakdownLaw
+from dielast.material.breakdown.following import FollowingField
+from dielast.material.damage import DamageLaw
+from dielast.material.laws_of_cases import LawsOfCases
 from dielast.material.material import Material
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
@@ -110,6 +113,8 @@ class Setup:
     relax: float
     controls: Controls
     breakdown_field: Floats
+    following: FollowingField | None = None
+    damage: LawsOfCases[DamageLaw] | None = None
 
     @property
     def alike(self) -> Flags:
@@ -147,8 +152,10 @@ class Setup:
 
     def watched(self, film: Film, cases: Cases, timescale: TimeScale) -> WatchedFilms:
         """What criteria may ask of some of the films, stretched and relaxed."""
-        floor = film.points.stress_floor
-        return WatchedFilms(self.controls, self.breakdown_field[cases], timescale, film.condition.nominal_stress, floor)
+        following = None if self.following is None else self.following.take(cases)
+        damage = None if self.damage is None else self.damage.take(cases)
+        relaxed = film.condition.nominal_stress, film.points.stress_floor
+        return WatchedFilms(self.controls, self.breakdown_field[cases], timescale, *relaxed, following, damage)
 
 
 def prestretched(
@@ -207,9 +214,26 @@ def set_up(
         largest = max(float(axis[case]) for axis in (first, second) if axis is not None)
         limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(largest)}"
         raise InputError(f"{_pair(first, second, case)} {limited}", argument="prestretch", case=of_case(case, cases))
+    _check_permittivity(points, first, second)
     thickness = spread(film.thickness, "thickness", cases)
-    field = limits.field((first, second), cases)
-    return Setup(points, temperatures, thickness, (first, second), ramp, film.relax, film.controls, field)
+    stretch = _equibiaxial((first, second), cases)
+    field, following = limits.field(stretch, thickness, cases), limits.following(stretch, thickness, cases)
+    damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
+    return Setup(points, temperatures, thickness, (first, second), ramp, film.relax, film.controls, field, following, damage)
+
+
+def _check_permittivity(points: Points, first: Floats | None, second: Floats | None) -> None:
+    """`InputError` for a prestretch at which the permittivity is not positive."""
+    held = [axis for axis in (first, second) if axis is not None]
+    if points.stretching is None or not held:
+        return
+    # an axis left free settles as under uniaxial stress
+    log_squared = 2 * np.log(np.stack((held[0], held[1] if len(held) == 2 else held[0] ** -0.5)))
+    permittivity = points.permittivity_at(log_squared)
+    for case in np.flatnonzero(~(np.isfinite(permittivity) & (permittivity > 0)))[:1].tolist():
+        wrong = "the permittivity is not positive there: is stretch_coefficient in the material file right?"
+        place = of_case(case, permittivity.size)
+        raise InputError(f"{_pair(first, second, case)}: {wrong}", argument="prestretch", case=place)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -224,27 +248,44 @@ class _Limits:
         """The numbers of which there may be one for each case."""
         return [] if self.stated is None or isinstance(self.stated, BreakdownLaw) else [self.stated]
 
-    def field(self, prestretch: tuple[Floats | None, Floats | None], cases: int) -> Floats:
-        """E_EB (cases,) in V/m, infinite where it is neither known nor needed."""
+    def laws(self) -> list[BreakdownLaw | None]:
+        """The law of all films, or of each, None where none is stated."""
+        if isinstance(self.stated, BreakdownLaw):
+            return [self.stated]
+        return [None if self.varied() else material.breakdown for material in self.materials]
+
+    def following(self, stretch: Floats, thickness: Floats, cases: int) -> FollowingField | None:
+        """How the field changes from the prestretch on, where a law says so."""
+        laws = LawsOfCases.of([law if law is not None and law.follows_film else None for law in self.laws()], cases)
+        return FollowingField.of(laws, thickness, stretch) if laws else None
+
+    def field(self, stretch: Floats, thickness: Floats, cases: int) -> Floats:
+        """E_EB (cases,) in V/m at the prestretch sqrt(l1 l2) of films of an undeformed thickness in m, each (cases,); infinite
+        where it is neither known nor needed.
+        """
         for stated in self.varied():
             fields = spread(stated, "breakdown_field", cases)
             if np.any(fields <= 0):
                 raise InputError(f"{float(fields.min()):g} V/m: it must be positive", argument="breakdown_field")
             return fields
-        # an axis left free keeps the area of uniaxial stress
-        first, second = prestretch
-        held = [axis for axis in prestretch if axis is not None]
-        area = np.ones(cases) if not held else np.sqrt(held[0]) if first is None or second is None else first * second
-        equibiaxial, fields = np.sqrt(area), np.full(cases, np.inf)
+        fields, present = np.full(cases, np.inf), thickness / np.square(stretch)
         for index, material in enumerate(self.materials):
             cases_of = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
             known = self.stated if isinstance(self.stated, BreakdownLaw) else material.breakdown
             if known is not None:
-                fields[cases_of] = known.at(equibiaxial[cases_of])
+                fields[cases_of] = known.of_film(stretch[cases_of], present[cases_of])
             elif self.needed:
                 missing = f"a breakdown field is needed: material {material.name!r} has none, and none is given"
                 raise InputError(missing, argument="breakdown_field")
         return fields
+
+
+def _equibiaxial(prestretch: tuple[Floats | None, Floats | None], cases: int) -> Floats:
+    """The prestretch sqrt(l1 l2) (cases,) of films; an axis left free keeps the area of uniaxial stress."""
+    first, second = prestretch
+    held = [axis for axis in prestretch if axis is not None]
+    area = np.ones(cases) if not held else np.sqrt(held[0]) if first is None or second is None else first * second
+    return np.sqrt(area)
 
 
 def _pair(first: Floats | None, second: Floats | None, case: int) -> str:

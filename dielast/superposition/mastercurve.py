@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
+from dielast.material.modulus import EntropicModulus
 from dielast.superposition.condense import Condensed
 from dielast.superposition.effects import walk
 from dielast.superposition.joint_fit import fit_master
@@ -127,7 +128,7 @@ def _density_temperature(temperature: Array, reference: float, expansion: float)
     expanded = 1 + expansion * (temperature - reference)
     for k in np.flatnonzero(~(expanded > 0))[:1]:
         raise InputError(f"{expansion:g} /K gives no positive density at {temperature[k]:g} degC", argument="thermal_expansion")
-    return np.asarray(np.log10(expanded * (reference + ZERO_CELSIUS) / (temperature + ZERO_CELSIUS)))
+    return np.asarray(-np.log10(EntropicModulus(expansion).factor(temperature, reference)))
 
 
 def _steepest(condensed: Condensed) -> int:

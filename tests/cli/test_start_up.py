@@ -37,7 +37,6 @@ OF_FILMS = (
     "dielast.mechanics.events",
     "dielast.commands.actuate.recipe",
     "dielast.simulate.actuate",
-    "dielast.commands.actuate.waveform",
     "dielast.io.text_table",
 )
 PROGRAM = """

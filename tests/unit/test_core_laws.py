@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast.errors import InputError
 from dielast.material.shift import WLF, Arrhenius, ShiftTable
 from dielast.material.spectrum import Spectrum
-from dielast.material.springs import Gent, NeoHookean, SpringLaw, gathered
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Gent, NeoHookean, Ogden, SpringLaw, Yeoh, gathered
 
 CARRYING = np.ones((3, 3), dtype=bool)
 
@@ -55,9 +54,44 @@ def test_springs_of_two_laws_act_row_by_row() -> None:
     assert law.of_spring(2, 1).describe_limit() == "the Gent limit, J_lim = 40"
 
 
-def test_materials_of_different_laws_do_not_share_a_run() -> None:
-    with pytest.raises(InputError, match="materials of the laws Gent and neo-Hookean cannot share a run"):
-        gathered([(Gent(110.0), Gent(55.0)), (NeoHookean(), Gent(55.0))], CARRYING[:, :2])
+def test_materials_of_different_laws_run_side_by_side() -> None:
+    laws: list[tuple[SpringLaw, SpringLaw]] = [
+        (Gent(110.0), Gent(55.0)),
+        (Yeoh(1.0, -0.01, 1e-3), Gent(50.0)),
+        (Gent(90.0), Gent(40.0)),
+        (Ogden((1.0, -0.2), (1.6, -2.5)), Ogden((1.0,), (3.0,))),
+        (Ogden((2.0, -0.2, 1e-3), (1.6, -2.5, 5.0)), Ogden((1.0,), (3.0,))),
+    ]
+    law = gathered(laws, np.ones((3, 5), dtype=bool))
+    squared = np.random.default_rng(0).uniform(1.0, 3.0, (2, 3, 5))
+    some = np.array([4, 1, 2, 0, 2])
+    taken = law.take(some)
+    damped = law.with_idle_spring().take(some)
+    wider = np.concatenate((squared, squared[:, :1]), axis=1)
+    for place, case in [*enumerate(some.tolist()), *((None, case) for case in range(5))]:
+        alone = gathered([laws[case]], np.ones((3, 1), dtype=bool))
+        own, whole = squared[..., case : case + 1], (law, squared) if place is None else (taken, squared[..., some])
+        column = case if place is None else place
+        assert np.array_equal(whole[0].stress(whole[1])[..., column], alone.stress(own)[..., 0])
+        assert np.array_equal(whole[0].tangent(whole[1])[1][..., column], alone.tangent(own)[1][..., 0])
+        assert np.array_equal(whole[0].energy(whole[1])[..., column], alone.energy(own)[..., 0])
+        assert np.array_equal(whole[0].room(whole[1])[..., column], alone.room(own)[..., 0])
+        front = own[0].copy()
+        for symmetry in (UNIAXIAL, EQUIBIAXIAL):
+            both, all_fronts = front**-symmetry.thinning, whole[1][0].copy()
+            thickness = all_fronts**-symmetry.thinning
+            expected = alone.axial_tangent(symmetry, front.copy(), both.copy())
+            found = whole[0].axial_tangent(symmetry, all_fronts.copy(), thickness.copy())
+            assert np.array_equal(found[0][..., column], expected[0][..., 0])
+            assert np.array_equal(found[1][..., column], expected[1][..., 0])
+            assert np.array_equal(whole[0].axial_stress(symmetry, all_fronts, thickness)[..., column], expected[0][..., 0])
+        if place is not None:
+            idle = alone.with_idle_spring().stress(wider[..., case : case + 1])
+            assert np.array_equal(damped.stress(wider[..., some])[..., column], idle[..., 0])
+        expected_law = laws[case][0].values()
+        for name, value in whole[0].of_spring(0, column).values().items():
+            assert np.array_equal(value, expected_law[name])
+    assert isinstance(law.take(np.array([0, 2])), Gent)
 
 
 def test_a_limit_that_all_cases_share_stays_as_it_is() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast.material.dielectric import LinearPermittivity, stretched_dielectrics
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Gent, Symmetry
 from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
@@ -24,12 +25,17 @@ Complex = NDArray[np.complex128]
 Equations = Callable[[complex, Complex], Complex]
 
 
-def points(random: np.random.Generator) -> Points:
+COEFFICIENTS = (-0.05, 0.1, 0.0)  # of the permittivity in the stretches, by case
+
+
+def points(random: np.random.Generator, stretching: bool = False) -> Points:
     limits = np.broadcast_to(np.array([[110.0], [55.0], [40.0], [np.inf]]), (SPRINGS, CASES)).copy()
     modulus, rate = random.uniform(2e4, 3e5, (SPRINGS, CASES)), random.uniform(0.01, 3.0, (SPRINGS, CASES))
     rate[0] = 0.0
     permittivity, floor = random.uniform(3e-11, 5e-11, CASES), random.uniform(1.0, 100.0, CASES)
-    return Points(modulus, rate, Gent(limits), permittivity, floor)
+    laws = [LinearPermittivity(1.0, stretch_coefficient=c) for c in COEFFICIENTS]
+    dielectrics = stretched_dielectrics(laws, CASES) if stretching else None
+    return Points(modulus, rate, Gent(limits), permittivity, floor, stretching=dielectrics)
 
 
 def load(random: np.random.Generator, controls: tuple[Control, Control], electric: bool, constant: bool) -> Load:
@@ -47,6 +53,7 @@ def both_axes(material: Points, ramp: Load, case: int) -> Equations:
     """Rates of x in axis 1 and axis 2 and imbalances of both axes, as functions of time and (x_1, x_2, Lambda or stress)."""
     modulus, rate, limit = material.modulus[:, case], material.rate[:, case], np.asarray(material.law.J_lim)[:, case]
     stressed = [control is FREE for control in ramp.controls]
+    coefficient = 0.0 if material.stretching is None else COEFFICIENTS[case]
 
     def equations(time: complex, state: Complex) -> Complex:
         driven = ramp.start[:, case] + ramp.rate[:, case] * time
@@ -56,12 +63,14 @@ def both_axes(material: Points, ramp: Load, case: int) -> Equations:
         a, b, c = np.exp(l1 - x1), np.exp(l2 - x2), np.exp(x1 + x2 - l1 - l2)
         phi = 1 / (1 - (a + b + c - 3) / limit)
         p, q = phi * (a - c), phi * (b - c)
-        maxwell = material.permittivity[case] * (driven[2] * np.exp((l1 + l2) / 2)) ** 2
+        squeeze = material.permittivity[case] * (driven[2] * np.exp((l1 + l2) / 2)) ** 2
+        stretches = np.exp(np.array((l1, l2)) / 2)
+        m1, m2 = squeeze * (1 + coefficient * (stretches[0] + stretches[1] - 2) + 0.5 * coefficient * stretches)
         return np.concatenate(
             (
                 rate * (2 * p - q),
                 rate * (2 * q - p),
-                [modulus @ p - maxwell - s1 * np.exp(l1 / 2), modulus @ q - maxwell - s2 * np.exp(l2 / 2)],
+                [modulus @ p - m1 - s1 * np.exp(l1 / 2), modulus @ q - m2 - s2 * np.exp(l2 / 2)],
             )
         )
 
@@ -131,22 +140,24 @@ def compare(system: LoadedPoints | SymmetricPoints, border: int, equations: Call
 
 
 @pytest.mark.parametrize("constant", [True, False])
-@pytest.mark.parametrize("electric", [True, False])
+@pytest.mark.parametrize(("electric", "stretching"), [(True, False), (True, True), (False, False)])
 @pytest.mark.parametrize("controls", [(FREE, FREE), (FREE, HELD), (HELD, FREE), (HELD, HELD)])
-def test_a_stage_with_two_axes(controls: tuple[Control, Control], electric: bool, constant: bool) -> None:
+def test_a_stage_with_two_axes(controls: tuple[Control, Control], electric: bool, stretching: bool, constant: bool) -> None:
     random = np.random.default_rng(1)
-    material, ramp = points(random), load(random, controls, electric, constant)
+    material, ramp = points(random, stretching), load(random, controls, electric, constant)
     compare(LoadedPoints(material, ramp), -2, lambda case: both_axes(material, ramp, case), 2)
 
 
 @pytest.mark.parametrize("constant", [True, False])
+@pytest.mark.parametrize("stretching", [False, True])
 @pytest.mark.parametrize(
     ("symmetry", "control", "electric"),
     [(UNIAXIAL, FREE, False), (UNIAXIAL, HELD, False), *((EQUIBIAXIAL, c, e) for c in (FREE, HELD) for e in (True, False))],
 )
-def test_a_stage_with_one(symmetry: Symmetry, control: Control, electric: bool, constant: bool) -> None:
+def test_a_stage_with_one(symmetry: Symmetry, control: Control, electric: bool, stretching: bool, constant: bool) -> None:
     random = np.random.default_rng(3)
-    material, ramp = points(random), load(random, (control, FREE if symmetry is UNIAXIAL else control), electric, constant)
+    material = points(random, stretching)
+    ramp = load(random, (control, FREE if symmetry is UNIAXIAL else control), electric, constant)
     for values in (ramp.start, ramp.rate):
         values[1] = 0.0 if symmetry is UNIAXIAL else values[0]
     compare(SymmetricPoints(material, ramp, symmetry), -1, lambda case: one_axis(material, ramp, case, symmetry), 4)

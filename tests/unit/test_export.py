@@ -66,7 +66,10 @@ def test_an_unknown_code_and_wrong_options_are_refused() -> None:
         export_card(NEO, "nastran")
     wrong: tuple[tuple[dict[str, Any], str], ...] = (
         ({"units": "cgs"}, 'units: "cgs": one of SI, mm-t-s, mm-N-MPa is needed'),
-        ({"hyperelastic": "ogden"}, 'hyperelastic: "ogden": one of gent, neo-hookean, yeoh is needed'),
+        (
+            {"hyperelastic": "varga"},
+            'hyperelastic: "varga": one of arruda-boyce, gent, mooney-rivlin, neo-hookean, ogden, yeoh is needed',
+        ),
         ({"moduli": "both"}, 'moduli: "both"'),
         ({"temperature_scale": "F"}, 'temperature_scale: "F"'),
         ({"J_lim": -1.0}, "J_lim: -1: a positive number is needed"),

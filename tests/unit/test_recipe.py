@@ -10,8 +10,8 @@ from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.errors import InputError
+from dielast.io.toml import parse_toml
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.toml import parse_toml
 
 MASTERCURVE = """
 kind = "mastercurve"

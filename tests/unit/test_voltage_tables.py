@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dielast.commands.actuate.waveform import voltage_entries
 from dielast.commands.registry import read_cases
+from dielast.commands.simulation.history import solver_steps
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Track
@@ -21,7 +21,7 @@ def followed(folder: Path, step: str) -> list[tuple[list[float], list[float]]]:
     """Times in s and voltages in V of the tracks."""
     (folder / "r.toml").write_text(FILM + step)
     (case,) = read_cases(folder / "r.toml")
-    tracks = [entry.target for entry in voltage_entries(case.recipe, Inputs(folder)) if isinstance(entry.target, Track)]
+    tracks = [entry.target for entry in solver_steps(case.recipe, Inputs(folder)) if isinstance(entry.target, Track)]
     return [(np.asarray(track.time).tolist(), np.asarray(track.value).tolist()) for track in tracks]
 
 

@@ -49,6 +49,8 @@ class VoltageColumns(Section):
 class VoltageStep(HistoryStep):
     """A step of prescribed voltage."""
 
+    CONTROL: ClassVar = "voltage"
+
     voltage: Voltage | None = Field(None, description="Voltage to reach.")
     rate: VoltageRate | None = Field(None, description="Of the voltage; negative to lower it.")
     low: Voltage | None = Field(None, description="Of a waveform; by default 0 V.")

@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from dielast._version import __version__
 from dielast.errors import InputError, NumericsError
 from dielast.io.files import KEPT, STORE, Inputs, write_files
-from dielast.mechanics.criteria import names
 from dielast.numerics.integrate import Status
 from dielast.recipe.base import RecipeBase
 from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
+from dielast.sharing.versions import VERSIONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
@@ -32,7 +31,7 @@ PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than
 def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
     """A digest of all that an unfinished map must share with this map to be continued: versions, recipe and inputs."""
     # whether a value is stated may matter, even where it is the default
-    stated = f"{__version__}\n{np.__version__}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{sorted(inputs.digests)}"
+    stated = f"{VERSIONS}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{sorted(inputs.digests)}"
     return hashlib.sha256(stated.encode()).hexdigest()
 
 
@@ -115,7 +114,7 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             if str(saved["key"]) != key:
                 return {}, int(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
-            times = {name: np.split(saved[column_of(name)], bounds) for name in names(failures_only=True)}
+            times = {name: np.split(saved[column_of(name)], bounds) for name in plan.failures}
             known = {
                 int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status)
                 for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))

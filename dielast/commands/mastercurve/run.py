@@ -85,6 +85,13 @@ def tables(result: MasterCurve) -> dict[str, Table]:
     }
 
 
+def _expansion(recipe: MasterCurveRecipe) -> dict[str, str]:
+    """The thermal expansion of a vertical shift that has one, as recipes and material files state it."""
+    if recipe.shift.vertical != "density-temperature" or not recipe.shift.thermal_expansion:
+        return {}
+    return {"thermal_expansion": f"{recipe.shift.thermal_expansion:.9g} /K"}
+
+
 def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -> Mapping[str, Mapping[str, Any]]:
     """The headline numbers of a master curve by section of the summary."""
     fit = result.shift_fit
@@ -93,6 +100,7 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -
             "reference_temperature_degC": result.reference_temperature,
             "law": recipe.shift.law,
             "vertical": recipe.shift.vertical,
+            **_expansion(recipe),
             **({"on": result.shifted_on} if len(result.ordinates) > 1 else {}),
             **fit.law.summary(fit.covariance),
             "law_misfit": fit.misfit,

@@ -2,21 +2,10 @@
 
 from dielast.commands.command import Command
 
-RELAX = Command(
-    name="relax",
-    package=__name__,
-    recipe="RelaxRecipe",
-    help="Prescribed stretch -> stress.",
-    short_help="Prescribed stretch -> stress.",
-    files=("relax.csv", "cycles.csv", "cases.csv"),
-    can_share=True,
-)
-CREEP = Command(
-    name="creep",
-    package=__name__,
-    recipe="CreepRecipe",
-    help="Prescribed force or nominal stress -> stretch.",
-    short_help="Prescribed force or stress -> stretch.",
-    files=("creep.csv", "cycles.csv", "cases.csv"),
-    can_share=True,
-)
+
+def _command(name: str, recipe: str, text: str, short: str) -> Command:
+    return Command(name, __name__, recipe, text, short, (f"{name}.csv", "cycles.csv", "cases.csv"), can_share=True)
+
+
+RELAX = _command("relax", "RelaxRecipe", "Prescribed stretch -> stress.", "Prescribed stretch -> stress.")
+CREEP = _command("creep", "CreepRecipe", "Prescribed force or nominal stress -> stretch.", "Prescribed force or stress -> stretch.")

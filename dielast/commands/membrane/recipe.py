@@ -31,6 +31,9 @@ Stretch = Annotated[float, BeforeValidator(_no_strain), Field(gt=0, allow_inf_na
 class StretchStep(HistoryStep):
     """A step of prescribed stretch."""
 
+    CONTROL: ClassVar = "stretch"
+    REST: ClassVar = 1.0
+
     stretch: Stretch | None = Field(None, description="Stretch to reach (1 is undeformed).")
     rate: StrainRate | None = Field(None, description="Of the stretch; negative to unload.")
     low: Stretch | None = Field(None, description="Of a waveform; by default 1.")
@@ -68,6 +71,8 @@ LoadRate = Annotated[
 
 class LoadStep(HistoryStep):
     """A step of prescribed force or nominal stress."""
+
+    CONTROL: ClassVar = "stress"
 
     force: Force | None = Field(None, description="Force to reach; needs the specimen.")
     stress: Stress | None = Field(None, description="Nominal stress to reach.")
@@ -129,3 +134,6 @@ class CreepRecipe(SimulationRecipe):
                 needed = "a force needs [specimen] with width and thickness, or state stress"
                 raise InputError(needed, key=f"step[{index}].{forced}")
         return self
+
+
+Recipe = RelaxRecipe | CreepRecipe

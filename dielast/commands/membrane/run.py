@@ -1,145 +1,83 @@
-"""`relax` and `creep`: the cases of a recipe run together; tables, noise, comparison with measured points."""
+"""`relax` and `creep`: membranes under prescribed stretch, force or stress; noise on what is measured."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dielast.commands.simulation.cases import (
-    CaseResult,
-    SimulationBatch,
-    axes_of,
-    batches_of,
-    case_columns,
-    compare_headline,
-    cycle_columns,
-    cycles_of,
-    each,
-    failures,
-    given_up,
-    last,
-    matches,
-    one_or_all,
-    read_materials,
-    result_columns,
-    temperature_of,
-)
+from dielast.commands.membrane.recipe import Recipe
+from dielast.commands.simulation.cases import CaseResult, case_result, each, last
 from dielast.commands.simulation.checks import warn_of_membranes
-from dielast.commands.simulation.history import Entry, Recipe, joined, solver_steps
-from dielast.commands.simulation.memory import check_series
+from dielast.commands.simulation.run import Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
+from dielast.mechanics.load import Step
+from dielast.numerics.columns import Floats
 from dielast.numerics.random_streams import stream
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
-from dielast.sharing.batches import solve_batches
 from dielast.sharing.execution import Execution
 from dielast.simulate.membrane import MembraneHistory, simulate
 
-if TYPE_CHECKING:
-    from dielast.commands.simulation.compare import Match
-
-Array = NDArray[np.float64]
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
-REST = {"relax": 0.0, "creep": 1.0}  # what is measured of a film that was never loaded
 
 
 def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
-    recipe = cases[0].recipe
-    kind = recipe.kind
-    materials = read_materials(cases, inputs)
-    check_series(cases, 10, inputs, execution.jobs)
-    clean = solve_batches(membrane_batches(cases, materials, inputs), execution)
-    warn_of_membranes(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
-    results = [_with_noise(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
-    columns = [result.columns for result in results]
-
-    def again(case: int, times: Array) -> Mapping[str, Array]:
-        one = cases[case].recipe
-        output = one.output.model_copy(update={"times": times.tolist()})
-        repeated = Case(one.model_copy(update={"output": output}))
-        return solve_batches(membrane_batches([repeated], [materials[case]], inputs))[0].columns
-
-    told: Sequence[CaseResult] = results
-    intervals: dict[str, dict[str, Any]] = {}
-    if any(case.recipe.uncertainty is not None for case in cases):
-        from dielast.commands.simulation.bounds import bounded_cases
-        from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
-
-        samples = samples_of(cases, materials, inputs)
-        told = bounded_cases(cases, samples, results, lambda own, drawn: membrane_batches(own, drawn, inputs), execution)
-        intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
-    found = matches(recipe, columns, inputs, again)
-    x, y, scales = axes_of(cases, columns[0], MEASURED[kind])
-
-    def figure() -> Any:
-        from dielast.commands.simulation.bounds import band
-        from dielast.commands.simulation.pictures import picture
-        from dielast.commands.simulation.uncertainty import interval_label
-
-        called = interval_label([case.recipe for case in cases])
-        bands = [band(one.columns, "time [s]" if x in cases[0].settings else x, y) for one in told]
-        return picture(cases, materials, columns, found, (x, y, scales), bands, called)
-
-    tables = {f"{kind}.csv": result_columns(told), "cases.csv": case_columns(cases)}
-    if (cycling := cycle_columns(results)) is not None:
-        tables["cycles.csv"] = cycling
-    return Report(tables, headline(kind, results, found) | intervals, figure, failures=failures(results))
+    return report_of(Membranes(cases[0].recipe), cases, inputs, execution)
 
 
-def headline(kind: str, results: Sequence[CaseResult], found: Sequence[Match]) -> dict[str, dict[str, Any]]:
-    """Peak and last value of the measured quantity in each case, and the misfit of each comparison."""
-    name, unit = MEASURED[kind].rstrip("]").split(" [")
-    suffix = "" if unit == "1" else f"_{unit}"
-    series = [result.columns[MEASURED[kind]] for result in results]
+class Membranes(Simulation):
+    """Tests on membranes of the kind of a recipe."""
 
-    sections: dict[str, dict[str, Any]] = {
-        kind: {
-            "cases": len(results),
-            f"peak_{name}{suffix}": each([_farthest(values, REST[kind]) for values in series]),
-            f"final_{name}{suffix}": each([last(values) for values in series]),
+    width = 10
+    step = Step
+
+    def __init__(self, recipe: Recipe) -> None:
+        self.kind, self.measured = recipe.kind, MEASURED[recipe.kind]
+
+    def solver(self, recipes: Sequence[Recipe], thickness_factor: Floats) -> partial[Any]:
+        """Simulates the mode of the recipes; how thick a membrane is makes no difference."""
+        return partial(simulate, mode=recipes[0].mode)
+
+    def result(self, cases: Sequence[Case[Recipe]], recipe: Recipe, materials: Sequence[Material]) -> partial[CaseResult]:
+        """With the relaxation modulus where there is one in any case."""
+        uniaxial = recipe.mode == "uniaxial"
+        with_modulus = self.kind == "relax" and any(case.recipe.mode == "uniaxial" for case in cases)
+        return partial(_case, materials=materials, creeping=self.kind == "creep", with_modulus=with_modulus, uniaxial=uniaxial)
+
+    def alike(self, recipe: Recipe) -> str:
+        """The mode."""
+        return recipe.mode
+
+    warn = staticmethod(warn_of_membranes)
+
+    def told(self, result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
+        """The result with noise."""
+        return _with_noise(result, recipe, case)
+
+    def headline(self, cases: Sequence[Case[Recipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
+        """Peak and last value of the measured quantity in each case."""
+        name, unit = self.measured.rstrip("]").split(" [")
+        suffix = "" if unit == "1" else f"_{unit}"
+        series = [result.columns[self.measured] for result in results]
+        rest = 0.0 if self.kind == "relax" else 1.0  # what is measured of a film that was never loaded
+        return {
+            self.kind: {
+                "cases": len(results),
+                f"peak_{name}{suffix}": each([_farthest(values, rest) for values in series]),
+                f"final_{name}{suffix}": each([last(values) for values in series]),
+            }
         }
-    }
-    if found:
-        sections["compare"] = compare_headline(found)
-    return sections
 
 
-def _farthest(values: Array, rest: float) -> float:
+def _farthest(values: Floats, rest: float) -> float:
     """The value farthest from that at `rest`; NaN for a case that never began."""
     return float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan
-
-
-def membrane_batches(
-    cases: Sequence[Case[Recipe]], materials: Sequence[Material], inputs: Inputs
-) -> list[SimulationBatch[CaseResult]]:
-    """The cases in batches of those with histories of one shape."""
-    kind = cases[0].recipe.kind
-    with_modulus = kind == "relax" and any(case.recipe.mode == "uniaxial" for case in cases)
-
-    def batch(members: Sequence[int], entries: Sequence[Sequence[Entry]]) -> tuple[partial[Any], partial[CaseResult]]:
-        recipe, used = cases[members[0]].recipe, [materials[index] for index in members]
-        run = partial(
-            simulate,
-            one_or_all(used),
-            [joined(step) for step in entries],
-            mode=recipe.mode,
-            temperature=np.array([temperature_of(cases[index].recipe, materials[index]) for index in members]),
-            times=recipe.output.times,
-            points_per_decade=recipe.output.points_per_decade,
-            rtol=recipe.solver.rtol,
-            cycles=recipe.output.cycles,
-        )
-        uniaxial = recipe.mode == "uniaxial"
-        return run, partial(_case, materials=used, creeping=kind == "creep", with_modulus=with_modulus, uniaxial=uniaxial)
-
-    return batches_of(cases, materials, lambda recipe: solver_steps(recipe, inputs), lambda recipe: recipe.mode, batch)
 
 
 def _case(
@@ -149,8 +87,7 @@ def _case(
     if with_modulus:
         modulus = history.relaxation_modulus[row][np.isfinite(history.stretch_1[row])]
         columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus) & uniaxial, modulus, np.nan)
-    failure = given_up(history.outcome[row], materials[row], creeping)
-    return CaseResult(float(history.temperature[row]), columns, failure, cycles_of(history.cycles, row))
+    return case_result(history, row, columns, materials[row], creeping)
 
 
 def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
+from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.sharing.batches import Batch, solve_batches
 from dielast.sharing.execution import Execution
@@ -27,10 +27,7 @@ from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 from dielast.simulate.map_plan import column_of
 
-Array = NDArray[np.float64]
-Band = tuple[Array, Array, Array]
-Result = TypeVar("Result")
-Told = TypeVar("Told")
+Band = tuple[Floats, Floats, Floats]
 
 STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
 SURVIVING = "surviving [1]"
@@ -55,91 +52,66 @@ class BoundedEvent:
         return self.lower["time"], self.upper["time"]
 
 
-FilmResult = tuple[CaseResult, Sequence[Event]]
-BoundedFilm = tuple[CaseResult, Sequence[BoundedEvent]]
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawn(Generic[Result, Told]):
-    """A case with draws, `case` in errors: `batches` solve the draws, and `bounds` makes the bounded result of the case."""
+class Drawn:
+    """A case with draws, `case` in errors: `batches` solve the draws, and give the `result` bounds of this `level`."""
 
     members: Sequence[int]
     case: int | None
-    batches: Sequence[Batch[Result]]
-    bounds: partial[Told]
+    batches: Sequence[Batch[CaseResult]]
+    result: CaseResult
+    level: float
 
-    def solve(self) -> list[Told]:
+    def solve(self) -> list[CaseResult]:
         """The bounded result of the case."""
         with in_a_draw(key="uncertainty", case=self.case):
             drawn = solve_batches(self.batches)
-        return [self.bounds(drawn)]
+        if self.result.events is None:
+            return [bounded(self.result, drawn, self.level)]
+        events = [own.events or () for own in drawn]
+        failed = [any(named(event.name).is_failure for event in own) for own in events]
+        told = bounded(self.result, drawn, self.level, failed)
+        return [replace(told, bounded_events=bounded_events(self.result.events, events, self.level))]
 
 
 def bounded_cases(
     cases: Sequence[Case[Any]],
     samples: Sequence[Sample | None],
     results: Sequence[CaseResult],
-    batches: Callable[[Sequence[Case[Any]], Sequence[Material]], Sequence[Batch[CaseResult]]],
+    batches: Callable[[Case[Any], Sample, CaseResult], Sequence[Batch[CaseResult]]],
     execution: Execution,
 ) -> list[CaseResult]:
-    """The results with bounds, in cases that have draws; `batches` says how cases of these materials are solved together."""
-    drawn: dict[int, Drawn[CaseResult, CaseResult]] = {}
+    """The results with bounds, in cases that have draws; `batches` says how the draws of a case with this result are solved."""
+    drawn: dict[int, Drawn] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
             known_as = of_case(number, len(cases))
             with in_a_draw(key="uncertainty", case=known_as):
-                own = batches([case] * len(sample), sample.materials)
-            drawn[number] = Drawn([len(drawn)], known_as, own, partial(bounded, result, level=case.recipe.uncertainty.level))
-    return _with_bounds(drawn, results, execution)
-
-
-def bounded_films(
-    cases: Sequence[Case[ActuateRecipe]],
-    samples: Sequence[Sample | None],
-    films: Sequence[FilmResult],
-    batches: Callable[[Sequence[Case[ActuateRecipe]], Sequence[Material], Array], Sequence[Batch[FilmResult]]],
-    execution: Execution,
-) -> list[BoundedFilm]:
-    """The results and the events with bounds, in cases that have draws; `batches` as in `bounded_cases`."""
-    drawn: dict[int, Drawn[FilmResult, BoundedFilm]] = {}
-    for number, (case, sample, film) in enumerate(zip(cases, samples, films, strict=True)):
-        wanted = case.recipe.uncertainty
-        if wanted is None or sample is None:
-            continue
-        known = breakdown(case.recipe.breakdown)
-        materials = []
-        for member, factor in zip(sample.materials, sample.breakdown_factor.tolist(), strict=True):
-            field = known or member.breakdown
-            materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
-        known_as = of_case(number, len(cases))
-        with in_a_draw(key="uncertainty", case=known_as):
-            # every draw has its breakdown field in its material, and gives the rows of the result, the last one included
-            output = case.recipe.output.model_copy(update={"times": _asked(film[0].columns["time [s]"])})
-            one = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
-            own = batches([one] * len(sample), materials, sample.thickness_factor)
-        drawn[number] = Drawn([len(drawn)], known_as, own, partial(_bounded_film, film, level=wanted.level))
-    return _with_bounds(drawn, [(result, ()) for result, _ in films], execution)
-
-
-def _with_bounds(drawn: Mapping[int, Drawn[Any, Told]], results: Sequence[Told], execution: Execution) -> list[Told]:
-    """The results, those of the cases that have draws with bounds."""
+                own = batches(case, sample, result)
+            drawn[number] = Drawn([len(drawn)], known_as, own, result, case.recipe.uncertainty.level)
     bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [bounds.get(number, result) for number, result in enumerate(results)]
 
 
-def _bounded_film(film: FilmResult, drawn: Sequence[FilmResult], level: float) -> BoundedFilm:
-    result, events = film
-    failed = [any(named(event.name).is_failure for event in own) for _, own in drawn]
-    told = bounded(result, [own for own, _ in drawn], level, failed)
-    return told, bounded_events(events, [own for _, own in drawn], level)
+def drawn_film(case: Case[ActuateRecipe], sample: Sample, result: CaseResult) -> tuple[Case[ActuateRecipe], list[Material]]:
+    """The case that all draws of a film solve, and their materials: every draw has its breakdown field in its material, and gives
+    the rows of the result, the last one included.
+    """
+    known = breakdown(case.recipe.breakdown)
+    materials = []
+    for member, factor in zip(sample.aged(), sample.breakdown_factor.tolist(), strict=True):
+        field = known or member.breakdown
+        materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
+    output = case.recipe.output.model_copy(update={"times": _asked(result.columns["time [s]"])})
+    return Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings), materials
 
 
-def _asked(time: Array) -> list[float] | None:
+def _asked(time: Floats) -> list[float] | None:
     """Times at which a draw tells what a result's rows at `time` do: of two rows at one time, the second is after a jump."""
     return np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
 
 
-def _passed(time: Array) -> NDArray[np.bool_]:
+def _passed(time: Floats) -> NDArray[np.bool_]:
     """Rows between two jumps at one moment, which no time tells from those after them."""
     first, last = np.diff(time, prepend=np.nan) != 0, np.diff(time, append=np.nan) != 0
     return np.asarray(~last & (~first | (time == 0)))
@@ -157,7 +129,7 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
     lost = ~there & np.array(failed if failed is not None else [False] * len(drawn))[:, None]
     told = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
-    columns: dict[str, Array] = {}
+    columns: dict[str, Floats] = {}
     for header, values in result.columns.items():
         columns[header] = values
         if header not in STATED:
@@ -170,7 +142,7 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     return replace(result, columns=columns)
 
 
-def band(columns: Mapping[str, Array], x: str, y: str) -> Band | None:
+def band(columns: Mapping[str, Floats], x: str, y: str) -> Band | None:
     """x, lower and upper y of a bounded case, for a figure; none where x itself is uncertain."""
     if x not in STATED or _beside(y, "lower") not in columns:
         return None
@@ -182,7 +154,7 @@ def _beside(header: str, which: str) -> str:
     return f"{name}_{which} [{unit}]"
 
 
-def _stacked(columns: Sequence[Array], rows: int) -> Array:
+def _stacked(columns: Sequence[Floats], rows: int) -> Floats:
     """Columns of several draws as (draws, rows), NaN where one ended before."""
     table = np.full((len(columns), rows), np.nan)
     for row, values in zip(table, columns, strict=True):
@@ -217,19 +189,31 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
 def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Column]:
     """The table of events with bounds, by case; an event that happens in draws only has bounds alone."""
     flat = [(case, event) for case, own in enumerate(events) for event in own]
-    columns = [
-        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
-        Column("event", None, [event.name for _, event in flat]),
+    rows = [event for _, event in flat]
+    central = [
+        Column(name, unit, np.array([np.nan if row.event is None else getattr(row.event, name) for row in rows], dtype=float))
+        for name, unit in UNITS.items()
     ]
-    for name, unit in UNITS.items():
-        central = [np.nan if row.event is None else float(getattr(row.event, name)) for _, row in flat]
-        columns.append(Column(name, unit, np.array(central, dtype=float)))
-        columns.append(Column(f"{name}_lower", unit, np.array([row.lower[name] for _, row in flat], dtype=float)))
-        columns.append(Column(f"{name}_upper", unit, np.array([row.upper[name] for _, row in flat], dtype=float)))
-    return [*columns, Column("probability", "1", np.array([row.probability for _, row in flat], dtype=float))]
+    sides = [row.lower for row in rows], [row.upper for row in rows]
+    bounds = {name: [np.array([row[name] for row in side], dtype=float) for side in sides] for name in UNITS}
+    return [
+        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
+        Column("event", None, [row.name for row in rows]),
+        *_between_bounds(central, bounds),
+        Column("probability", "1", np.array([row.probability for row in rows], dtype=float)),
+    ]
 
 
-def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Array, Array]]:
+def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Sequence[Floats]]) -> list[Column]:
+    """The columns, those that have lower and upper bounds with these behind them."""
+    result = []
+    for column in columns:
+        pairs = zip(("lower", "upper"), bounds.get(column.name, ()), strict=False)
+        result += [column, *(Column(f"{column.name}_{which}", column.unit, values.ravel()) for which, values in pairs)]
+    return result
+
+
+def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Floats, Floats]]:
     """Lower and upper bound of each time of a map by name; infinite where it is beyond the horizon."""
     known = np.array([each.failure_mode != "unfinished" for each in drawn])
     bounds = {}
@@ -239,7 +223,7 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Arr
     return bounds
 
 
-def failure_probability(drawn: Sequence[FailureMap]) -> Array:
+def failure_probability(drawn: Sequence[FailureMap]) -> Floats:
     """Share of the draws that fail within the horizon, of those whose fate is known."""
     failed = np.array([np.isfinite(each.time_to_failure) for each in drawn])
     known = np.array([each.failure_mode != "unfinished" for each in drawn])
@@ -248,22 +232,11 @@ def failure_probability(drawn: Sequence[FailureMap]) -> Array:
 
 def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], level: float) -> list[Column]:
     """The table of a map with bounds beside each time, and the probability of failure."""
-    bounds = map_bounds(drawn, level)
-    result = []
-    for column in columns:
-        result.append(column)
-        if column.name in bounds:
-            pairs = zip(("lower", "upper"), bounds[column.name], strict=True)
-            result += [Column(f"{column.name}_{which}", column.unit, values.ravel()) for which, values in pairs]
-    return [*result, Column("failure_probability", "1", failure_probability(drawn).ravel())]
+    failing = Column("failure_probability", "1", failure_probability(drawn).ravel())
+    return [*_between_bounds(columns, map_bounds(drawn, level)), failing]
 
 
 def bounded_line_columns(columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float) -> list[Column]:
     """The table of lifetime lines with bounds beside each number, from the lines of every draw."""
-    result = []
-    for column in columns:
-        result.append(column)
-        if column.name in LINE:
-            low, high = interval(np.array([[getattr(line, column.name) for line in lines] for lines in drawn], dtype=float), level)
-            result += [Column(f"{column.name}_lower", column.unit, low), Column(f"{column.name}_upper", column.unit, high)]
-    return result
+    numbers = {name: np.array([[getattr(line, name) for line in lines] for lines in drawn], dtype=float) for name in LINE}
+    return _between_bounds(columns, {name: interval(values, level) for name, values in numbers.items()})

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.simulation.comparison_recipe import Comparison
-from dielast.commands.simulation.history import Entry, in_recipe_terms
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Problem, as_toml, placed
@@ -22,16 +20,17 @@ from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
+from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.recipe.fields import on_one_scale
-from dielast.simulate.cycles import CycleTable, cycle_table
-from dielast.simulate.film import Outcome
+from dielast.simulate.cycles import cycle_table
+from dielast.simulate.history import History
 
 if TYPE_CHECKING:
+    from dielast.commands.simulation.bounds import BoundedEvent
     from dielast.commands.simulation.compare import Match
+    from dielast.simulate.events import Event
 
-Array = NDArray[np.float64]
-Result = TypeVar("Result")
 PART = 2**14  # branches, over all cases, of a batch that is solved together: a part of a second of work
 FINE = 4000  # points along a history that a comparison over anything but time is drawn through
 
@@ -47,27 +46,29 @@ class GivenUp:
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
-    the columns (cycles,) of its `cycles` by header, if it has a waveform.
+    the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds.
     """
 
     temperature: float
-    columns: Mapping[str, Array]
+    columns: Mapping[str, Floats]
     failure: GivenUp | None
-    cycles: Mapping[str, Array] | None = None
+    cycles: Mapping[str, Floats] | None = None
+    events: Sequence[Event] | None = None
+    bounded_events: Sequence[BoundedEvent] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SimulationBatch(Generic[Result]):
+class SimulationBatch:
     """Cases whose histories are of one shape: `simulate` knows all that they take, `result` is given its history and a row of it,
     and `in_recipe_terms` turns a problem of the solver into one of the recipe.
     """
 
     members: Sequence[int]
     simulate: partial[Any]
-    result: partial[Result]
+    result: partial[CaseResult]
     in_recipe_terms: partial[Problem]
 
-    def solve(self) -> list[Result]:
+    def solve(self) -> list[CaseResult]:
         """The result of each member."""
         with placed(self.in_recipe_terms):
             history = self.simulate()
@@ -94,37 +95,6 @@ def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[
     return [list(members[first : first + size]) for first in range(0, len(members), size)]
 
 
-def batches_of(
-    cases: Sequence[Case[Any]],
-    materials: Sequence[Material],
-    programme: Callable[[Any], Sequence[Entry]],
-    alike: Callable[[Any], Hashable],
-    batch: Callable[[Sequence[int], Sequence[Sequence[Entry]]], tuple[partial[Any], partial[Result]]],
-) -> list[SimulationBatch[Result]]:
-    """The cases in batches of those with programmes of one shape and one output, whose recipes are `alike`.
-
-    `programme` reads the entries of a recipe; `batch` makes the simulation and the result of those members, of which it is also
-    given the entries, each in turn for all members.
-    """
-    # a case that stands in the list many times, once for each draw, is read once
-    known = {id(case): programme(case.recipe) for case in {id(case): case for case in cases}.values()}
-    programmes = [known[id(case)] for case in cases]
-    groups: dict[Hashable, list[int]] = {}
-    for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
-        output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
-        times = None if output.times is None else tuple(output.times)
-        asked = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
-        groups.setdefault((alike(case.recipe), asked, shape), []).append(index)
-    batches = []
-    for members in groups.values():
-        origin = [entry.origin for entry in programmes[members[0]]]
-        for part in divided(members, materials):
-            simulate, result = batch(part, list(zip(*(programmes[index] for index in part), strict=True)))
-            terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
-            batches.append(SimulationBatch(part, simulate, result, terms))
-    return batches
-
-
 def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
     """One material if it is that of all cases, which is then not taken apart case by case."""
     return materials[0] if all(material is materials[0] for material in materials) else list(materials)
@@ -135,25 +105,29 @@ def result_columns(results: Sequence[CaseResult]) -> Table:
     return case_table([result.temperature for result in results], [result.columns for result in results])
 
 
-def cycles_of(table: CycleTable | None, row: int) -> Mapping[str, Array] | None:
-    """The cycles that one case finished, by header."""
-    return None if table is None else table.case(row)
-
-
 def cycle_columns(results: Sequence[CaseResult]) -> Table | None:
     """The table of all cycles of all cases, None if there are none."""
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
     return cycle_table(cycling) if cycling else None
 
 
-def given_up(outcome: Outcome, material: Material, pulled: bool) -> GivenUp | None:
-    """Why a case was not finished, if it was not; `pulled` says whether a load can stretch the film without end."""
-    if outcome.completed:
-        return None
-    # the load was applied and acted for a while
-    flows = pulled and material.equilibrium_modulus == 0 and outcome.time > 0
-    more = ": without an equilibrium modulus, the film flows without end" if flows else ""
-    return GivenUp(outcome.time, outcome.reason + more)
+def case_result(
+    history: History,
+    row: int,
+    columns: Mapping[str, Floats],
+    material: Material,
+    pulled: bool,
+    events: Sequence[Event] | None = None,
+) -> CaseResult:
+    """One case of a history; `pulled` says whether a load can stretch the film without end."""
+    outcome, failure = history.outcome[row], None
+    if not outcome.completed:
+        # the load was applied and acted for a while
+        flows = pulled and material.equilibrium_modulus == 0 and outcome.time > 0
+        more = ": without an equilibrium modulus, the film flows without end" if flows else ""
+        failure = GivenUp(outcome.time, outcome.reason + more)
+    cycles = None if history.cycles is None else history.cycles.case(row)
+    return CaseResult(float(history.temperature[row]), columns, failure, cycles, events)
 
 
 def failures(results: Sequence[CaseResult]) -> list[str]:
@@ -175,9 +149,9 @@ def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
 
 def matches(
     recipe: SimulationRecipe,
-    columns: Sequence[Mapping[str, Array]],
+    columns: Sequence[Mapping[str, Floats]],
     inputs: Inputs,
-    simulate: Callable[[int, Array], Mapping[str, Array]],
+    simulate: Callable[[int, Floats], Mapping[str, Floats]],
 ) -> list[Match]:
     """The measured points of every comparison beside the case they belong to, which `simulate` gives at any times."""
     if not recipe.compare:
@@ -191,8 +165,8 @@ def matches(
         end = float(own["time [s]"][-1]) if own["time [s]"].size else 0.0
 
         def fine(
-            times: Array | None, case: int = comparison.case, rows: Array = own["time [s]"], end: float = end
-        ) -> Mapping[str, Array]:
+            times: Floats | None, case: int = comparison.case, rows: Floats = own["time [s]"], end: float = end
+        ) -> Mapping[str, Floats]:
             wanted = np.union1d(rows, np.linspace(0.0, end, FINE)) if times is None else times[times <= end]
             return simulate(case, wanted) if wanted.size else {header: np.zeros(0) for header in columns[case]}
 
@@ -212,7 +186,7 @@ def each(values: Sequence[float | int]) -> Any:
     return plain[0] if len(plain) == 1 else plain
 
 
-def last(values: Array) -> float:
+def last(values: Floats) -> float:
     """The last of a case's values; NaN for a case that never began."""
     return float(values[-1]) if values.size else np.nan
 
@@ -232,7 +206,7 @@ def compare_headline(found: Sequence[Match]) -> dict[str, Any]:
 
 
 def axes_of(
-    cases: Sequence[Case[SimulationRecipe]], columns: Mapping[str, Array], measured: str, time_scale: str = "log"
+    cases: Sequence[Case[SimulationRecipe]], columns: Mapping[str, Floats], measured: str, time_scale: str = "log"
 ) -> tuple[str, str, tuple[str, str]]:
     """Columns for x and y of the figure, x being a swept key perhaps, and their scales; y is by default what is `measured`.
 

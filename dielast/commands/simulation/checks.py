@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
+from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
 from dielast.commands.simulation.cases import CaseResult, last
-from dielast.commands.simulation.history import Entry, Recipe, aims, corners, lasting, reached
+from dielast.commands.simulation.history import Entry, aims, corners, lasting, reached
 from dielast.errors import warn
 from dielast.handover.material_file import breakdown
 from dielast.material.breakdown import BreakdownLaw
@@ -23,6 +23,7 @@ from dielast.material.checks import (
     fastest_branch,
     warn_of_breakdown,
     warn_of_elongation,
+    warn_of_falling_tension,
     warn_of_field,
     warn_of_material,
     warn_of_paces,
@@ -37,7 +38,6 @@ from dielast.recipe.cases import Case
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
     from dielast.commands.failure_map.recipe import FailureMapRecipe
-    from dielast.simulate.events import Event
     from dielast.simulate.failure_map import FailureMap
     from dielast.simulate.map_plan import MapPlan
 
@@ -57,6 +57,7 @@ def warn_of_membranes(
     """Warn of cases of `relax` or `creep` that ask too much of their material, or whose loads look like something else."""
     rest = 1.0 if cases[0].recipe.kind == "relax" else 0.0
     _warn_of_use(materials, results)
+    _warn_of_unstable(materials, results, [case.recipe.mode for case in cases])
     warn_of_paces(_paces(cases, materials, results, histories, rest))
     targets = [aims(entries) for entries in histories]
     if cases[0].recipe.kind == "relax":
@@ -77,13 +78,14 @@ def warn_of_films(
     cases: Sequence[Case[ActuateRecipe]],
     materials: Sequence[Material],
     results: Sequence[CaseResult],
-    events: Sequence[Sequence[Event]],
     histories: Sequence[Sequence[Entry]],
 ) -> None:
     """Warn of cases of `actuate` that ask too much of their material, whose films or voltages look as if they were in another unit,
     or that break down at once.
     """
     _warn_of_use(materials, results)
+    even = [len({*case.recipe.film.prestretch}) == 1 and len({*case.recipe.film.boundary}) == 1 for case in cases]
+    _warn_of_unstable(materials, results, ["equibiaxial" if both else None for both in even])
     films = [case.recipe.film for case in cases]
     limits = [breakdown(case.recipe.breakdown) or own.breakdown for case, own in zip(cases, materials, strict=True)]
     warn_of_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
@@ -91,12 +93,13 @@ def warn_of_films(
     warn_of_thickness([film.thickness for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     voltage = [max(map(abs, aims(own)), default=0.0) for own in histories]
-    field = np.array(voltage) * area / np.array([film.thickness for film in films])
-    known = np.array([_limit(*each) for each in zip(limits, area.tolist(), field.tolist(), strict=True)])
+    thickness = [film.thickness for film in films]
+    field = np.array(voltage) * area / np.array(thickness)
+    known = np.array([_limit(*each) for each in zip(limits, area.tolist(), thickness, field.tolist(), strict=True)])
     warn_of_field(field, known)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
-    for index, (own, material, result) in enumerate(zip(events, materials, results, strict=True)):
-        for event in own:
+    for index, (material, result) in enumerate(zip(materials, results, strict=True)):
+        for event in result.events or ():
             if event.name != "breakdown" or event.time > 0:
                 continue
             if event.voltage * area[index] / films[index].thickness * MOVED >= known[index]:
@@ -115,11 +118,15 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
     warn_of_material(material)
     warn_of_use(material, plan.temperature)
-    warn_of_breakdown(plan.breakdown_field)
+    known = plan.breakdown_field[np.isfinite(plan.breakdown_field)]
+    warn_of_breakdown(known)
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
+    for pair in recipe.film.prestretch:
+        warn_of_falling_tension(material, np.array(pair)[:, None], "equibiaxial" if pair[0] == pair[1] else None)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
-    warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
+    if known.size:
+        warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
 
 
 def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:
@@ -153,6 +160,19 @@ def _warn_of_use(materials: Sequence[Material], results: Sequence[CaseResult]) -
         warn_of_use(one, [result.temperature for material, result in asked if material is one])
 
 
+def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResult], modes: Sequence[str | None]) -> None:
+    """Warn of materials whose equilibrium spring is stretched further than it is stable in these modes, one a case."""
+    for material, mode in {
+        (id(material), mode): (material, mode) for material, mode in zip(materials, modes, strict=True)
+    }.values():
+        own = [
+            [result.columns[f"stretch_{axis} [1]"] for axis in (1, 2)]
+            for result, known, wanted in zip(results, materials, modes, strict=True)
+            if known is material and wanted == mode
+        ]
+        warn_of_falling_tension(material, np.concatenate([np.array(stretches) for stretches in own], axis=1), mode)
+
+
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:
     """Warn of stretched films that are let back faster than they follow, and would go slack: what is prescribed pushes them."""
     lowest = [float(np.min(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
@@ -169,11 +189,13 @@ def _room(material: Material, columns: Mapping[str, Any]) -> NDArray[np.float64]
     return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
 
 
-def _limit(known: BreakdownLaw | None, area: float, field: float) -> float:
-    """The breakdown field in V/m of a film of this prestretched area; where none is known, that of films next to `field`."""
+def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: float) -> float:
+    """The breakdown field in V/m of a film of this prestretched area and undeformed thickness in m; where none is known, that of
+    films next to `field`.
+    """
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
-    return float(known.at(np.sqrt(area)))
+    return float(known.of_film(np.sqrt(area), thickness / area))
 
 
 def _and_more(cases: Sequence[int]) -> str:

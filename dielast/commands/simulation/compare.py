@@ -16,16 +16,16 @@ from dielast.io.files import Inputs
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
+from dielast.numerics.columns import Floats
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.readings.specimen_recipe import Specimen
 from dielast.units import FIELD, FORCE, LENGTH, NUMBER, STRESS, TIME, VOLTAGE, kind_of
 
-Array = NDArray[np.float64]
 DIMENSIONS = {dimension.unit: dimension for dimension in (TIME, STRESS, VOLTAGE, FIELD, LENGTH, NUMBER)}
 # columns of the result that a testing machine measures in another way
 QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
 
-Fine = Callable[[Array | None], Mapping[str, Array]]
+Fine = Callable[[Floats | None], Mapping[str, Floats]]
 """A case's columns at these times in s, or without times closely enough to draw straight lines between them."""
 
 
@@ -36,9 +36,9 @@ class Match:
     label: str
     case: int
     headers: tuple[str, str]
-    x: Array
-    y: Array
-    model: Array
+    x: Floats
+    y: Floats
+    model: Floats
 
     @property
     def used(self) -> int:
@@ -60,7 +60,7 @@ class Match:
 
 def match(
     comparison: Comparison,
-    columns: Mapping[str, Array],
+    columns: Mapping[str, Floats],
     inputs: Inputs,
     fine: Fine,
     key: str = "compare[0]",
@@ -91,7 +91,7 @@ def match(
     return Match(comparison.label or _label(comparison), comparison.case, (comparison.x, comparison.y), x, y, model)
 
 
-def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | None = None) -> tuple[Array, Array]:
+def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | None = None) -> tuple[Floats, Floats]:
     """The measured x and y (n,) of a comparison in SI, extension as stretch and force as nominal stress of the `specimen`, unless
     the comparison states its own.
 
@@ -112,7 +112,7 @@ def _axis(
     column: str | None,
     specimen: Specimen | None,
     rows: NDArray[np.bool_],
-) -> Array:
+) -> Floats:
     name, unit = split_header(header)
     quantity = QUANTITIES.get(header)
     wanted: str | int = column or name
@@ -145,7 +145,7 @@ def _label(comparison: Comparison) -> str:
     return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
 
 
-def measured_times(x: Array) -> Array:
+def measured_times(x: Floats) -> Floats:
     """The times that a simulation can be asked for."""
     return np.unique(x[x >= 0])
 
@@ -162,7 +162,7 @@ def _rows(table: MeasuredTable, comparison: Comparison) -> NDArray[np.bool_]:
     return keep
 
 
-def _interpolate(comparison: Comparison, x: Array, model_x: Array, model_y: Array) -> Array:
+def _interpolate(comparison: Comparison, x: Floats, model_x: Floats, model_y: Floats) -> Floats:
     """`model_y` at `x`, NaN outside; a model that turns back once, as in loading and unloading, is matched branch by branch."""
     if not model_x.size:
         return np.full(x.size, np.nan)
@@ -181,7 +181,7 @@ def _interpolate(comparison: Comparison, x: Array, model_x: Array, model_y: Arra
     return np.concatenate([first, _one_way(x[own + 1 :], model_x[turn:], model_y[turn:])])
 
 
-def _turns(x: Array) -> int:
+def _turns(x: Floats) -> int:
     """How often x turns back by more than noise, 2 % of its range."""
     least = 0.02 * float(np.ptp(x))
     count, direction, extreme = 0, 0, float(x[0])
@@ -193,6 +193,6 @@ def _turns(x: Array) -> int:
     return count
 
 
-def _one_way(x: Array, model_x: Array, model_y: Array) -> Array:
+def _one_way(x: Floats, model_x: Floats, model_y: Floats) -> Floats:
     order = np.argsort(model_x, kind="stable")
     return np.interp(x, model_x[order], model_y[order], left=np.nan, right=np.nan)

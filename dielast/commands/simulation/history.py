@@ -8,23 +8,19 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dielast.commands.membrane.recipe import CreepRecipe, LoadStep, RelaxRecipe, StretchStep
 from dielast.commands.simulation.recipe import KEYS
-from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Problem
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.load import Path, Step, Track, Waveform
-from dielast.units import FORCE, TIME, TIMES
+from dielast.mechanics.load import Path, Step, Track, VoltageStep, Waveform
+from dielast.numerics.columns import Floats
+from dielast.units import FORCE, TIME, TIMES, VOLTAGE
 
 if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable
 
-Array = NDArray[np.float64]
 OWN = ("stretch_1", "nominal_stress_1")
-Recipe = RelaxRecipe | CreepRecipe
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +46,7 @@ class Entry:
         return (self.control, self.rate is None, self.duration is None, self.duration == 0, self.still, path)
 
 
-def values_of(entries: Sequence[Entry], name: str) -> Array | None:
+def values_of(entries: Sequence[Entry], name: str) -> Floats | None:
     """One value of the same step of several cases, as an array (cases,), or () if it is one case again and again."""
     first = getattr(entries[0], name)
     if first is None:
@@ -59,7 +55,7 @@ def values_of(entries: Sequence[Entry], name: str) -> Array | None:
     return np.array(first) if alike else np.array([getattr(entry, name) for entry in entries])
 
 
-def target_of(entries: Sequence[Entry]) -> Array | Path | None:
+def target_of(entries: Sequence[Entry]) -> Floats | Path | None:
     """Where the same step of several cases goes, as in `values_of`, or the path of all of them."""
     first = entries[0].target
     if isinstance(first, Track):
@@ -73,13 +69,13 @@ def target_of(entries: Sequence[Entry]) -> Array | Path | None:
     return values_of(entries, "target")
 
 
-def joined(entries: Sequence[Entry]) -> Step:
-    """The same step of several cases as one, with arrays as in `values_of`."""
-    targets = {} if entries[0].control is None else {entries[0].control: target_of(entries)}
-    return Step(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
+def joined(entries: Sequence[Entry], kind: type[Step] | type[VoltageStep]) -> Step | VoltageStep:
+    """The same step of several cases as one of this kind, with arrays as in `values_of`."""
+    targets: Any = {} if entries[0].control is None else {entries[0].control: target_of(entries)}
+    return kind(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
 
-def solver_steps(recipe: Recipe, inputs: Inputs) -> list[Entry]:
+def solver_steps(recipe: Any, inputs: Inputs) -> list[Entry]:
     """The recipe's steps as the solver takes them; forces become nominal stresses, tables become ramps."""
     if recipe.load is not None:
         inputs.read(recipe.load)
@@ -88,14 +84,14 @@ def solver_steps(recipe: Recipe, inputs: Inputs) -> list[Entry]:
         if step.hold is not None:
             entries.append(Entry(index, None, None, None, step.hold))
         elif step.table is not None:
-            entries += _followed(index, step, step.table, recipe, inputs)
+            entries += _followed(index, step, recipe, inputs)
         elif step.waveform is not None:
             entries.append(_cycling(index, step, recipe))
-        elif isinstance(step, StretchStep):
-            entries.append(Entry(index, "stretch", step.stretch, step.rate, step.duration))
-        elif isinstance(step, LoadStep):
-            entries.append(_loaded(index, step, recipe))
-    return marked_still(entries, 1.0 if recipe.kind == "relax" else 0.0)
+        else:
+            quantity, value, rate, _ = step.aim()
+            area = _area(recipe) if quantity == "force" else 1.0
+            entries.append(Entry(index, step.CONTROL, value / area, None if rate is None else rate / area, step.duration))
+    return marked_still(entries, recipe.step[0].REST)
 
 
 def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
@@ -148,23 +144,21 @@ def lasting(entry: Entry, present: float) -> float:
     return abs((entry.target - present) / entry.rate) if entry.target is not None and entry.rate != 0 else 0.0
 
 
-def _loaded(index: int, step: LoadStep, recipe: Recipe) -> Entry:
-    area = _area(recipe) if step.force is not None else 1.0
-    target = step.stress if step.force is None else step.force
-    assert target is not None
-    return Entry(index, "stress", target / area, step.rate[0] / area if step.rate is not None else None, step.duration)
-
-
-def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: Inputs) -> list[Entry]:
+def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]:
     """Ramps through the points of a table, jumps where a result of dielast's jumps; its times count from the start of the step."""
     from dielast.io.text_table import TextFormat, read_measured
     from dielast.readings.specimen import read_as, role_in
 
-    columns = step.columns if isinstance(step, StretchStep | LoadStep) else None
+    name, control, columns = step.table, step.CONTROL, step.columns
     points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
-    control = "stretch" if isinstance(step, StretchStep) else "stress"
-    role, column = role_in(points, control, columns)
-    time = ascending_times(points, name, column in OWN, (columns and columns.time) or "time")
+    if control == "voltage":
+        role, column, jumps = control, (columns and columns.voltage) or control, points.has("true_field")
+    else:
+        role, column = role_in(points, control, columns)
+        jumps = column in OWN
+    time = ascending_times(points, name, jumps, (columns and columns.time) or "time")
+    if control == "voltage":
+        return tracks(index, control, time, points.column(column, control, VOLTAGE))
     values = read_as(points, role, column, recipe.specimen)
     if control == "stretch":
         for row in np.flatnonzero(values <= 0)[:1]:
@@ -174,7 +168,7 @@ def _followed(index: int, step: HistoryStep, name: str, recipe: Recipe, inputs: 
     return tracks(index, control, time, values)
 
 
-def tracks(index: int, control: str, time: Array, values: Array) -> list[Entry]:
+def tracks(index: int, control: str, time: Floats, values: Floats) -> list[Entry]:
     """Points of a table of load (k,) as entries, a new one where the load jumps, with two points at one time."""
     entries, starts = [], [0, *(np.flatnonzero(np.diff(time) == 0) + 1).tolist(), time.size]
     for first, end in pairwise(starts):
@@ -183,22 +177,16 @@ def tracks(index: int, control: str, time: Array, values: Array) -> list[Entry]:
     return entries
 
 
-def _cycling(index: int, step: HistoryStep, recipe: Recipe) -> Entry:
-    """Cycles of a stretch, force or stress."""
-    assert isinstance(step, StretchStep | LoadStep)
-    assert step.high is not None
-    assert step.waveform is not None
-    assert step.period is not None
-    if isinstance(step, StretchStep):
-        low, high, control = step.low if step.low is not None else 1.0, step.high, "stretch"
-    else:
-        area = _area(recipe) if step.high[1] == FORCE.unit else 1.0
-        low, high, control = (step.low[0] if step.low is not None else 0.0) / area, step.high[0] / area, "stress"
-    return Entry(index, control, Waveform(low, high, step.period, step.cycles or 1, step.waveform))
+def _cycling(index: int, step: Any, recipe: Any) -> Entry:
+    """Cycles between two values, which are of a force or a stress with their unit; the lower one is by default that at rest."""
+    (low, _), (high, unit) = (value if isinstance(value, tuple) else (value, "") for value in (step.low, step.high))
+    area = _area(recipe) if unit == FORCE.unit else 1.0
+    low = (step.REST if low is None else low) / area
+    return Entry(index, step.CONTROL, Waveform(low, high / area, step.period, step.cycles or 1, step.waveform))
 
 
-def _area(recipe: Recipe) -> float:
-    area = recipe.specimen.area if recipe.specimen is not None else None
+def _area(recipe: Any) -> float:
+    area: float | None = recipe.specimen.area if recipe.specimen is not None else None
     if area is None:
         raise InputError("a force needs [specimen] with width and thickness, or state stress")
     return area
@@ -217,7 +205,7 @@ def in_recipe_terms(problem: Problem, origin: Sequence[int], members: Sequence[i
     return replace(problem, step=None, key=key)
 
 
-def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, column: str | int = "time") -> Array:
+def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, column: str | int = "time") -> Floats:
     """The times in the `column` of a table of load in s; with `jumps` they may repeat.
 
     Raises `InputError` naming the line unless they ascend from 0 or later, or if it is a result of several cases.

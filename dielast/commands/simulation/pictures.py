@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
+from dielast.numerics.columns import Floats
 from dielast.plots.events import Band, Mark, Span
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases
@@ -22,7 +23,6 @@ from dielast.recipe.cases import Case
 if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
 
-Array = NDArray[np.float64]
 SKIPPED = 20.0  # times as far apart as their neighbours are rows with cycles between them that are left out
 
 
@@ -39,7 +39,7 @@ class FilmEvent:
 def picture(
     cases: Sequence[Case[Any]],
     materials: Sequence[Material],
-    columns: Sequence[Mapping[str, Array]],
+    columns: Sequence[Mapping[str, Floats]],
     matches: Sequence[Match],
     axes: tuple[str, str, tuple[str, str]],
     bands: Sequence[Band | None],
@@ -54,21 +54,9 @@ def picture(
     x, y, scales = axes
     title, times = cases[0].recipe.title, cases[0].recipe.output.times
     if joined(x, cases, columns):
-        points = across_cases(x, y, cases, materials, columns, times, bands, events)
-        return plot_cases(
-            points.series,
-            points.labels,
-            (),
-            points.x,
-            y,
-            scales,
-            titled(title, cases, materials, _after(columns, events, times)),
-            points.marks,
-            points.swept,
-            points.bands,
-            interval,
-        )
-    drawn: list[Mapping[str, Array]] = []
+        title = titled(title, cases, materials, _after(columns, events, times))
+        return _across_cases(x, y, scales, title, cases, materials, columns, times, bands, interval, events)
+    drawn: list[Mapping[str, Floats]] = []
     failed: list[int | None] = []
     for index, table in enumerate(columns):
         happened = events[index] if index < len(events) else ()
@@ -99,7 +87,7 @@ def picture(
     )
 
 
-def _left_out(recipe: Any, time: Array) -> NDArray[np.bool_]:
+def _left_out(recipe: Any, time: Floats) -> NDArray[np.bool_]:
     """The last row (times,) before cycles that the table leaves out, through which no line may go; its neighbour shows the same."""
     periods = [period for step in recipe.step if (period := getattr(step, "period", None)) is not None]
     gaps = np.diff(time, append=np.inf)
@@ -110,7 +98,7 @@ def _left_out(recipe: Any, time: Array) -> NDArray[np.bool_]:
     return np.asarray((gaps > 0.75 * min(periods)) & (gaps > SKIPPED * np.minimum(before, after)) & np.isfinite(gaps))
 
 
-def _after(columns: Sequence[Mapping[str, Array]], events: Sequence[Sequence[FilmEvent]], times: Sequence[float] | None) -> str:
+def _after(columns: Sequence[Mapping[str, Floats]], events: Sequence[Sequence[FilmEvent]], times: Sequence[float] | None) -> str:
     """When the points of a sweep are, if that is one time for all that have not failed before."""
     if times is not None:
         return f"after {lasting(times[0])}" if len(times) == 1 else ""
@@ -120,7 +108,7 @@ def _after(columns: Sequence[Mapping[str, Array]], events: Sequence[Sequence[Fil
     return ends.pop() if len(ends) == 1 else ""
 
 
-def joined(x: str, cases: Sequence[Case[Any]], columns: Sequence[Mapping[str, Array]]) -> bool:
+def joined(x: str, cases: Sequence[Case[Any]], columns: Sequence[Mapping[str, Floats]]) -> bool:
     """Whether lines join cases rather than times: as the recipe says, else where a line of a case would have one x alone."""
     if x in cases[0].settings:
         return True
@@ -132,30 +120,19 @@ def joined(x: str, cases: Sequence[Case[Any]], columns: Sequence[Mapping[str, Ar
     return all(np.ptp(table[x]) <= 1e-9 * np.max(np.abs(table[x])) for table in columns if table[x].size)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Points:
-    """Lines across the cases of a sweep: `series` of columns by header, with the column `x`, `labels` and factors `swept` as cases
-    have them, `bands`, and the `marks` of the cases that failed before.
-    """
-
-    x: str
-    series: list[dict[str, Array]]
-    labels: list[str]
-    swept: list[Swept]
-    bands: list[Band | None]
-    marks: list[Mark]
-
-
-def across_cases(
+def _across_cases(
     x: str,
     y: str,
+    scales: tuple[str, str],
+    title: str,
     cases: Sequence[Case[Any]],
     materials: Sequence[Material],
-    columns: Sequence[Mapping[str, Array]],
-    times: Sequence[float] | None = None,
-    bands: Sequence[Band | None] = (),
-    events: Sequence[Sequence[FilmEvent]] = (),
-) -> Points:
+    columns: Sequence[Mapping[str, Floats]],
+    times: Sequence[float] | None,
+    bands: Sequence[Band | None],
+    interval: str,
+    events: Sequence[Sequence[FilmEvent]],
+) -> Figure:
     """Column `y` of every case, at its end or at each of the output `times`, over `x`, a swept key or a column.
 
     A line joins the cases in the order of that key, or of the quantity with the most values. `bands` have the rows of the
@@ -173,7 +150,7 @@ def across_cases(
     failed = {
         case: event.time for case, happened in enumerate(events) for event in reversed(happened) if named(event.name).is_failure
     }
-    series: list[dict[str, Array]] = []
+    series: list[dict[str, Floats]] = []
     drawn: list[Band | None] = []
     members: list[int] = []
     marks: list[Mark] = []
@@ -201,14 +178,14 @@ def across_cases(
         texts = tuple(f"after {lasting(time)}" for time in times)
         lines.append(Swept("time [s]", tuple(times) * len(groups), texts * len(groups)))
     names = [", ".join(one.text(index) for one in lines) for index in range(len(series))]
-    return Points(header, series, names, lines, drawn, marks)
+    return plot_cases(series, names, (), header, y, scales, title, marks, lines, drawn, interval)
 
 
 def _of(one: Swept, members: Sequence[int]) -> tuple[tuple[float, ...], tuple[str, ...]]:
     return tuple(one.values[case] for case in members) if one.values else (), tuple(one.text(case) for case in members)
 
 
-def _row(time: Array, wanted: float | None, failed: float | None) -> int | None:
+def _row(time: Floats, wanted: float | None, failed: float | None) -> int | None:
     """The row of a case at a time, or its last one; None if it was not reached, or the film had failed by then."""
     if not time.size or (failed is not None and (wanted is None or wanted >= failed)):
         return None
@@ -218,6 +195,6 @@ def _row(time: Array, wanted: float | None, failed: float | None) -> int | None:
     return int(rows[-1]) if rows.size else None
 
 
-def _taken(values: Sequence[Array | None], rows: Sequence[int | None]) -> Array:
+def _taken(values: Sequence[Floats | None], rows: Sequence[int | None]) -> Floats:
     pairs = zip(values, rows, strict=True)
     return np.array([np.nan if column is None or row is None else column[row] for column, row in pairs])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
 from dielast.commands.command import Reading
 from dielast.commands.simulation.cases import check_case
 from dielast.commands.simulation.compare import read_points
+from dielast.commands.simulation.history import solver_steps
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.uncertainty import sample_of
 from dielast.errors import InputError
@@ -25,17 +26,15 @@ def material_readings(recipe: Any, inputs: Inputs) -> Iterator[Reading]:
         yield "uncertainty", (recipe.material, recipe.uncertainty), lambda: _read_draws(recipe, inputs)
 
 
-def simulation_readings(
-    cases: Sequence[Case[SimulationRecipe]], inputs: Inputs, read_steps: Callable[[Any, Inputs], object]
-) -> Iterator[Reading]:
-    """The files of every case; `read_steps` reads the steps of a recipe."""
+def simulation_readings(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The files of every case."""
     for case in cases:
         recipe: Any = case.recipe
         yield from material_readings(recipe, inputs)
         for index, step in enumerate(recipe.step):
             if step.table is not None:
                 alone: RecipeBase = recipe.model_copy(update={"step": [step], "load": None})
-                yield f"step[{index}].table", step, partial(read_steps, alone, inputs)
+                yield f"step[{index}].table", step, partial(solver_steps, alone, inputs)
         specimen = getattr(recipe, "specimen", None)
         for index, comparison in enumerate(recipe.compare):
             yield f"compare[{index}].file", (comparison, specimen), partial(read_points, comparison, inputs, specimen)

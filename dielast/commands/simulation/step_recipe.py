@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, Self, TypeVar
+from typing import ClassVar, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -39,7 +39,13 @@ OF_A_TABLE = ("columns", "sheet")
 
 
 class HistoryStep(Section):
-    """A step holds for a time, follows a table, or goes to a target at a rate, within a duration, or at once."""
+    """A step holds for a time, follows a table, or goes to a target at a rate, within a duration, or at once.
+
+    `CONTROL` is what the solver is given of it, which is `REST` before the first step.
+    """
+
+    CONTROL: ClassVar[str]
+    REST: ClassVar[float] = 0.0
 
     hold: PositiveTime | None = Field(None, description="Keep what is there for so long.")
     table: InputFile | None = Field(

@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.spectrum.export import EXPORT_KEYS, Export
 from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
@@ -26,6 +25,7 @@ from dielast.material.material import Material
 from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
 from dielast.material.springs import Gent
+from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
 from dielast.relaxation.creep import fit_creep
@@ -36,7 +36,6 @@ from dielast.relaxation.result import SpectrumFit
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 
-Array = NDArray[np.float64]
 BEYOND = 3.0  # times the ends of a master curve: so far processes within still show
 
 
@@ -112,26 +111,22 @@ def fit_curve(curve: ReducedCurve, fit: Fit, keep: int | None = None, flows: boo
     `flows` is that of `fit_creep`.
     """
     with in_keys(FIT_KEYS):
-        return _fitted(curve, fit, keep, flows)
-
-
-def _fitted(curve: ReducedCurve, fit: Fit, keep: int | None, flows: bool | None) -> SpectrumFit:
-    ends = fit.relaxation_time.min, fit.relaxation_time.max
-    wanted: dict[str, Any] = {
-        "branches": fit.branches,
-        "equilibrium_modulus": fit.equilibrium_modulus,
-        "liquid": fit.liquid,
-        "glassy_modulus": fit.glassy_modulus,
-        "keep": keep,
-    }
-    if curve.kind is RELAXATION:
-        method, degree = fit.method or "schwarzl-staverman", fit.polynomial_degree
-        return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, **wanted)
-    if fit.method == "schwarzl-staverman":
-        raise InputError(f'"schwarzl-staverman" reads a relaxation modulus; {curve.kind.name} needs "nnls"', argument="method")
-    if curve.kind is CREEP:
-        return fit_creep(*curve.columns, retardation_time=ends, flows=flows, **wanted)
-    return fit_oscillation(*curve.columns, relaxation_time=ends, **wanted)
+        ends = fit.relaxation_time.min, fit.relaxation_time.max
+        wanted: dict[str, Any] = {
+            "branches": fit.branches,
+            "equilibrium_modulus": fit.equilibrium_modulus,
+            "liquid": fit.liquid,
+            "glassy_modulus": fit.glassy_modulus,
+            "keep": keep,
+        }
+        if curve.kind is RELAXATION:
+            method, degree = fit.method or "schwarzl-staverman", fit.polynomial_degree
+            return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, **wanted)
+        if fit.method == "schwarzl-staverman":
+            raise InputError(f'"schwarzl-staverman" reads a relaxation modulus; {curve.kind.name} needs "nnls"', argument="method")
+        if curve.kind is CREEP:
+            return fit_creep(*curve.columns, retardation_time=ends, flows=flows, **wanted)
+        return fit_oscillation(*curve.columns, relaxation_time=ends, **wanted)
 
 
 def draw_materials(
@@ -151,7 +146,7 @@ def draw_materials(
 
     flows = None if whole.retardation is None else whole.retardation.fluidity > 0  # a solid is one in every draw
 
-    def refit(abscissa: Array, ordinates: Array) -> SpectrumFit:
+    def refit(abscissa: Floats, ordinates: Floats) -> SpectrumFit:
         return fit_curve(ReducedCurve(curve.kind, (abscissa, *ordinates), curve.shift), held, flows=flows)
 
     return drawn_materials(material, curve, read, whole, refit)
@@ -279,4 +274,6 @@ def make_material(
         permittivity=permittivity(constants),
         breakdown=breakdown(constants.breakdown),
         measured_temperature=curve.measured_temperature,
+        equilibrium_scaling=curve.scaling,
+        nonequilibrium_scaling=curve.scaling,
     )

@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
 from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.shift import NoShift
+from dielast.numerics.columns import Floats
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.read import read_all
 from dielast.readings.steps import TABLE
-
-Array = NDArray[np.float64]
 
 NO_SCATTER = 1.25  # times as large a value at the same time is no scatter of one test
 
@@ -44,7 +42,7 @@ def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
     return ReducedCurve(reading.kind, tuple(columns), NoShift(at), data=read)
 
 
-def _warn_of_several(columns: Array, source: str) -> None:
+def _warn_of_several(columns: Floats, source: str) -> None:
     """Warn of other values at the same times or frequencies: of several tests, perhaps, that are taken for one."""
     order = np.argsort(columns[0], kind="stable")
     x, y = columns[0, order], np.log(columns[1, order])
@@ -55,7 +53,7 @@ def _warn_of_several(columns: Array, source: str) -> None:
         warn(f"{found}: are these several tests? Leave the rows of one in the file", file=source)
 
 
-def _positive(columns: Array, source: str) -> Array:
+def _positive(columns: Floats, source: str) -> Floats:
     """The points whose ordinates are all positive; of the others, as a noise floor gives them, few enough, it warns."""
     below = np.any(columns[1:] <= 0, axis=0)
     if np.any(below):

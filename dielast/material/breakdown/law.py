@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,13 +11,22 @@ from dielast.material.law import Law
 
 
 class BreakdownLaw(Law):
-    """Base of the breakdown laws; a law states `at` and `scaled` at least."""
+    """Base of the breakdown laws; a law states `at` and `scaled` at least, and one that `follows_film` also `of_film`."""
 
     __slots__ = ()
+
+    follows_film: ClassVar[bool] = False
+    """Whether the field changes with the film: the law is then asked at every moment, else once, at the prestretch. The constants
+    of such a law are numbers, of which it takes arrays, too.
+    """
 
     def at(self, prestretch: ArrayLike) -> NDArray[np.float64]:
         """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
         raise NotImplementedError
+
+    def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> NDArray[np.float64]:
+        """The field in V/m of films at a `stretch` sqrt(l1 l2) and a present `thickness` in m, of any shape."""
+        return self.at(stretch)
 
     def scaled(self, factor: float) -> Self:
         """The law of a film whose breakdown field is `factor` times as large, at every prestretch."""

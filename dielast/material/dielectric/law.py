@@ -2,21 +2,42 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.material.law import Law
+from dielast.numerics.columns import Floats
+
+LogRatio = tuple[Floats, Floats, Floats]
+"""ln(eps/eps_0), its derivatives (2, ...) and its second derivatives 11, 12, 22 (3, ...), as `DielectricLaw.log_ratio` has them."""
 
 
 class DielectricLaw(Law):
-    """Base of the dielectric laws; a law states `at`."""
+    """Base of the dielectric laws; a law states `at`, and `log_ratio` where the permittivity depends on stretch."""
 
     __slots__ = ()
+    depends_on_stretch: ClassVar[bool] = False
 
     def brief(self) -> float | DielectricLaw | None:
         """The shortest that `Material` takes for it: a number in F/m for a constant one, None for none at all."""
         return self
 
-    def at(self, temperature: ArrayLike) -> NDArray[np.float64]:
-        """The permittivity in F/m at temperatures in degC, of the same shape."""
+    def at(self, temperature: ArrayLike) -> Floats:
+        """The permittivity in F/m of the undeformed film at temperatures in degC, of the same shape; raises `InputError` for one
+        at which it is not known.
+        """
         raise NotImplementedError
+
+    def typical(self, temperature: float) -> Floats:
+        """Permittivities in F/m (any shape) to judge the constants by; `temperature` is the material's reference in degC."""
+        return self.at(temperature)
+
+    def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
+        """ln(eps/eps_0), eps_0 that of the undeformed film, with its derivatives in Lambda_i = 2 ln lambda_i, at Lambda (2, ...).
+
+        It must not change if the axes are exchanged. It is not finite where the law gives no positive permittivity.
+        """
+        shape = np.shape(log_squared_stretch)[1:]
+        return np.zeros(shape), np.zeros((2, *shape)), np.zeros((3, *shape))

@@ -30,6 +30,7 @@ class Gent(FirstInvariantLaw):
 
     name: ClassVar = "gent"
     title: ClassVar = "Gent"
+    always_stable: ClassVar = True
     constants: ClassVar = (
         Constant("J_lim", "Limit of stretch of the Gent spring; left out: neo-Hookean.", at_least=1e-6, left_out=math.inf),
     )

@@ -6,9 +6,9 @@ stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) =
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,10 @@ class SpringLaw(Law):
     """
 
     __slots__ = ()
+    takes_modulus: ClassVar[bool] = True
+    """Whether a material file states the shear modulus of the equilibrium spring beside the constants."""
+    always_stable: ClassVar[bool] = False
+    """Whether tension rises with the stretch in every mode whatever the constants are."""
 
     def stress(self, squared_stretch: Floats) -> Floats:
         """True stresses (p, q), shape (2, ...), at squared stretches (2, ...); not finite outside the law's domain."""
@@ -115,6 +119,26 @@ class SpringLaw(Law):
                 raise InputError(f"the material's {self.title} springs have no {name}", argument=name)
         return self.with_values(constants)
 
+    def initial_modulus(self) -> float | None:
+        """The shear modulus that the constants state, in their unit; None where they state a shape alone."""
+        return None
+
+    @classmethod
+    def of_file(cls, stated: Mapping[str, Any], modulus: float | None) -> Self:
+        """The law of constants (SI) by their keys in a material file, beside which the shear `modulus` in Pa stands, or None.
+
+        Raises `InputError` for constants that are missing, wrong or of another law.
+        """
+        return cls(**cls.arguments(stated))
+
+    def in_file(self, modulus: float) -> dict[str, Any]:
+        """The constants by their keys in a material file, of a spring of this shear `modulus` in Pa."""
+        return self.stated()
+
+    def shape(self) -> dict[str, str]:
+        """The constants as text by name, those that are stresses over the shear modulus."""
+        return {name: f"{value:g}" for name, value in self.values().items()}
+
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
         """The spring of a shear `modulus` as the `law` of a finite-element code; None where that cannot stand for it."""
         return None
@@ -170,75 +194,3 @@ def _has_cases(value: NDArray[Any]) -> bool:
 
 def _plain(value: NDArray[Any]) -> Any:
     return value.item() if value.ndim == 0 else value
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FirstAndRest(SpringLaw):
-    """One law for the first of n springs and another for the rest; arrays of shape (..., n, cases)."""
-
-    first: SpringLaw
-    rest: SpringLaw
-
-    def stress(self, squared_stretch: Floats) -> Floats:
-        """Stresses of both laws, joined."""
-        return np.concatenate((self.first.stress(squared_stretch[:, :1]), self.rest.stress(squared_stretch[:, 1:])), axis=1)
-
-    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
-        """Stresses and tangents of both laws, joined."""
-        first, rest = self.first.tangent(squared_stretch[:, :1]), self.rest.tangent(squared_stretch[:, 1:])
-        return np.concatenate((first[0], rest[0]), axis=1), np.concatenate((first[1], rest[1]), axis=1)
-
-    def energy(self, squared_stretch: Floats) -> Floats:
-        """Energies of both laws, joined."""
-        return np.concatenate((self.first.energy(squared_stretch[:, :1]), self.rest.energy(squared_stretch[:, 1:])))
-
-    def room(self, squared_stretch: Floats) -> Floats:
-        """Distances to the end of both laws, joined."""
-        return np.concatenate((self.first.room(squared_stretch[:, :1]), self.rest.room(squared_stretch[:, 1:])))
-
-    def take(self, cases: Cases) -> FirstAndRest:
-        """Both laws for some of the cases."""
-        return FirstAndRest(self.first.take(cases), self.rest.take(cases))
-
-    def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
-        """The law of one spring in one case."""
-        return self.first.of_spring(0, case) if spring == 0 else self.rest.of_spring(spring - 1, case)
-
-    def with_idle_spring(self) -> FirstAndRest:
-        """The law of one spring more, the last."""
-        return FirstAndRest(self.first, self.rest.with_idle_spring())
-
-
-def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
-    """The law of n springs in all cases: of each case (or of all, if there is one pair only) the law of the equilibrium spring and
-    that of its branches.
-
-    `carrying` (n, cases) says which springs have a modulus; the others never end. Raises `InputError` where equilibrium springs,
-    or branches, of different laws meet.
-    """
-    first, rest = [law for law, _ in laws], [law for _, law in laws]
-    if all(law is first[0] for law in first) and all(law is rest[0] for law in rest):
-        first, rest = first[:1], rest[:1]
-    for springs in (first, rest):
-        titles = {law.name: law.title for law in springs}
-        if len(titles) > 1:
-            raise InputError(f"materials of the laws {' and '.join(titles.values())} cannot share a run: run them one by one")
-    count = carrying.shape[0] - 1
-    blocks = (_of_rows(first, carrying[:1], 1), _of_rows(rest, carrying[1:], count))
-    if type(first[0]) is type(rest[0]):
-        # one law for all springs is faster than two
-        width = max((value.shape[-1] for block in blocks for value in block.values()), default=1)
-        joined = {name: [np.broadcast_to(block[name], (*block[name].shape[:-1], width)) for block in blocks] for name in blocks[0]}
-        return first[0].with_values({name: np.concatenate(rows, axis=-2) for name, rows in joined.items()})
-    return FirstAndRest(first[0].with_values(blocks[0]), rest[0].with_values(blocks[1]))
-
-
-def _of_rows(laws: Sequence[SpringLaw], carrying: NDArray[np.bool_], rows: int) -> dict[str, Floats]:
-    """The constants (..., rows, cases) of springs in as many rows, one law a case or one for all."""
-    stated, idle = ([law.values() for law in group] for group in (laws, [law.unlimited() for law in laws]))
-    found = {}
-    for name in stated[0]:
-        value, free = (np.stack([np.asarray(own[name], dtype=float) for own in group], axis=-1) for group in (stated, idle))
-        value = np.repeat(value[..., None, :], rows, axis=-2)
-        found[name] = value if carrying.all() else np.where(carrying, value, free[..., None, :])
-    return found

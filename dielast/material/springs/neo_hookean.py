@@ -19,6 +19,7 @@ class NeoHookean(FirstInvariantLaw):
 
     name: ClassVar = "neo-hookean"
     title: ClassVar = "neo-Hookean"
+    always_stable: ClassVar = True
 
     def stiffness(self, invariant: Floats) -> Floats:
         """1."""

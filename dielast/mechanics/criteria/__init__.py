@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from dielast.material.material import Material
 from dielast.mechanics.criteria.breakdown import Breakdown
 from dielast.mechanics.criteria.criterion import Criterion
+from dielast.mechanics.criteria.damage import Damage
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
 
 CRITERIA: list[Criterion] = [
     Breakdown(),
     PullIn(),
+    Damage(),
     *(LossOfTension(axis) for axis in (0, 1)),
 ]
 
@@ -17,9 +22,14 @@ CRITERIA: list[Criterion] = [
 END = "end"  # where a run stops that stops at nothing that happens
 
 
-def names(*, failures_only: bool = False) -> list[str]:
-    """The names of all criteria, each once, or of those by which a film is lost."""
-    return list(dict.fromkeys(known.name for known in CRITERIA if known.is_failure or not failures_only))
+def names() -> list[str]:
+    """The names of all criteria, each once."""
+    return list(dict.fromkeys(known.name for known in CRITERIA))
+
+
+def failures_of(materials: Sequence[Material]) -> tuple[str, ...]:
+    """The names of the criteria by which films of these materials may be lost, each once."""
+    return tuple(dict.fromkeys(known.name for known in CRITERIA if known.is_failure and known.concerns(materials)))
 
 
 def named(name: str) -> Criterion:

@@ -18,11 +18,14 @@ class Breakdown(Criterion):
     hatch: ClassVar[str] = ""
 
     def signal(self, films: WatchedFilms) -> Signal | None:
-        """1 - |E|/E_EB, if a breakdown field is known."""
+        """1 - |E|/E_EB, if a breakdown field is known: that of the film as it is at the moment, where the law says so."""
         if not np.any(np.isfinite(films.breakdown_field)):
             return None
 
         def margin(moment: Moment) -> Floats:
-            return np.asarray(1 - moment.true_field / films.breakdown_field[moment.cases])
+            limit = films.breakdown_field[moment.cases]
+            if films.following is not None:
+                limit = limit * films.following.ratio(moment.cases, moment.log_area)
+            return np.asarray(1 - moment.true_field / limit)
 
         return margin

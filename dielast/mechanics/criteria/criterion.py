@@ -1,18 +1,23 @@
 """What a criterion is: a name, and a signal of a film that is positive until what it stands for happens.
 
 A new criterion is a subclass of `Criterion` in a module of this folder, and a line in `CRITERIA`. Its signal is a function of a
-`Moment`. Everything else follows: when the signal first falls to zero, that is an event with its row in events.csv, its mark in
+`Moment`; of what adds up over time, the rate is, and the signal is 1 minus its integral. Everything else follows: when the signal
+first falls to zero, that is an event with its row in events.csv, its mark in
 figures and its name for `stop.at`; and, of a criterion that is a failure, a failure mode of maps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
+from dielast.material.breakdown.following import FollowingField
+from dielast.material.damage import DamageLaw
+from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.material import Material
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
@@ -50,10 +55,15 @@ class Moment:
         return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2])
 
     @property
+    def log_area(self) -> Floats:
+        """Lambda_1 + Lambda_2 = 2 ln(lambda_1 lambda_2), (k,)."""
+        return np.asarray(self.log_squared_stretch[0] + self.log_squared_stretch[1])
+
+    @property
     def true_field(self) -> Floats:
         """|E| (k,) in V/m."""
-        points, log_area = self.points, self.log_squared_stretch[0] + self.log_squared_stretch[1]
-        return np.abs(points.electric.true_field(points.permittivity, log_area, self.field))
+        permittivity = self.points.permittivity_at(self.log_squared_stretch)
+        return np.abs(self.points.electric.true_field(permittivity, self.log_area, self.field))
 
     def take(self, columns: Cases) -> Moment:
         """Some of the columns."""
@@ -77,7 +87,8 @@ Signal = Callable[[Moment], Floats]
 class WatchedFilms:
     """What a criterion may ask of the films that it is to watch: what is held along each axis, the `breakdown_field` (cases,) in
     V/m (infinite where it is of no interest), the time scale of pull-in, and the mechanical nominal stress (2, cases) in Pa of the
-    relaxed films, of which a `stress_floor` (cases,) is as good as none.
+    relaxed films, of which a `stress_floor` (cases,) is as good as none. `following` says how the breakdown field changes with
+    the film from then on, and `damage` how fast the film ages, where such laws are known.
     """
 
     controls: Controls
@@ -85,6 +96,19 @@ class WatchedFilms:
     timescale: TimeScale
     nominal_stress: Floats
     stress_floor: Floats
+    following: FollowingField | None = None
+    damage: LawsOfCases[DamageLaw] | None = None
+
+    def take(self, cases: Cases) -> WatchedFilms:
+        """Some of the films."""
+        return replace(
+            self,
+            breakdown_field=self.breakdown_field[cases],
+            nominal_stress=self.nominal_stress[:, cases],
+            stress_floor=self.stress_floor[cases],
+            following=None if self.following is None else self.following.take(cases),
+            damage=None if self.damage is None else self.damage.take(cases),
+        )
 
 
 class Criterion:
@@ -112,8 +136,16 @@ class Criterion:
     """Whether it happens where such a way ends, as there is no equilibrium beyond."""
 
     def signal(self, films: WatchedFilms) -> Signal | None:
-        """The signal of these films, None where it cannot happen to any of them."""
-        raise NotImplementedError
+        """The signal of these films, None where it cannot happen to any of them, or where it has a rate."""
+        return None
+
+    def rate(self, films: WatchedFilms) -> Signal | None:
+        """Of a criterion without signal: the rate (k,) in 1/s, at least 0, whose integral over time comes to 1 when it happens."""
+        return None
+
+    def concerns(self, materials: Sequence[Material]) -> bool:
+        """Whether films of these materials may fail so: maps of others have no column of it."""
+        return True
 
     def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
         """The `time` (k,) since a span of `load` began and the moment at which the signal of `films` was found to vanish, more

@@ -9,9 +9,9 @@ from sys import float_info
 from typing import Any
 
 from dielast.errors import InputError, shown
-from dielast.recipe.paths import DEEPEST
 from dielast.units import decimal_comma
 
+DEEPEST = 64  # parts of a dotted key
 LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 TABLES = (".csv", ".tsv", ".txt", ".dat", ".xls", ".xlsx")
 """Endings of the names of tables, which are no TOML."""

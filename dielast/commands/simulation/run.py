@@ -1,0 +1,190 @@
+"""How every command that simulates histories runs the cases of a recipe together; each says what sets it apart."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dielast.commands.simulation.cases import (
+    CaseResult,
+    SimulationBatch,
+    axes_of,
+    case_columns,
+    compare_headline,
+    cycle_columns,
+    divided,
+    failures,
+    matches,
+    one_or_all,
+    read_materials,
+    result_columns,
+    temperature_of,
+)
+from dielast.commands.simulation.history import Entry, in_recipe_terms, joined, solver_steps
+from dielast.commands.simulation.memory import check_series
+from dielast.io.files import Inputs
+from dielast.io.table import Table
+from dielast.material.material import Material
+from dielast.material.scatter import Sample
+from dielast.mechanics.load import Step, VoltageStep
+from dielast.numerics.columns import Floats
+from dielast.recipe.cases import Case
+from dielast.report.report import Report
+from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import Execution
+
+if TYPE_CHECKING:
+    from dielast.commands.simulation.pictures import FilmEvent
+
+Columns = Mapping[str, Floats]
+
+
+class Simulation(ABC):
+    """What sets the simulations of a command apart."""
+
+    measured: str
+    """What the figure shows unless the recipe says otherwise."""
+    width: int
+    """Numbers in a row of the table."""
+    time_scale = "log"
+
+    step: type[Step] | type[VoltageStep]
+    """What the solver takes."""
+
+    @abstractmethod
+    def solver(self, recipes: Sequence[Any], thickness_factor: Floats) -> partial[Any]:
+        """The library's function with what it takes of recipes of one shape, beside what all simulations take; `thickness_factor`
+        (cases,) is one on the thickness of each film.
+        """
+
+    @abstractmethod
+    def result(self, cases: Sequence[Case[Any]], recipe: Any, materials: Sequence[Material]) -> partial[CaseResult]:
+        """What makes the result of a case, given a history and a row of it; the recipe is that of one of the `cases`."""
+
+    @abstractmethod
+    def alike(self, recipe: Any) -> Hashable:
+        """What the recipes of cases must share to be solved together, beside steps of one shape and one output."""
+
+    @abstractmethod
+    def warn(
+        self,
+        cases: Sequence[Case[Any]],
+        materials: Sequence[Material],
+        results: Sequence[CaseResult],
+        histories: Sequence[Sequence[Entry]],
+    ) -> None:
+        """Warn of cases that look like a mistake."""
+
+    @abstractmethod
+    def headline(self, cases: Sequence[Case[Any]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
+        """The headline numbers by section of the summary."""
+
+    def batches(
+        self, cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Floats | None = None
+    ) -> list[SimulationBatch]:
+        """The cases in batches of those that can be solved together."""
+        factor = np.ones(len(cases)) if thickness_factor is None else thickness_factor
+        # a case that stands in the list many times, once for each draw, is read once
+        known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
+        programmes = [known[id(case)] for case in cases]
+        groups: dict[Hashable, list[int]] = {}
+        for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
+            output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
+            times = None if output.times is None else tuple(output.times)
+            asked = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
+            groups.setdefault((self.alike(case.recipe), asked, shape), []).append(index)
+        batches = []
+        for members in groups.values():
+            origin = [entry.origin for entry in programmes[members[0]]]
+            for part in divided(members, materials):
+                recipes, used = [cases[index].recipe for index in part], [materials[index] for index in part]
+                output = recipes[0].output
+                simulate = partial(
+                    self.solver(recipes, factor[part]),
+                    one_or_all(used),
+                    [joined(step, self.step) for step in zip(*(programmes[index] for index in part), strict=True)],
+                    temperature=np.array(list(map(temperature_of, recipes, used))),
+                    times=output.times,
+                    points_per_decade=output.points_per_decade,
+                    rtol=recipes[0].solver.rtol,
+                    cycles=output.cycles,
+                )
+                terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
+                batches.append(SimulationBatch(part, simulate, self.result(cases, recipes[0], used), terms))
+        return batches
+
+    def told(self, result: CaseResult, recipe: Any, case: int) -> CaseResult:
+        """The result of a case as the tables tell it."""
+        return result
+
+    def seen(self, recipe: Any, columns: Columns) -> Columns:
+        """The columns of a case that a comparison and the figure have."""
+        return columns
+
+    def drawn(self, case: Case[Any], sample: Sample, result: CaseResult) -> tuple[Case[Any], Sequence[Material]]:
+        """The case that all draws solve, and the material of each."""
+        return case, sample.materials
+
+    def tables(self, recipe: Any, results: Sequence[CaseResult]) -> dict[str, Table]:
+        """Further tables by file name."""
+        return {}
+
+    def marks(self, recipe: Any, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
+        """The events of a case in the figure."""
+        return []
+
+
+def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> Report:
+    """Simulate every case, report."""
+    recipe, materials = cases[0].recipe, read_materials(cases, inputs)
+    check_series(cases, simulation.width, inputs, execution.jobs)
+    clean = solve_batches(simulation.batches(cases, materials, inputs), execution)
+    simulation.warn(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
+    results = [simulation.told(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
+    seen = [simulation.seen(case.recipe, result.columns) for case, result in zip(cases, results, strict=True)]
+
+    def again(case: int, times: Floats) -> Columns:
+        one = cases[case].recipe
+        asked = Case(one.model_copy(update={"output": one.output.model_copy(update={"times": times.tolist()})}))
+        return simulation.seen(one, solve_batches(simulation.batches([asked], [materials[case]], inputs))[0].columns)
+
+    def draws(case: Case[Any], sample: Sample, result: CaseResult) -> list[SimulationBatch]:
+        one, drawn = simulation.drawn(case, sample, result)
+        return simulation.batches([one] * len(sample), drawn, inputs, sample.thickness_factor)
+
+    told: Sequence[CaseResult] = results
+    intervals: dict[str, dict[str, Any]] = {}
+    if any(case.recipe.uncertainty is not None for case in cases):
+        from dielast.commands.simulation.bounds import bounded_cases
+        from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
+
+        samples = samples_of(cases, materials, inputs)
+        told = bounded_cases(cases, samples, results, draws, execution)
+        intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
+    found = matches(recipe, seen, inputs, again)
+    x, y, scales = axes_of(cases, seen[0], simulation.measured, simulation.time_scale)
+
+    def figure() -> Any:
+        from dielast.commands.simulation.bounds import band
+        from dielast.commands.simulation.pictures import picture
+        from dielast.commands.simulation.uncertainty import interval_label
+
+        across = "time [s]" if x in cases[0].settings else x
+        shown = zip(cases, results, seen, strict=True)
+        marks = [simulation.marks(case.recipe, result, own, across, y) for case, result, own in shown]
+        bands = [band(one.columns, across, y) for one in told]
+        spans = [own.span for one in told for own in one.bounded_events if own.event is not None] if x == "time [s]" else ()
+        called = interval_label([case.recipe for case in cases])
+        return picture(cases, materials, seen, found, (x, y, scales), bands, called, marks, spans)
+
+    tables = {f"{recipe.kind}.csv": result_columns(told)} | simulation.tables(recipe, told) | {"cases.csv": case_columns(cases)}
+    if (cycling := cycle_columns(results)) is not None:
+        tables["cycles.csv"] = cycling
+    sections = simulation.headline(cases, results)
+    if found:
+        sections["compare"] = compare_headline(found)
+    return Report(tables, sections | intervals, figure, failures=failures(results))

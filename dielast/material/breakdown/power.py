@@ -1,0 +1,68 @@
+"""A power law in the stretch and the thickness that a film has at the moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.material.breakdown.law import BreakdownLaw
+from dielast.material.law import Constant
+from dielast.units import FIELD, LENGTH
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PowerBreakdown(BreakdownLaw):
+    """E_B = E_ref l^a (h/h_ref)^-b, where l = sqrt(l1 l2) and h, the thickness, are those at the moment.
+
+    E_ref = `field` in V/m, a = `stretch_exponent`, b = `thickness_exponent`, h_ref = `reference_thickness` in m. Koh et al.,
+    J. Polym. Sci. B 49 (2011) 504 (VHB 4910: a = 1.13, b = 0); Huang, Shian, Diebold, Suo and Clarke, Appl. Phys. Lett. 101 (2012)
+    122905 (VHB 4905 and 4910: 51 MV/m h^-0.25 l^0.63, h in mm).
+    """
+
+    field: float | Floats
+    stretch_exponent: float | Floats = 0.0
+    thickness_exponent: float | Floats = 0.0
+    reference_thickness: float | Floats | None = None
+
+    name: ClassVar = "power"
+    title: ClassVar = "power law of breakdown"
+    follows_film: ClassVar = True
+    constants: ClassVar = (
+        Constant("field", 'With law = "power": at stretch 1 and the reference thickness.', FIELD, above=0.0),
+        Constant("stretch_exponent", "Power of sqrt(l1 l2), the stretch at the moment.", left_out=0.0),
+        Constant(
+            "thickness_exponent", "Power of the reference thickness over the thickness at the moment.", at_least=0.0, left_out=0.0
+        ),
+        Constant("reference_thickness", "At which the field holds, for thickness_exponent.", LENGTH, above=0.0, needed=False),
+    )
+
+    def __post_init__(self) -> None:
+        if self.reference_thickness is None and np.any(self.thickness_exponent):
+            raise InputError("thickness_exponent needs reference_thickness, the present thickness of films with the stated field")
+        for constant in self.constants:
+            value = getattr(self, constant.name)
+            if np.ndim(value) == 0 and value is not None and not (np.isfinite(value) and constant.is_allowed(value)):
+                needed = "a positive number" if constant.above is not None else "a number of at least 0"
+                raise InputError(f"{value:g}: {needed} is needed", argument=constant.name)
+
+    def at(self, prestretch: ArrayLike) -> Floats:
+        """The field of films that have the reference thickness at this stretch."""
+        return self.of_film(prestretch, 1.0 if self.reference_thickness is None else self.reference_thickness)
+
+    def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> Floats:
+        """E_ref l^a (h/h_ref)^-b."""
+        powers = self.stretch_exponent * np.log(np.asarray(stretch, dtype=float))
+        if self.reference_thickness is not None:  # of several films, those without are of exponent 0
+            thinner = np.log(self.reference_thickness / np.asarray(thickness, dtype=float))
+            powers = powers + np.where(np.asarray(self.thickness_exponent) == 0, 0.0, self.thickness_exponent * thinner)
+        return np.asarray(self.field * np.exp(powers))
+
+    def scaled(self, factor: float) -> PowerBreakdown:
+        """The law with the field times `factor`."""
+        return replace(self, field=factor * self.field)

@@ -1,0 +1,51 @@
+"""The inverse power law: life falls with a power of the field."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.material.damage.law import DamageLaw
+from dielast.material.law import Constant
+from dielast.units import FIELD, TIME
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class InversePower(DamageLaw):
+    """dD/dt = (|E|/E_0)^n/t_0, so that a film lives for t_0 (E_0/E)^n at a constant field; breakdown at E_0 as n goes to infinity.
+
+    E_0 = `field` in V/m, t_0 = `time` in s, n = `exponent`. Silicone: life falls 62-fold from 80 to 100 V/um (Albuquerque and Shea,
+    Smart Mater. Struct. 30 (2021) 125022), which is n = 18.5. Damages of different fields add up (Miner's rule).
+    """
+
+    field: float | Floats
+    time: float | Floats
+    exponent: float | Floats
+
+    name: ClassVar = "inverse-power"
+    title: ClassVar = "inverse power law of damage"
+    constants: ClassVar = (
+        Constant("field", "True field that a film withstands for this time.", FIELD, above=0.0),
+        Constant("time", "How long a film withstands this field.", TIME, above=0.0),
+        Constant("exponent", "Power of the field by which life falls.", above=0.0),
+    )
+
+    def __post_init__(self) -> None:
+        for constant in self.constants:
+            value = getattr(self, constant.name)
+            if np.ndim(value) == 0 and not (np.isfinite(value) and value > 0):
+                raise InputError(f"{value:g}: a positive number is needed", argument=constant.name)
+
+    def rate(self, field: ArrayLike) -> Floats:
+        """(|E|/E_0)^n/t_0."""
+        return np.asarray((np.asarray(field, dtype=float) / self.field) ** self.exponent / self.time)
+
+    def scaled(self, factor: float) -> InversePower:
+        """The law with the field times `factor`."""
+        return replace(self, field=factor * self.field)

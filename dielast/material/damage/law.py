@@ -1,0 +1,24 @@
+"""What every damage law answers: how fast a field uses a film up."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.material.law import Law
+
+
+class DamageLaw(Law):
+    """Base of the damage laws; a law states `rate` and `scaled`. Its constants are numbers, of which it takes arrays, too."""
+
+    __slots__ = ()
+
+    def rate(self, field: ArrayLike) -> NDArray[np.float64]:
+        """dD/dt in 1/s at the size of the true field in V/m, of any shape; the film fails where D, its integral, is 1."""
+        raise NotImplementedError
+
+    def scaled(self, factor: float) -> Self:
+        """The law of a film that takes a field `factor` times as large for the same damage."""
+        raise NotImplementedError

@@ -1,0 +1,72 @@
+"""A table of permittivities over temperature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError
+from dielast.material.dielectric.constant import VACUUM_PERMITTIVITY
+from dielast.material.dielectric.law import DielectricLaw
+from dielast.material.law import Constant
+from dielast.numerics.columns import Floats
+from dielast.units import TEMPERATURE, ZERO_CELSIUS
+
+ROUNDING = 1e-9  # of a temperature in kelvin: what a file rounds lies within the table
+
+
+@dataclass(frozen=True, slots=True)
+class PermittivityTable(DielectricLaw):
+    """`relative_permittivity` at ascending temperatures in degC, linear in between; `InputError` outside of them.
+
+    One at one frequency, of the order of one over the duration of a test: a film takes no account of frequency.
+    """
+
+    temperature: tuple[float, ...]
+    relative_permittivity: tuple[float, ...]
+
+    name: ClassVar = "table"
+    title: ClassVar = "permittivity table"
+    constants: ClassVar = (
+        Constant("temperature", "Of a table, ascending, one for each permittivity.", TEMPERATURE, above=-ZERO_CELSIUS, many=True),
+        Constant(
+            "relative_permittivity",
+            "Of a table: at each temperature, linear in between, at one frequency as low as in the simulation.",
+            at_least=1.0,
+            many=True,
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        if len(self.temperature) != len(self.relative_permittivity) or not self.temperature:
+            raise InputError(
+                f"a permittivity table has {len(self.temperature)} temperatures but {len(self.relative_permittivity)} relative "
+                "permittivities: one for each temperature is needed"
+            )
+        if any(b <= a for a, b in zip(self.temperature, self.temperature[1:], strict=False)):
+            raise InputError("the temperatures of a permittivity table must ascend")
+        if not np.all(np.isfinite(self.temperature)) or not all(1 <= value < np.inf for value in self.relative_permittivity):
+            raise InputError("temperatures must be finite, and every relative permittivity at least 1")
+
+    def at(self, temperature: ArrayLike) -> Floats:
+        """The permittivity, linear in between."""
+        wanted = np.asarray(temperature, dtype=float)
+        low, high = self.temperature[0], self.temperature[-1]
+        slack = ROUNDING * (wanted + ZERO_CELSIUS)
+        outside = (wanted < low - slack) | (wanted > high + slack)
+        if np.any(outside):
+            first = float(wanted[outside].flat[0])
+            stated = f"{low:g} degC only" if low == high else f"{low:g} to {high:g} degC"
+            raise InputError(
+                f"{first:g} degC is outside the permittivity table, which is for {stated}: state a permittivity for {first:g} degC "
+                "in [dielectric] of the material file",
+                argument="temperature",
+            )
+        return np.asarray(VACUUM_PERMITTIVITY * np.interp(wanted, self.temperature, self.relative_permittivity))
+
+    def typical(self, temperature: float) -> Floats:
+        """Those of the table."""
+        return VACUUM_PERMITTIVITY * np.array(self.relative_permittivity)

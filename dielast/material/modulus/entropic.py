@@ -1,0 +1,42 @@
+"""Entropic springs: the modulus of a network goes with the absolute temperature and the density of its chains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError
+from dielast.material.law import Constant
+from dielast.material.modulus.law import ModulusLaw
+from dielast.numerics.columns import Floats
+from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS
+
+
+@dataclass(frozen=True, slots=True)
+class EntropicModulus(ModulusLaw):
+    """mu(T) = mu_ref rho T/(rho_ref T_ref), T in kelvin, rho_ref/rho = 1 + `thermal_expansion` (T - T_ref), volumetric in 1/K
+    (L. R. G. Treloar, The Physics of Rubber Elasticity, 3rd ed., Eq. 4.9; J. D. Ferry, Viscoelastic Properties of Polymers, 3rd
+    ed., ch. 11). The factor is 1/b, b the "density-temperature" vertical shift of a master curve.
+    """
+
+    thermal_expansion: float = 0.0
+
+    name: ClassVar = "entropic"
+    title: ClassVar = "entropic moduli"
+    constants: ClassVar = (
+        Constant("thermal_expansion", "Volumetric, of entropic springs; left out: none.", THERMAL_EXPANSION, left_out=0.0),
+    )
+
+    def factor(self, temperature: ArrayLike, reference_temperature: float) -> Floats:
+        """rho T/(rho_ref T_ref)."""
+        wanted = np.asarray(temperature, dtype=float)
+        expanded = 1 + self.thermal_expansion * (wanted - reference_temperature)
+        for value in wanted[~(expanded > 0)].flat[:1]:
+            wrong = f"a thermal expansion of {self.thermal_expansion:g} /K gives no positive density at {value:g} degC"
+            raise InputError(wrong, argument="temperature")
+        for value in wanted[~(wanted > -ZERO_CELSIUS)].flat[:1]:
+            raise InputError(f"{value:g} degC: a temperature above absolute zero is needed", argument="temperature")
+        return np.asarray((wanted + ZERO_CELSIUS) / (expanded * (reference_temperature + ZERO_CELSIUS)))

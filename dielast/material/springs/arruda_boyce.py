@@ -1,0 +1,114 @@
+"""Arruda and Boyce's spring: eight chains whose stretch ends, with the inverse Langevin function itself, not its series."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from dielast.errors import InputError
+from dielast.material.law import Constant
+from dielast.material.springs.first_invariant import FirstInvariantLaw
+from dielast.material.springs.langevin import chain_energy, inverse
+from dielast.material.springs.law import CardForm
+from dielast.numerics.columns import Floats
+
+SHORTEST_CHAIN = 1.2  # locking stretch of chains that are taut at a uniaxial stretch of 1.7
+SERIES = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)  # of W/mu in I1^k/l_m^(2k - 2), as codes have it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArrudaBoyce(FirstInvariantLaw):
+    """W = (3 l_m/b_0) (y b - ln(sinh b / b)), less its value at rest, with y = sqrt(I1/3)/l_m and L(b) = coth b - 1/b = y;
+    b_0 is b at rest (Arruda and Boyce 1993, DOI 10.1016/0022-5096(93)90013-6).
+
+    The factor makes the initial shear modulus 1. `locking_stretch`, l_m, is the stretch sqrt(I1/3) of the chains at which the
+    stress is infinite; without an end the spring is neo-Hookean. It is a number, or an array (n, cases) or (n, 1) of several
+    springs.
+    """
+
+    locking_stretch: float | Floats = math.inf
+    _share: Floats = field(init=False, repr=False)
+    _rest: Floats = field(init=False, repr=False)
+
+    name: ClassVar = "arruda-boyce"
+    title: ClassVar = "Arruda-Boyce"
+    always_stable: ClassVar = True
+    constants: ClassVar = (
+        Constant("locking_stretch", "Of arruda-boyce: the stretch sqrt(I1/3) of the chains where they end.", above=1.0),
+    )
+
+    def __post_init__(self) -> None:
+        locking = np.asarray(self.locking_stretch, dtype=float)
+        if not np.all(locking > 1):
+            raise InputError(f"locking_stretch: {float(np.min(locking)):g}: above 1 is needed: chains at rest have a stretch of 1")
+        object.__setattr__(self, "_share", 1 / locking)
+        object.__setattr__(self, "_rest", inverse(1 / locking)[1])
+
+    def stiffness(self, invariant: Floats) -> Floats:
+        """(b/y)/(b_0/y_0)."""
+        return np.asarray(inverse(np.sqrt(invariant / 3) * self._share)[1] / self._rest)
+
+    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
+        """phi, and (db/dy - b/y)/(2 I1)/(b_0/y_0), as dy/dI1 = y/(2 I1)."""
+        _, ratio, slope = inverse(np.sqrt(invariant / 3) * self._share)
+        with np.errstate(invalid="ignore"):
+            steeper = np.where(np.isfinite(ratio), slope - ratio, np.inf)
+        return ratio / self._rest, steeper / (2 * invariant * self._rest)
+
+    def energy_of(self, invariant: Floats) -> Floats:
+        """3 l_m^2/(b_0/y_0) times the chain's energy less that at rest, or (I1 - 3)/2 without an end."""
+        ends = self._share > 0
+        share = np.where(ends, self._share, 0.5)
+        drawn = chain_energy(np.sqrt(invariant / 3) * share) - chain_energy(share)
+        return np.asarray(np.where(ends, 3 / (share**2 * self._rest) * drawn, 0.5 * (invariant - 3)))
+
+    def largest_invariant(self) -> Floats:
+        """3 l_m^2."""
+        return np.asarray(3 * np.square(np.asarray(self.locking_stretch, dtype=float)))
+
+    def describe_limit(self) -> str:
+        """The limit with its number."""
+        return f"the Arruda-Boyce limit, locking_stretch = {float(self.locking_stretch):g} of sqrt(I1/3)"
+
+    def warning(self, whose: str) -> str:
+        """Chains that are taut at small stretches."""
+        shortest = float(np.min(self.locking_stretch))
+        if shortest >= SHORTEST_CHAIN:
+            return ""
+        return f"locking_stretch = {shortest:g} ({whose}): chains so short make no rubber: is it a strain? 2 to 10 by rule"
+
+    def unlimited(self) -> ArrudaBoyce:
+        """Without an end."""
+        return ArrudaBoyce()
+
+    def exact_forms(self) -> tuple[str, ...]:
+        """Arruda-Boyce, and neo-Hookean without an end."""
+        return ("neo-hookean", "arruda-boyce") if np.all(self._share == 0) else ("arruda-boyce",)
+
+    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
+        """Arruda-Boyce with the constant mu of the codes' series; neo-Hookean as an approximation.
+
+        The initial modulus of that series is 2 dW/dI1 at I1 = 3, which is larger than mu.
+        """
+        match law:
+            case "arruda-boyce":
+                share = float(self._share)
+                initial = 2 * math.fsum(k * c * (3 * share**2) ** (k - 1) for k, c in enumerate(SERIES, 1))
+                constants = {"locking_stretch": float(self.locking_stretch), "mu": modulus / initial}
+                return CardForm(law, modulus, constants, _SERIES_NOTES, needs="" if share else "locking_stretch")
+            case "neo-hookean":
+                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
+        return None
+
+
+_NEO_HOOKEAN_NOTES = (
+    "  A neo-Hookean spring has no end; it is too soft by 1 % at sqrt(I1/3) = 0.13 locking_stretch, if that is large.",
+)
+_SERIES_NOTES = (
+    "Arruda-Boyce: the code has the series of five terms in I1; mu is its constant, which makes the initial modulus dielast's.",
+    "The series has no end: against the inverse Langevin function it is too soft by 0.5 %, 2.4 % and 10 % at",
+    "sqrt(I1/3) = 0.6, 0.7 and 0.8 of locking_stretch.",
+)

@@ -1,0 +1,170 @@
+"""The law of all springs of many cases: one law where all have the same, or several side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.material.springs.law import SpringLaw, Symmetry
+from dielast.numerics.columns import Cases, Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstAndRest(SpringLaw):
+    """One law for the first of n springs and another for the rest; arrays of shape (..., n, cases)."""
+
+    first: SpringLaw
+    rest: SpringLaw
+
+    def stress(self, squared_stretch: Floats) -> Floats:
+        """Stresses of both laws, joined."""
+        return np.concatenate((self.first.stress(squared_stretch[:, :1]), self.rest.stress(squared_stretch[:, 1:])), axis=1)
+
+    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
+        """Stresses and tangents of both laws, joined."""
+        first, rest = self.first.tangent(squared_stretch[:, :1]), self.rest.tangent(squared_stretch[:, 1:])
+        return np.concatenate((first[0], rest[0]), axis=1), np.concatenate((first[1], rest[1]), axis=1)
+
+    def energy(self, squared_stretch: Floats) -> Floats:
+        """Energies of both laws, joined."""
+        return np.concatenate((self.first.energy(squared_stretch[:, :1]), self.rest.energy(squared_stretch[:, 1:])))
+
+    def room(self, squared_stretch: Floats) -> Floats:
+        """Distances to the end of both laws, joined."""
+        return np.concatenate((self.first.room(squared_stretch[:, :1]), self.rest.room(squared_stretch[:, 1:])))
+
+    def take(self, cases: Cases) -> FirstAndRest:
+        """Both laws for some of the cases."""
+        return FirstAndRest(self.first.take(cases), self.rest.take(cases))
+
+    def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
+        """The law of one spring in one case."""
+        return self.first.of_spring(0, case) if spring == 0 else self.rest.of_spring(spring - 1, case)
+
+    def with_idle_spring(self) -> FirstAndRest:
+        """The law of one spring more, the last."""
+        return FirstAndRest(self.first, self.rest.with_idle_spring())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CaseByCase(SpringLaw):
+    """Several laws, each for all springs of some of the cases, the last axis: `which` (cases,) of the `laws` a case has.
+
+    A law holds its cases in the order in which they stand here.
+    """
+
+    laws: tuple[SpringLaw, ...]
+    which: NDArray[np.intp]
+
+    def stress(self, squared_stretch: Floats) -> Floats:
+        """Stresses of each law."""
+        return self._joined(lambda law, squared: (law.stress(squared),), squared_stretch)[0]
+
+    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
+        """Stresses and tangents of each law."""
+        stress, half = self._joined(lambda law, squared: law.tangent(squared), squared_stretch)
+        return stress, half
+
+    def energy(self, squared_stretch: Floats) -> Floats:
+        """Energies of each law."""
+        return self._joined(lambda law, squared: (law.energy(squared),), squared_stretch)[0]
+
+    def room(self, squared_stretch: Floats) -> Floats:
+        """Distances to the end of each law."""
+        return self._joined(lambda law, squared: (law.room(squared),), squared_stretch)[0]
+
+    def axial_stress(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
+        """p of each law, in the form that it has where it is alone."""
+        return self._joined(lambda law, *both: (law.axial_stress(symmetry, *both),), front, thickness)[0]
+
+    def axial_tangent(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> tuple[Floats, Floats]:
+        """p and dp/dlnA of each law."""
+        stress, slope = self._joined(lambda law, *both: law.axial_tangent(symmetry, *both), front, thickness)
+        return stress, slope
+
+    def equibiaxial_tangent(self, front: Floats) -> tuple[Floats, Floats]:
+        """dp/dlnA - dp/dlnB and dp/dlnB of each law."""
+        own, both = self._joined(lambda law, squared: law.equibiaxial_tangent(squared), front)
+        return own, both
+
+    def take(self, cases: Cases) -> SpringLaw:  # type: ignore[override]
+        """The laws of some of the cases; one law where they have the same."""
+        which = self.which[cases]
+        places = np.empty(self.which.size, dtype=np.intp)
+        for index in range(len(self.laws)):
+            places[self.which == index] = np.arange(np.count_nonzero(self.which == index))
+        left, renumbered = np.unique(which, return_inverse=True)
+        laws = tuple(self.laws[index].take(places[cases][which == index]) for index in left.tolist())
+        return laws[0] if len(laws) == 1 else CaseByCase(laws, renumbered)
+
+    def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
+        """The law of one spring in one case."""
+        index = int(self.which[case])
+        return self.laws[index].of_spring(spring, int(np.count_nonzero(self.which[:case] == index)))
+
+    def with_idle_spring(self) -> CaseByCase:
+        """The laws of one spring more, the last."""
+        return CaseByCase(tuple(law.with_idle_spring() for law in self.laws), self.which)
+
+    def _joined(self, question: Callable[..., tuple[Floats, ...]], *arrays: Floats) -> list[Floats]:
+        """What each law answers to its cases of the `arrays` (..., cases), put together again."""
+        joined: list[Floats] = []
+        for index, law in enumerate(self.laws):
+            own = np.flatnonzero(self.which == index)
+            answers = question(law, *(np.take(array, own, axis=-1) for array in arrays))
+            joined = joined or [np.empty((*answer.shape[:-1], self.which.size)) for answer in answers]
+            for whole, answer in zip(joined, answers, strict=True):
+                whole[..., own] = answer
+        return joined
+
+
+def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
+    """The law of n springs in all cases: of each case (or of all, if there is one pair only) the law of the equilibrium spring and
+    that of its branches.
+
+    `carrying` (n, cases) says which springs have a modulus; the others never end.
+    """
+    if len(carrying) == 1:
+        laws = [(first, first) for first, _ in laws]  # no case has branches
+    kinds = [(_kind(first), _kind(rest)) for first, rest in laws]
+    known = list(dict.fromkeys(kinds))
+    if len(known) == 1:
+        return _of_one_kind(laws, carrying)
+    which = np.array([known.index(kind) for kind in kinds])
+    members = [np.flatnonzero(which == index) for index in range(len(known))]
+    return CaseByCase(tuple(_of_one_kind([laws[case] for case in own.tolist()], carrying[:, own]) for own in members), which)
+
+
+def _kind(law: SpringLaw) -> tuple[Any, ...]:
+    """What laws have in common whose constants can stand in the same arrays: their class and the shapes of the constants."""
+    return type(law), *(np.shape(value) for value in law.values().values())
+
+
+def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
+    """The law of n springs where all equilibrium springs have one kind of law, and all branches one."""
+    first, rest = [law for law, _ in laws], [law for _, law in laws]
+    if all(law is first[0] for law in first) and all(law is rest[0] for law in rest):
+        first, rest = first[:1], rest[:1]
+    count = carrying.shape[0] - 1
+    blocks = (_of_rows(first, carrying[:1], 1), _of_rows(rest, carrying[1:], count))
+    if _kind(first[0]) == _kind(rest[0]):
+        # one law for all springs is faster than two
+        width = max((value.shape[-1] for block in blocks for value in block.values()), default=1)
+        joined = {name: [np.broadcast_to(block[name], (*block[name].shape[:-1], width)) for block in blocks] for name in blocks[0]}
+        return first[0].with_values({name: np.concatenate(rows, axis=-2) for name, rows in joined.items()})
+    return FirstAndRest(first[0].with_values(blocks[0]), rest[0].with_values(blocks[1]))
+
+
+def _of_rows(laws: Sequence[SpringLaw], carrying: NDArray[np.bool_], rows: int) -> dict[str, Floats]:
+    """The constants (..., rows, cases) of springs in as many rows, one law a case or one for all."""
+    stated, idle = ([law.values() for law in group] for group in (laws, [law.unlimited() for law in laws]))
+    found = {}
+    for name in stated[0]:
+        value, free = (np.stack([np.asarray(own[name], dtype=float) for own in group], axis=-1) for group in (stated, idle))
+        value = np.repeat(value[..., None, :], rows, axis=-2)
+        found[name] = value if carrying.all() else np.where(carrying, value, free[..., None, :])
+    return found

@@ -1,0 +1,116 @@
+"""Ogden's spring: a sum of powers of the principal stretches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from dielast.errors import InputError
+from dielast.material.law import Constant
+from dielast.material.springs.law import CardForm
+from dielast.material.springs.scaled import ScaledLaw
+from dielast.numerics.columns import Floats
+from dielast.units import STRESS
+
+STEEPEST = 50.0  # exponent: the powers of a stretch of 10 would overflow a spring's energy soon after
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ogden(ScaledLaw):
+    """W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3) (Ogden 1972, DOI 10.1098/rspa.1972.0026), of initial shear
+    modulus sum mu_p alpha_p / 2.
+
+    `mu` in Pa, or in any other unit: a spring of modulus m has mu_p m / (sum mu_q alpha_q / 2). Terms stand in the first axis.
+    """
+
+    mu: tuple[float, ...] | Floats
+    alpha: tuple[float, ...] | Floats
+    _weight: Floats = field(init=False, repr=False)
+    _power: Floats = field(init=False, repr=False)
+
+    name: ClassVar = "ogden"
+    title: ClassVar = "Ogden"
+    modulus_formula: ClassVar = "sum mu_p alpha_p / 2"
+    takes_modulus: ClassVar = False
+    stresses: ClassVar = ("mu",)
+    constants: ClassVar = (
+        Constant("mu", "Of ogden, mu_p of each term, in the form mu_p/alpha_p.", STRESS, many=True),
+        Constant("alpha", "Of ogden, the exponent alpha_p of each term.", many=True),
+    )
+
+    def __post_init__(self) -> None:
+        moduli, exponents = (np.atleast_1d(np.asarray(value, dtype=float)) for value in (self.mu, self.alpha))
+        if len(moduli) != len(exponents):
+            raise InputError(f"{len(moduli)} mu but {len(exponents)} alpha: one of each is needed for every term")
+        for exponent in exponents[(exponents == 0) | (np.abs(exponents) > STEEPEST)][:1]:
+            raise InputError(f"alpha: {exponent:g}: an exponent from -{STEEPEST:g} to {STEEPEST:g} other than 0 is needed")
+        self._check_modulus(moduli, exponents)
+        object.__setattr__(self, "_weight", moduli / self.modulus_of())
+        object.__setattr__(self, "_power", 0.5 * exponents)
+
+    def modulus_of(self) -> Floats:
+        """Sum mu_p alpha_p / 2."""
+        return np.asarray(0.5 * np.sum(np.multiply(self.mu, self.alpha), axis=0))
+
+    def stress(self, squared_stretch: Floats) -> Floats:
+        """p = sum w (A^h - C^h) and q = sum w (B^h - C^h), h = alpha/2 and w = mu over the initial modulus."""
+        log = np.log(squared_stretch)
+        third = -(log[0] + log[1])
+        carried = np.zeros_like(log)
+        for weight, power in zip(self._weight, self._power, strict=True):
+            carried += weight * (np.exp(power * log) - np.exp(power * third))
+        return carried
+
+    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
+        """Stresses, and dp/dlnA = sum w h (A^h + C^h), dp/dlnB = sum w h C^h, and so on."""
+        log = np.log(squared_stretch)
+        third = -(log[0] + log[1])
+        carried, half = np.zeros_like(log), np.zeros((3, *third.shape))
+        for weight, power in zip(self._weight, self._power, strict=True):
+            front, back = np.exp(power * log), np.exp(power * third)
+            carried += weight * (front - back)
+            half[::2] += weight * power * (front + back)
+            half[1] += weight * power * back
+        return carried, half
+
+    def energy(self, squared_stretch: Floats) -> Floats:
+        """Sum w/alpha (l1^alpha + l2^alpha + l3^alpha - 3), each power less one by itself."""
+        log = np.log(squared_stretch)
+        third = -(log[0] + log[1])
+        total = np.zeros_like(third)
+        for weight, power in zip(self._weight, self._power, strict=True):
+            total += weight / (2 * power) * (np.expm1(power * log).sum(axis=0) + np.expm1(power * third))
+        return np.asarray(total)
+
+    def unlimited(self) -> Ogden:
+        """One term with the exponent 2, beside as many that carry nothing."""
+        count = len(np.atleast_1d(np.asarray(self.mu)))
+        return Ogden((1.0,) + (0.0,) * (count - 1), (2.0,) * count)
+
+    def exact_forms(self) -> tuple[str, ...]:
+        """Ogden, and neo-Hookean or Mooney-Rivlin where the exponents are 2, or 2 and -2."""
+        exponents = {float(power) for power, weight in zip(self._power, self._weight, strict=True) if weight != 0}
+        if exponents == {1.0}:
+            return ("neo-hookean", "ogden")
+        return ("ogden", "mooney-rivlin") if exponents == {1.0, -1.0} else ("ogden",)
+
+    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
+        """Ogden; Mooney-Rivlin where that is the same; neo-Hookean as an approximation."""
+        match law:
+            case "ogden":
+                terms = enumerate(zip(self._weight.tolist(), self._power.tolist(), strict=True), 1)
+                pairs: dict[str, float] = {}
+                for index, (weight, power) in terms:
+                    pairs |= {f"mu_{index}": modulus * weight, f"alpha_{index}": 2 * power}
+                return CardForm(law, modulus, pairs)
+            case "mooney-rivlin" if law in self.exact_forms():
+                first = float(np.sum(self._weight[self._power == 1.0]))
+                return CardForm(law, modulus, {"C10": modulus / 2 * first, "C01": modulus / 2 * (1 - first)})
+            case "neo-hookean":
+                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
+        return None
+
+
+_NEO_HOOKEAN_NOTES = ("  A neo-Hookean spring has one exponent, 2, and the same modulus: it is right at small strain only.",)

@@ -1,0 +1,83 @@
+"""Laws whose constants are stresses: they hold the initial shear modulus themselves, and only their ratios are a shape."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from dielast.errors import InputError
+from dielast.material.springs.law import SpringLaw
+from dielast.numerics.columns import Floats
+
+
+class ScaledLaw(SpringLaw):
+    """Base of laws with constants in Pa; a law states `modulus_of` and the formula of its initial modulus in words.
+
+    A spring of another shear modulus has the same ratios of the constants, so that a law may be stated in any unit of stress.
+    """
+
+    __slots__ = ()
+    modulus_formula: ClassVar[str]
+    stresses: ClassVar[tuple[str, ...]]
+    """The constants that are stresses."""
+
+    def modulus_of(self) -> Floats:
+        """Initial shear modulus in the unit of the constants, of the shape that the constants have."""
+        raise NotImplementedError
+
+    def initial_modulus(self) -> float | None:
+        """The modulus that the constants add up to."""
+        return float(self.modulus_of())
+
+    @classmethod
+    def of_file(cls, stated: Mapping[str, Any], modulus: float | None) -> Self:
+        """The law of the constants, which leave no shear modulus to be stated."""
+        if modulus is not None:
+            keys = " and ".join(constant.file_key for constant in cls.constants)
+            said = f'law "{cls.name}" states its modulus by {keys}: leave shear_modulus out'
+            raise InputError(said, key="shear_modulus")
+        return super().of_file(stated, modulus)
+
+    def in_file(self, modulus: float) -> dict[str, Any]:
+        """The constants of a spring of this modulus."""
+        return self.scaled(modulus).stated()
+
+    def scaled(self, modulus: float) -> Self:
+        """The law with the constants of a spring of this modulus."""
+        own = self.initial_modulus()
+        if modulus == own:
+            return self
+        factor = modulus / float(self.modulus_of())
+        return self.with_values({name: _times(getattr(self, name), factor) for name in self.stresses})
+
+    def shape(self) -> dict[str, str]:
+        """The constants over the shear modulus, and those that are numbers."""
+        unit = self.scaled(1.0)
+        return {
+            f"{name}/modulus" if name in self.stresses else name: _text(value)
+            for name, value in unit.values().items()
+            if value is not None
+        }
+
+    def _check_modulus(self, *constants: Any) -> None:
+        """`InputError` for constants that are not finite, or whose initial modulus is not positive."""
+        for value in constants:
+            if not np.all(np.isfinite(value)):
+                raise InputError(f'law "{self.name}": every constant must be finite')
+        modulus = self.modulus_of()
+        if not np.all(modulus > 0):
+            lowest = float(np.min(modulus))
+            raise InputError(
+                f"the initial shear modulus {self.modulus_formula} is {lowest:g} Pa: it must be positive; check the signs, or for "
+                'a spring that carries nothing write law = "neo-hookean" and shear_modulus = "0 Pa"'
+            )
+
+
+def _times(value: Any, factor: float) -> Any:
+    return tuple(entry * factor for entry in value) if isinstance(value, tuple) else value * factor
+
+
+def _text(value: Any) -> str:
+    return ", ".join(f"{entry:g}" for entry in np.atleast_1d(value))

@@ -1,0 +1,106 @@
+"""Yeoh's spring: a cubic in I1 - 3, soft at first and stiff at last where C20 is negative and C30 positive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from dielast.errors import InputError
+from dielast.material.law import Constant
+from dielast.material.springs.first_invariant import FirstInvariantLaw
+from dielast.material.springs.law import CardForm
+from dielast.material.springs.scaled import ScaledLaw
+from dielast.numerics.columns import Floats
+from dielast.units import STRESS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Yeoh(ScaledLaw, FirstInvariantLaw):
+    """W = C10 x + C20 x^2 + C30 x^3 with x = I1 - 3 (Yeoh 1993, DOI 10.5254/1.3538343), of initial shear modulus 2 C10.
+
+    Constants in Pa, or in any other unit: a spring of modulus mu has W = (mu/2) (x + (C20/C10) x^2 + (C30/C10) x^3).
+    """
+
+    C10: float | Floats
+    C20: float | Floats = 0.0
+    C30: float | Floats = 0.0
+    _square: Floats = field(init=False, repr=False)
+    _cube: Floats = field(init=False, repr=False)
+
+    name: ClassVar = "yeoh"
+    title: ClassVar = "Yeoh"
+    modulus_formula: ClassVar = "2 C10"
+    stresses: ClassVar = ("C10", "C20", "C30")
+    constants: ClassVar = (
+        Constant("C10", "Half the initial shear modulus of yeoh, where shear_modulus does not state that.", STRESS, needed=False),
+        Constant("C20", "Of yeoh, of (I1 - 3)^2; left out: 0.", STRESS, left_out=0.0),
+        Constant("C30", "Of yeoh, of (I1 - 3)^3; left out: 0.", STRESS, left_out=0.0),
+    )
+
+    def __post_init__(self) -> None:
+        self._check_modulus(self.C10, self.C20, self.C30)
+        object.__setattr__(self, "_square", np.asarray(self.C20) / self.C10)
+        object.__setattr__(self, "_cube", np.asarray(self.C30) / self.C10)
+
+    def modulus_of(self) -> Floats:
+        """2 C10."""
+        return 2 * np.asarray(self.C10, dtype=float)
+
+    @classmethod
+    def of_file(cls, stated: Mapping[str, Any], modulus: float | None) -> Self:
+        """The law of C10, or of the shear modulus in its place."""
+        arguments = cls.arguments(stated)
+        if modulus is not None and arguments["C10"] is not None:
+            raise InputError('law "yeoh" takes shear_modulus or C10 = shear_modulus/2, not both', key="C10")
+        if arguments["C10"] is None:
+            if modulus is None:
+                raise InputError('law "yeoh" needs C10, or in [equilibrium] shear_modulus: C20 and C30 are relative to it')
+            arguments["C10"] = 0.5 * modulus
+        return cls(**arguments)
+
+    def in_file(self, modulus: float) -> dict[str, Any]:
+        """The shear modulus in the place of C10."""
+        return {key: value for key, value in self.scaled(modulus).stated().items() if key != "C10"}
+
+    def stiffness(self, invariant: Floats) -> Floats:
+        """1 + 2 a x + 3 b x^2 with a = C20/C10 and b = C30/C10."""
+        x = invariant - 3
+        return np.asarray((3 * self._cube * x + 2 * self._square) * x + 1)
+
+    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
+        """phi, and 2 a + 6 b x."""
+        x = invariant - 3
+        slope = 6 * self._cube * x + 2 * self._square
+        return np.asarray((3 * self._cube * x + 2 * self._square) * x + 1), np.asarray(slope)
+
+    def energy_of(self, invariant: Floats) -> Floats:
+        """(x + a x^2 + b x^3)/2."""
+        x = invariant - 3
+        return np.asarray(0.5 * x * ((self._cube * x + self._square) * x + 1))
+
+    def unlimited(self) -> Yeoh:
+        """C20 = C30 = 0."""
+        return Yeoh(self.C10)
+
+    def exact_forms(self) -> tuple[str, ...]:
+        """Yeoh, and neo-Hookean where C20 = C30 = 0."""
+        return ("neo-hookean", "yeoh") if self._square == 0 and self._cube == 0 else ("yeoh",)
+
+    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
+        """Yeoh; neo-Hookean as an approximation."""
+        match law:
+            case "yeoh":
+                half = modulus / 2
+                series = {"C10": half, "C20": half * float(self._square), "C30": half * float(self._cube)}
+                return CardForm(law, modulus, series)
+            case "neo-hookean":
+                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
+        return None
+
+
+_NEO_HOOKEAN_NOTES = (
+    "  A neo-Hookean spring leaves out the share 2 (C20/C10) x + 3 (C30/C10) x^2, x = I1 - 3, of Yeoh's stiffness.",
+)

@@ -1,0 +1,36 @@
+"""Damage: a film is used up by the field that it is exposed to (see `material.damage`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from dielast.material.material import Material
+from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
+from dielast.numerics.columns import Floats
+
+
+class Damage(Criterion):
+    """D = int dD/dt dt over the voltage programme comes to 1."""
+
+    name: ClassVar[str] = "damage"
+    marker: ClassVar[str] = "D"
+    hatch: ClassVar[str] = "\\\\\\\\"
+
+    def concerns(self, materials: Sequence[Material]) -> bool:
+        """Whether a material has a damage law."""
+        return any(material.damage is not None for material in materials)
+
+    def rate(self, films: WatchedFilms) -> Signal | None:
+        """dD/dt, 0 for films without a law."""
+        laws = films.damage
+        if laws is None:
+            return None
+
+        def rate(moment: Moment) -> Floats:
+            field = moment.true_field
+            return np.asarray(laws.ask(moment.cases, lambda law, columns: law.rate(field[columns]), 0.0))
+
+        return rate

@@ -1,0 +1,124 @@
+"""Films with `[damage]` in recipes: events, maps that go on, figures, draws, and what may be wrong."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast.commands.failure_map import resume
+from dielast.handover.material_file import parse_material, write_material
+from dielast.material.damage import InversePower
+from dielast.numerics.integrate import Status
+from dielast.simulate.failure_map import plan_failure_map
+from dielast.simulate.map_plan import solve_cells
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+MATERIAL = """\
+name = "film"
+reference_temperature = "20 degC"
+[equilibrium]
+shear_modulus = "26 kPa"
+J_lim = 110.0
+[nonequilibrium]
+J_lim = 55.0
+relaxation_time_s = [1e4, 0.1]
+shear_modulus_Pa = [1e4, 9e4]
+[shift]
+law = "none"
+[dielectric]
+permittivity = "4e-11 F/m"
+"""
+DAMAGE = '[damage]\nfield = "30 MV/m"\ntime = "10 min"\nexponent = 18.5\n'
+FILM = 'material = "film.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 1.9\nrelax = "10 min"\n'
+ACTUATE = f'kind = "actuate"\n{FILM}[[step]]\nvoltage = "3.2 kV"\nduration = "1 s"\n[[step]]\nhold = "1 h"\n[stop]\nat = "damage"\n'
+PRESTRETCHES = FILM.replace("= 1.9", "= [1.7, 1.75, 1.8, 1.85, 1.9]")
+MAP = f'kind = "failure-map"\nhorizon = "1 h"\n{PRESTRETCHES}[voltage]\nfrom = "2.4 kV"\nto = "4 kV"\npoints = 5\n'
+DRAWS = '[uncertainty]\ndraws = 19\nbreakdown_field = { law = "weibull", shape = 20 }\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "film.toml").write_text(MATERIAL + DAMAGE)
+    (tmp_path / "map.toml").write_text(MAP)
+    (tmp_path / "actuate.toml").write_text(ACTUATE)
+    return tmp_path
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_run_stops_at_the_damage_and_its_draws_have_bounds(folder: Path, dielast: Run) -> None:
+    done = dielast("actuate", "actuate.toml", "-o", "one", "--plot", "svg")
+    assert done.returncode == 0, done.stderr
+    (event,) = rows(folder / "one/events.csv")
+    assert event["event"] == "damage"
+    assert rows(folder / "one/actuate.csv")[-1]["time [s]"] == event["time [s]"]
+    assert "damage" in (folder / "one/actuate.svg").read_text()
+    (folder / "actuate.toml").write_text(ACTUATE + DRAWS)
+    done = dielast("actuate", "actuate.toml", "-o", "many", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    (bounded,) = rows(folder / "many/events.csv")
+    low, time, high = (float(bounded[f"time{which} [s]"]) for which in ("_lower", "", "_upper"))
+    assert low < time == float(event["time [s]"]) < high
+
+
+def test_a_map_without_a_breakdown_field_is_about_damage(folder: Path, dielast: Run) -> None:
+    (folder / "map.toml").write_text(MAP + DRAWS)
+    done = dielast("failure-map", "map.toml", "-o", "out", "--plot", "svg")
+    assert (done.returncode, done.stderr) == (0, "")
+    cells = rows(folder / "out/failure-map.csv")
+    assert {cell["failure_mode"] for cell in cells} == {"damage", "none"}
+    assert all(cell["time_to_damage [s]"] == cell["time_to_failure [s]"] and not cell["time_to_breakdown [s]"] for cell in cells)
+    assert {"time_to_damage_lower [s]", "time_to_damage_upper [s]", "failure_probability [1]"} <= cells[0].keys()
+    assert "damage first" in (folder / "out/failure-map.svg").read_text()
+    assert "\ndamage = " in (folder / "out/summary.toml").read_text()
+
+
+def test_a_map_with_damage_goes_on_where_it_stopped(tmp_path: Path) -> None:
+    material = parse_material((MATERIAL + DAMAGE).encode(), "film.toml")
+    plan = plan_failure_map(material, voltage=np.linspace(2e3, 4e3, 3), prestretch=[1.7, 1.9], thickness=5e-4, horizon=60.0)
+    (chunk,) = plan.chunks(resume.CHUNK)
+    cells = solve_cells(plan, *chunk)
+    assert set(cells.status.tolist()) <= {Status.COMPLETED, Status.STOPPED}
+    store = tmp_path / "store"
+    resume._save(store, "key", [cells])
+    known, changed = resume._load(store, "key", plan)
+    assert (changed, list(known)) == (0, [0])
+    for name, times in cells.times.items():
+        np.testing.assert_array_equal(known[0].times[name], times)
+    without = parse_material(MATERIAL.encode() + b'[breakdown]\nfield = "40 MV/m"\n', "film.toml")
+    other = plan_failure_map(without, voltage=[2e3], prestretch=[1.7], thickness=5e-4, horizon=60.0)
+    assert (plan.failures, other.failures) == (("breakdown", "pull-in", "damage"), ("breakdown", "pull-in"))
+
+
+def test_the_law_is_read_and_written() -> None:
+    material = parse_material((MATERIAL + DAMAGE).encode(), "film.toml")
+    assert material.damage == InversePower(30e6, 600.0, 18.5)
+    assert parse_material(write_material(material), "again.toml").damage == material.damage
+    assert b"damage" not in write_material(parse_material(MATERIAL.encode(), "film.toml"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("exponent = 18.5\n", "", 'film.toml: damage: law "inverse-power" needs exponent'),
+        ("18.5", "-18.5", "film.toml: damage.exponent: -18.5: a number above 0 is needed"),
+        ('"10 min"', '"10 mm"', "film.toml: damage.time: "),
+        ('"30 MV/m"', '["30 MV/m", "40 MV/m"]', "film.toml: damage.field: "),
+        (DAMAGE, "", 'stop.at: "damage" cannot happen: the material file needs [damage] with field, time and exponent'),
+    ],
+)
+def test_what_is_wrong_is_named(folder: Path, dielast: Run, old: str, new: str, message: str) -> None:
+    (folder / "film.toml").write_text((MATERIAL + DAMAGE).replace(old, new))
+    done = dielast("actuate", "actuate.toml", "-o", "out")
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,198 @@
+"""Damage that adds up under voltage: closed forms of films that do not creep, scipy's quadrature, the membrane peer, scatter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from math import comb
+from typing import Any
+
+import numpy as np
+import pytest
+from peers.closed_forms import damage_exponent
+from peers.energies import gent
+from peers.membrane import Film, Piece, Run, constant, ramp
+from scipy.integrate import quad
+
+from dielast import (
+    Breakdown,
+    Gent,
+    InputError,
+    Material,
+    Sample,
+    Spectrum,
+    VoltageStep,
+    Waveform,
+    WeibullScatter,
+    actuate,
+    failure_map,
+)
+from dielast.material.damage import InversePower
+from dielast.material.shift import NoShift
+from dielast.numerics.quadrature import _rules, integrals
+from dielast.simulate.actuate import ActuationHistory
+from dielast.simulate.events import Event
+from dielast.simulate.failure_map import plan_failure_map, solve_map
+
+MU, EPS, THICKNESS, HOUR = 26e3, 4e-11, 0.5e-3, 3600.0
+MODULUS, TIME = np.array([3e4, 1e5, 3e6]), np.array([30.0, 1.0, 0.01])
+GENT = Material("gent", MU, Spectrum(TIME, MODULUS), NoShift(20.0), Gent(110.0), Gent(55.0), EPS)
+ELASTIC = Material("elastic", 1e6, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), permittivity=EPS)
+SILICONE = replace(ELASTIC, damage=InversePower(80e6, HOUR, 18.5))
+CLAMPED: dict[str, Any] = {"thickness": THICKNESS, "prestretch": 1.7, "boundary": "clamped"}
+UP, HOLD, VOLTAGE = 0.5, 8.0, 3.9e3
+PROGRAMME = [VoltageStep(VOLTAGE, duration=UP), VoltageStep.hold(HOLD)]
+
+
+def damaged(history: ActuationHistory, case: int = 0) -> Event:
+    (event,) = [event for event in history.events[case] if event.name == "damage"]
+    return event
+
+
+def test_life_is_an_inverse_power_of_the_voltage_where_a_film_does_not_creep() -> None:
+    voltage = np.geomspace(8e3, 16e3, 25)
+    result = failure_map(SILICONE, voltage=voltage, horizon=1e12, **CLAMPED)
+    life = result.times["damage"][0, 0]
+    assert life == pytest.approx(HOUR * (80e6 * THICKNESS / 1.7**2 / voltage) ** 18.5, rel=1e-9)
+    assert np.all(result.failure_mode == "damage")
+    # 62-fold from 80 to 100 V/um
+    ratio = life[0] / np.interp(voltage[0] * 1.25, voltage, life)
+    assert damage_exponent(ratio, 1.25) == pytest.approx(18.5, rel=1e-2)
+
+
+def test_an_elastic_film_under_dead_load_ages_at_the_field_that_it_settles_at() -> None:
+    history = actuate(SILICONE, [VoltageStep(13e3), VoltageStep.hold(1e9)], thickness=THICKNESS, prestretch=1.5, stop_at="damage")
+    event = damaged(history)
+    assert event.time == pytest.approx(HOUR * (80e6 / event.true_field) ** 18.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 3.5, 18.5, 200.0])
+@pytest.mark.parametrize("boundary", ["dead-load", ("dead-load", "clamped")])
+def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: Any) -> None:
+    """scipy's quadrature of the run's own field, up to the moment of failure, is 1."""
+    programme = [VoltageStep(3.4e3, duration=UP), VoltageStep.hold(2.0), VoltageStep(0.0, duration=0.3)]
+    programme.append(VoltageStep(Waveform(0.0, 3.6e3, 1.0, 6)))
+    film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": (1.9, 1.6), "relax": 60.0, "boundary": boundary}
+    whole = actuate(GENT, programme, stop_at="end", **film)
+    assert whole.outcome[0].completed
+    field, time = whole.true_field[0], whole.time[0]
+    law = InversePower(float(field.max()), 1.0, exponent)
+    law = replace(law, time=0.9 * float(np.sum(np.diff(time) * (law.rate(field[1:]) + law.rate(field[:-1])) / 2)))
+    material = replace(GENT, damage=law)
+    end = damaged(actuate(material, programme, stop_at="damage", **film)).time
+    assert end > 3.0  # the waveform is on
+    kinks = [0.0, UP, UP + 2.0, UP + 2.3, *np.arange(UP + 2.8, end, 0.5).tolist(), end]
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    # panels that grow after each kink
+    edges = [a + (b - a) * np.concatenate(([0.0], np.geomspace(1e-6, 1.0, 13))) for a, b in pairwise(kinks)]
+    panels = [(low, high) for edge in edges for low, high in pairwise(edge)]
+    times = np.concatenate([0.5 * (high + low) + 0.5 * (high - low) * nodes for low, high in panels])
+    weight = np.concatenate([0.5 * (high - low) * weights for low, high in panels])
+    history = actuate(material, programme, stop_at="end", times=times, **film)
+    field = np.abs(history.true_field[0])
+    assert float(np.sum(weight * law.rate(field))) == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("prestretch", "field"), [((1.9, 1.9), 3.4e7), ((2.0, 1.6), 2.9e7)])
+def test_failure_by_damage_is_where_the_peer_has_it_and_converges_with_the_tolerance(
+    prestretch: tuple[float, float], field: float
+) -> None:
+    damage = (field, 2.0, 18.5)
+    there = Film(lambda l1, l2: gent(l1, l2, MU, 110.0), lambda l1, l2: gent(l1, l2, 1.0, 55.0), MODULUS, TIME, EPS, damage=damage)
+    relaxed = Run(there, [Piece(60.0, tuple(("stretch", constant(axis)) for axis in prestretch))], rtol=1e-8).final
+    load, nominal = tuple(("stress", constant(stress)) for stress in relaxed.stress), VOLTAGE / THICKNESS
+    pieces = [Piece(UP, load, ("field", ramp(0.0, nominal, UP))), Piece(HOLD, load, ("field", constant(nominal)))]
+    (time,) = Run(there, pieces, replace(relaxed, time=0.0), rtol=1e-8).events("damage")
+    assert UP < time < UP + HOLD
+    film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": prestretch, "relax": 60.0, "stop_at": "damage"}
+    material = replace(GENT, damage=InversePower(*damage))
+    errors = [abs(damaged(actuate(material, PROGRAMME, rtol=rtol, **film)).time / time - 1) for rtol in (1e-3, 1e-5, 1e-7)]
+    assert errors[1] < 2e-4
+    assert all(error < 20 * 18.5 * rtol for error, rtol in zip(errors, (1e-3, 1e-5, 1e-7), strict=True))
+
+
+def test_breakdown_is_the_limit_of_a_large_exponent() -> None:
+    film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": 1.9, "relax": 60.0, "stop_at": "end"}
+    exponents = np.array([1e2, 1e3, 1e4])
+    materials = [replace(GENT, damage=InversePower(2.4e7, 1.0, n)) for n in exponents.tolist()]
+    history = actuate(materials, [VoltageStep(6e3, rate=500.0)], breakdown_field=2.4e7, **film)
+    at = [next(event.time for event in history.events[0] if event.name == "breakdown")] * 3
+    late = np.array([damaged(history, case).time for case in range(3)]) / at - 1
+    assert np.all(np.abs(late) < 10 / exponents)
+    assert np.all(np.diff(np.abs(late)) < 0)
+
+
+def test_long_waveforms_add_up() -> None:
+    """(1 - cos)/2 to the power of n has the mean C(2n, n)/4^n, and half a cycle does half of the damage of a whole."""
+    n, cycles = 6, 300
+    peak = 10e3 * 1.7**2 / THICKNESS
+    law = InversePower(peak, (cycles - 0.5) * comb(2 * n, n) / 4**n * 0.1, float(n))
+    history = actuate(
+        replace(ELASTIC, damage=law), [VoltageStep(Waveform(0.0, 10e3, 0.1, cycles))], stop_at="damage", cycles="last", **CLAMPED
+    )
+    assert damaged(history).time == pytest.approx((cycles - 0.5) * 0.1, rel=1e-8)
+
+
+def test_a_film_with_the_share_of_weibull_has_failed() -> None:
+    """1 - exp(-D^beta), beta = m/n, of draws that are evenly spaced quantiles."""
+    draws, shape = 400, 9.0
+    factors = WeibullScatter(shape).factors((np.arange(draws) + 0.5) / draws)
+    sample = Sample((SILICONE,) * draws, factors, np.ones(draws))
+    voltage = [11e3, 13e3, 14e3]
+    _, *drawn = solve_map(plan_failure_map(SILICONE, voltage=voltage, horizon=HOUR, sample=sample, **CLAMPED))
+    share = np.mean([np.isfinite(each.time_to_failure[0, 0]) for each in drawn], axis=0)
+    damage = (np.array(voltage) * 1.7**2 / THICKNESS / 80e6) ** 18.5
+    assert share == pytest.approx(1 - np.exp(-(damage ** (shape / 18.5))), abs=1 / draws)
+
+
+def test_a_map_has_the_cells_of_films_and_only_materials_with_damage_have_it() -> None:
+    material = replace(GENT, damage=InversePower(1.9e7, 2.0, 18.5), breakdown=Breakdown((1.0,), (2.9e7,)))
+    film: dict[str, Any] = {"thickness": THICKNESS, "relax": 60.0}
+    result = failure_map(material, voltage=[2e3, 3.6e3, 3.9e3, 4.6e3], prestretch=[(1.9, 1.9), (2.0, 1.6)], horizon=60.0, **film)
+    for j, prestretch in enumerate(((1.9, 1.9), (2.0, 1.6))):
+        for k, voltage in enumerate((2e3, 3.6e3, 3.9e3, 4.6e3)):
+            history = actuate(
+                material, [VoltageStep(voltage), VoltageStep.hold(60.0)], prestretch=prestretch, stop_at="end", **film
+            )
+            first = {event.name: event.time for event in reversed(history.events[0])}
+            for name, times in result.times.items():
+                assert times[0, j, k] == pytest.approx(first.get(name, np.nan), rel=1e-5, nan_ok=True), (name, j, k)
+    assert {"damage", "none"} <= set(result.failure_mode.ravel().tolist())
+    assert [column.name for column in result.columns()][4:8] == [
+        "time_to_breakdown",
+        "time_to_pull_in",
+        "time_to_damage",
+        "time_to_failure",
+    ]
+    plain = failure_map(replace(material, damage=None), voltage=[2e3], prestretch=[1.9], horizon=60.0, **film)
+    assert list(plain.times) == ["breakdown", "pull-in"]
+
+
+def test_no_film_depends_on_those_it_runs_with() -> None:
+    laws = [InversePower(1.9e7, 2.0, 18.5), None, InversePower(2e7, 1.0, 150.0), InversePower(1.9e7, 4.0, 3.0)]
+    materials = [replace(GENT, damage=law) for law in laws]
+    film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": 1.9, "relax": 60.0, "stop_at": "pull-in"}
+    together = actuate(materials, PROGRAMME, **film)
+    for case, material in enumerate(materials):
+        assert together.events[case] == actuate(material, PROGRAMME, **film).events[0]
+
+
+def test_quadrature_is_of_its_order_and_follows_what_is_steep() -> None:
+    def error(parts: int) -> float:
+        low = np.arange(parts) / parts
+        return abs(_rules(lambda _, x: np.exp(12 * x), np.arange(parts), low, low + 1 / parts)[0].sum() / (np.expm1(12.0) / 12) - 1)
+
+    assert error(1) > 2**20 * error(2) or error(2) < 1e-14
+    power = np.array([0.5, 3.0, 50.0, 2e4])
+    found = integrals(lambda columns, x: x ** power[columns], np.zeros(4), np.ones(4))
+    assert found == pytest.approx(1 / (power + 1), rel=1e-8)
+    spike = integrals(lambda _, x: np.exp(-(((x - 0.3) / 0.01) ** 2)), np.zeros(1), np.ones(1))
+    assert spike[0] == pytest.approx(quad(lambda x: np.exp(-(((x - 0.3) / 0.01) ** 2)), 0, 1, points=[0.3])[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("arguments", [(0.0, 1.0, 1.0), (1e7, 0.0, 1.0), (1e7, 1.0, -1.0), (1e7, 1.0, np.inf), (np.nan, 1.0, 1.0)])
+def test_constants_that_make_no_sense_are_refused(arguments: tuple[float, float, float]) -> None:
+    with pytest.raises(InputError, match="a positive number is needed"):
+        InversePower(*arguments)
+    with pytest.raises(InputError, match=r'stop_at: "damage" cannot happen: the material file needs \[damage\]'):
+        actuate(ELASTIC, PROGRAMME, stop_at="damage", **CLAMPED)

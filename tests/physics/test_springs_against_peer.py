@@ -1,0 +1,174 @@
+"""Films with springs of each law against the membrane peer, to 1e-7: relaxation and creep in three modes, and under voltage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from peers import energies
+from peers.energies import Energy
+from peers.membrane import Film, Piece, Run, constant, ramp
+
+from dielast import Gent, Material, Spectrum, Step, VoltageStep, actuate, creep, relax
+from dielast.material.shift import NoShift
+from dielast.material.springs import ArrudaBoyce, MooneyRivlin, Ogden, SpringLaw, Yeoh
+
+MU, EPS, THICKNESS = 26e3, 4e-11, 0.5e-3
+MODULUS, TIME = np.array([3e4, 1e5]), np.array([10.0, 0.5])
+WITHIN, PEER, OURS = 1e-7, 3e-8, 1e-9  # of the results; tolerances asked of the two
+FREE = ("stress", constant(0.0))
+MODES = ("uniaxial", "equibiaxial", "pure-shear")
+
+
+@dataclass(frozen=True)
+class Springs:
+    """A law of the equilibrium spring and one of the branches, and their energies of a modulus of 1 Pa."""
+
+    equilibrium: SpringLaw
+    branch: SpringLaw
+    energies: tuple[Energy, Energy]
+
+    @property
+    def material(self) -> Material:
+        return Material("film", MU, Spectrum(TIME, MODULUS), NoShift(20.0), self.equilibrium, self.branch, EPS)
+
+    @property
+    def film(self) -> Film:
+        rest, branch = self.energies
+        return Film(lambda l1, l2: MU * rest(l1, l2), branch, MODULUS, TIME, EPS)
+
+
+def yeoh(c2: float, c3: float) -> Energy:
+    return lambda l1, l2: energies.yeoh(l1, l2, 0.5, 0.5 * c2, 0.5 * c3)
+
+
+def arruda_boyce(locking: float) -> Energy:
+    return lambda l1, l2: energies.arruda_boyce(l1, l2, 1.0, locking)
+
+
+def mooney_rivlin(share: float) -> Energy:
+    return lambda l1, l2: energies.mooney_rivlin(l1, l2, 0.5 * (1 - share), 0.5 * share)
+
+
+def ogden(mu: tuple[float, ...], alpha: tuple[float, ...]) -> Energy:
+    modulus = 0.5 * sum(m * a for m, a in zip(mu, alpha, strict=True))
+    return lambda l1, l2: energies.ogden(l1, l2, [m / modulus for m in mu], alpha)
+
+
+SPRINGS = {
+    "yeoh": Springs(Yeoh(1.0, -0.01, 2e-4), Yeoh(1.0, 0.02), (yeoh(-0.01, 2e-4), yeoh(0.02, 0.0))),
+    "arruda-boyce": Springs(ArrudaBoyce(5.0), ArrudaBoyce(3.0), (arruda_boyce(5.0), arruda_boyce(3.0))),
+    "mooney-rivlin": Springs(MooneyRivlin(9.0, 1.0), MooneyRivlin(8.0, 2.0), (mooney_rivlin(0.1), mooney_rivlin(0.2))),
+    "ogden": Springs(
+        Ogden((18.0, -2.0), (1.6, -2.5)),
+        Ogden((3.0, 0.01), (1.8, 5.0)),
+        (ogden((18.0, -2.0), (1.6, -2.5)), ogden((3.0, 0.01), (1.8, 5.0))),
+    ),
+    "mixed": Springs(Ogden((18.0, -2.0), (1.6, -2.5)), ArrudaBoyce(4.0), (ogden((18.0, -2.0), (1.6, -2.5)), arruda_boyce(4.0))),
+}
+TIMES = np.concatenate((np.linspace(0.2, 1.0, 5), 1.0 + np.geomspace(1e-2, 20.0, 10)))
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("name", SPRINGS)
+def test_relaxation(name: str, mode: str) -> None:
+    springs, end = SPRINGS[name], 2.0
+
+    def axes(course: Any) -> Any:
+        held = ("stretch", course)
+        return held, {"uniaxial": FREE, "equibiaxial": held, "pure-shear": ("stretch", constant(1.0))}[mode]
+
+    run = Run(springs.film, [Piece(1.0, axes(ramp(1.0, end, 1.0))), Piece(20.0, axes(constant(end)))], rtol=PEER)
+    there = run.at(TIMES)
+    here = relax(springs.material, [Step(stretch=end, rate=1.0), Step.hold(20.0)], mode=mode, times=TIMES, rtol=OURS)
+    assert here.stretch_2[0] == pytest.approx(there.stretch[1], rel=WITHIN)
+    assert here.nominal_stress_1[0] == pytest.approx(there.stress[0], rel=WITHIN)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("name", SPRINGS)
+def test_creep(name: str, mode: str) -> None:
+    springs, end = SPRINGS[name], 3e4
+
+    def axes(course: Any) -> Any:
+        pulled = ("stress", course)
+        return pulled, {"uniaxial": FREE, "equibiaxial": pulled, "pure-shear": ("stretch", constant(1.0))}[mode]
+
+    run = Run(springs.film, [Piece(1.0, axes(ramp(0.0, end, 1.0))), Piece(20.0, axes(constant(end)))], rtol=PEER)
+    there = run.at(TIMES)
+    here = creep(springs.material, [Step(stress=end, duration=1.0), Step.hold(20.0)], mode=mode, times=TIMES, rtol=OURS)
+    assert np.stack((here.stretch_1[0], here.stretch_2[0])) == pytest.approx(there.stretch, rel=WITHIN)
+
+
+@pytest.mark.parametrize(
+    ("prestretch", "boundary"),
+    [((1.6, 1.6), ("dead-load", "dead-load")), ((1.8, 1.4), ("dead-load", "dead-load")), ((1.8, 1.4), ("dead-load", "clamped"))],
+    ids=["even", "uneven", "clamped"],
+)
+@pytest.mark.parametrize("name", SPRINGS)
+def test_actuation(name: str, prestretch: tuple[float, float], boundary: tuple[str, str]) -> None:
+    springs, voltage, up, hold = SPRINGS[name], 4e3, 0.5, 5.0
+    held = tuple(("stretch", constant(stretch)) for stretch in prestretch)
+    relaxed = Run(springs.film, [Piece(30.0, held)], rtol=PEER).final
+    loads = tuple(held[axis] if boundary[axis] == "clamped" else ("stress", constant(relaxed.stress[axis])) for axis in range(2))
+    field = voltage / THICKNESS
+    run = Run(
+        springs.film,
+        [Piece(up, loads, ("field", ramp(0.0, field, up))), Piece(hold, loads, ("field", constant(field)))],
+        relaxed.__class__(relaxed.log_viscous, relaxed.log_stretch, relaxed.stress),
+        rtol=PEER,
+    )
+    times = np.concatenate((np.linspace(0.1, up, 4), up + np.geomspace(1e-2, hold, 8)))
+    there = run.at(times)
+    here = actuate(
+        springs.material,
+        [VoltageStep(voltage, duration=up), VoltageStep.hold(hold)],
+        thickness=THICKNESS,
+        prestretch=prestretch,
+        boundary=boundary,
+        relax=30.0,
+        stop_at="end",
+        times=times,
+        rtol=OURS,
+    )
+    assert np.stack((here.stretch_1[0], here.stretch_2[0])) == pytest.approx(there.stretch, rel=WITHIN)
+    assert here.true_field[0] == pytest.approx(there.true_field, rel=WITHIN)
+    pulled_in = [event.time for event in here.events[0] if event.name == "pull-in"]
+    assert pulled_in == pytest.approx(run.events("pull-in"), rel=WITHIN)
+
+
+def test_materials_of_all_laws_in_one_run_are_those_one_by_one() -> None:
+    materials = [springs.material for springs in SPRINGS.values()]
+    for mode in MODES:
+        steps = [Step(stress=2e4, duration=1.0), Step.hold(5.0)]
+        together = creep(materials, steps, mode=mode, points_per_decade=3)
+        for case, material in enumerate(materials):
+            alone = creep(material, steps, mode=mode, points_per_decade=3)
+            assert np.array_equal(together.stretch_1[case], alone.stretch_1[0])
+    voltages = [VoltageStep(3e3, duration=1.0), VoltageStep.hold(5.0)]
+    for prestretch in ((1.5, 1.5), (1.8, 1.4)):
+        films = {"thickness": THICKNESS, "prestretch": prestretch, "relax": 30.0, "breakdown_field": 1e9, "points_per_decade": 3}
+        together_films = actuate(materials, voltages, **films)  # type: ignore[arg-type]
+        for case, material in enumerate(materials):
+            alone_film = actuate(material, voltages, **films)  # type: ignore[arg-type]
+            assert np.array_equal(together_films.stretch_1[case], alone_film.stretch_1[0])
+
+
+@pytest.mark.parametrize("name", SPRINGS)
+def test_a_film_without_branches_follows_its_equilibrium_spring(name: str) -> None:
+    """Purely elastic: nominal stress and stretch under voltage are those of the energy, whatever law the branches would have."""
+    springs = SPRINGS[name]
+    material = Material("film", MU, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), springs.equilibrium, Gent(50.0), EPS)
+    at = 1.8
+    here = relax(material, [Step(stretch=at, rate=1.0)], mode="equibiaxial", times=[0.8])
+    expected = MU * energies.stress(springs.energies[0], np.array([at]), np.array([at]))[0, 0]
+    assert here.nominal_stress_1[0, 0] == pytest.approx(expected, rel=WITHIN)
+    film = actuate(
+        material, [VoltageStep(2e3, duration=1.0)], thickness=THICKNESS, prestretch=1.5, breakdown_field=1e9, times=[1.0]
+    )
+    stretch, dead = float(film.stretch_1[0, 0]), energies.stress(springs.energies[0], np.array([1.5]), np.array([1.5]))[0, 0]
+    carried = energies.stress(springs.energies[0], np.array([stretch]), np.array([stretch]))[0, 0]
+    # s = dW/dl - eps (V/L_3)^2 l^3
+    assert MU * (carried - dead) == pytest.approx(EPS * (2e3 / THICKNESS) ** 2 * stretch**3, rel=1e-6)
