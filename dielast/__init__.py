@@ -20,7 +20,7 @@ The words of this package:
 - course: a piece as a chain of spans.
 - span: a part of a course in which the load is smooth, with its value and its rate in closed form.
 - stride: one time step of the integrator, of all cases that advance together; every case has a step size of its own.
-- event: breakdown, pull-in or loss of tension, where its criterion is met; a predicted failure is a result, not an error.
+- event: breakdown, pull-in, damage or loss of tension, where its criterion is met; a predicted failure is a result, not an error.
 - draw: the material, or the film, made anew with random noise or scatter; intervals are quantiles of the draws' results.
 - batch: cases of equal histories that one process solves together; a chunk is the same of a failure map's cells.
 """
@@ -44,6 +44,8 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.export.options import CardOptions as CardOptions
     from dielast.handover.material_draws import read_draws as read_draws
     from dielast.handover.material_file import read_material as read_material, write_material as write_material
+    from dielast.material.breakdown import PowerBreakdown as PowerBreakdown
+    from dielast.material.damage import InversePower as InversePower
     from dielast.material.material import Breakdown as Breakdown, Material as Material
     from dielast.material.measurement import (
         CreepCurve as CreepCurve,

@@ -35,7 +35,7 @@ DRAWN_RTOL = 5e-4  # of draws, unless it is stated: their times are then exact t
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FailureMap(TabularResult):
     """Times in s, arrays (temperatures, prestretches, voltages), NaN where it does not happen within the `horizon` or is not known:
-    `times` by the name of what happens, breakdown or pull-in, and `time_to_failure`, the first of them.
+    `times` by the name of what happens, such as breakdown or pull-in, and `time_to_failure`, the first of them.
 
     `failure_mode` is the name of what happens first, none, or unfinished where the numerics gave up before the film failed;
     `outcome` is completed, or says why the numerics gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field`
