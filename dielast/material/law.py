@@ -53,6 +53,12 @@ class Constant:
         """What the unit adds to the name of a number in a summary, such as `_J_per_mol`."""
         return "" if self.unit == "1" else "_" + self.unit.replace("/", "_per_")
 
+    @property
+    def bounds(self) -> str:
+        """The bounds of its value in words, such as "above 0"."""
+        bounds = {"above": self.above, "of at least": self.at_least}
+        return " and ".join(f"{words} {bound:g}" for words, bound in bounds.items() if bound is not None)
+
     def is_allowed(self, value: float) -> bool:
         """Whether a value lies within the bounds."""
         return (self.above is None or value > self.above) and (self.at_least is None or value >= self.at_least)

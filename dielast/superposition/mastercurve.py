@@ -11,14 +11,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, warn
+from dielast.errors import InputError, shown, warn
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.modulus import EntropicModulus
+from dielast.material.shift import SHIFTS
 from dielast.superposition.condense import Condensed
 from dielast.superposition.effects import walk
 from dielast.superposition.joint_fit import fit_master
@@ -79,9 +80,9 @@ def build_master_curve(
     estimated, and so are tilts.
 
     Curves of fewer than three points apart, and single ones that share no modulus with any other, are left out with a warning.
-    Raises `InputError` for fewer than two temperatures, for curves of several kinds, for one that is mostly zero or negative, and
-    for groups of curves that do not overlap. Warns of each temperature whose shift the data do not determine, of points far off the
-    master curve, and of results that look wrong.
+    Raises `InputError` for a choice that is not offered, for fewer than two temperatures, for curves of several kinds, for one that
+    is mostly zero or negative, and for groups of curves that do not overlap. Warns of each temperature whose shift the data do not
+    determine, of points far off the master curve, and of results that look wrong.
     """
     reference = float(reference_temperature)
     if not -ZERO_CELSIUS < reference < np.inf:
@@ -90,6 +91,11 @@ def build_master_curve(
         raise InputError(f"{temperature_stderr:g} K: it must be finite and not negative", argument="temperature_stderr")
     if not 0 <= drift < 1:
         raise InputError(f"{drift:g}: a share from 0 to 1 is needed, such as 0.02 for 2 %", argument="drift")
+    fitted = [known.name for known in SHIFTS if known.is_fitted]
+    choices = {"law": (law, fitted), "vertical": (vertical, get_args(Vertical)), "on": (on, ["auto", *get_args(Basis)])}
+    for argument, (choice, allowed) in choices.items():
+        if choice not in allowed:
+            raise InputError(f"{shown(choice)}: one of {', '.join(allowed)} is needed", argument=argument)
     data, condensed = usable_curves(curves)
     temperature, swept = data.temperature, len(data.ordinates) > 1
     if on != "auto" and not swept:

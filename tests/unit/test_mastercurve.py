@@ -362,3 +362,17 @@ def test_the_smooth_curve_with_free_vertical_shifts_is_that_of_the_reference_tem
         inside = (time > master.smooth_reduced_time[0]) & (time < master.smooth_reduced_time[-1])
         smooth = np.interp(np.log(time[inside]), np.log(master.smooth_reduced_time), np.log(master.smooth_modulus))
         np.testing.assert_allclose(smooth, np.log(own.modulus[inside]), atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"law": "wfl"}, 'law: "wfl": one of wlf, arrhenius, table is needed'),
+        ({"law": "none"}, 'law: "none": one of wlf, arrhenius, table is needed'),
+        ({"vertical": "yes"}, 'vertical: "yes": one of none, density-temperature, free is needed'),
+        ({"on": "loss"}, 'on: "loss": one of auto, moduli, tan-delta, storage is needed'),
+    ],
+)
+def test_a_choice_that_is_not_offered_is_refused(wrong: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=f"^{message}$"):
+        build_master_curve(ALL, reference_temperature=20.0, **wrong)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from dielast.errors import InputError
+from dielast.material.law import Constant
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
 
 TABLE = ShiftTable(10.0, (0.0, 20.0, 40.0), (2.0, 0.0, -1.0))
@@ -53,3 +54,16 @@ def test_table_interpolates_about_its_reference() -> None:
 def test_where_a_law_ends(law: WLF, temperature: float, message: str) -> None:
     with pytest.raises(InputError, match=message):
         law.log10_shift_factor(temperature)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "message"),
+    [
+        ({"at_least": 1.0}, "a number of at least 1 is needed"),
+        ({"above": 0.0, "at_least": 1.0}, "a number above 0 and of at least 1 is needed"),
+    ],
+)
+def test_a_drawn_number_is_refused_with_its_bounds(bounds: dict[str, float], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(WLF, "constants", (Constant("C1", "", **bounds),))
+    with pytest.raises(InputError, match=rf'^column "C1 \[1\]": 0.5: {message}$'):
+        WLF(20.0, 13.6, 187.1).redrawn([0.5])

@@ -76,7 +76,7 @@ class ShiftLaw(Law):
         """The law with other numbers, in the order of `drawn`; `InputError` naming the column of a number that is not allowed."""
         for constant, header, value in zip(self.constants, self.drawn_headers(), numbers, strict=True):
             if not constant.is_allowed(value):
-                raise InputError(f'column "{header}": {value:g}: a number above {constant.above:g} is needed')
+                raise InputError(f'column "{header}": {value:g}: a number {constant.bounds} is needed')
         named = {constant.name: value for constant, value in zip(self.constants, numbers, strict=True)}
         return replace(self, **named)  # type: ignore[type-var]
 
