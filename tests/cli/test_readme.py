@@ -10,6 +10,7 @@ import pytest
 import readme
 
 from dielast.commands.registry import COMMANDS
+from dielast.handover.material_file import material_file
 from dielast.readings.instruments import FORMATS
 
 TEXT = readme.README.read_text()
@@ -77,7 +78,13 @@ def test_the_recipes_are_recipes() -> None:
     for block in blocks:
         values = tomllib.loads(block)
         # without a folder, files need not be there
-        COMMANDS[values["kind"]].model.model_validate(values)
+        if "kind" in values:
+            COMMANDS[values["kind"]].model.model_validate(values)
+        else:  # tables of a material file
+            rest = {"name": "any", "reference_temperature": "20 degC", "shift": {"law": "none"}}
+            branch = {"relaxation_time_s": [1.0], "shear_modulus_Pa": [1e4]}
+            stated = {"equilibrium": {"shear_modulus": "26 kPa"}, "nonequilibrium": {}, **rest, **values}
+            material_file().model_validate({**stated, "nonequilibrium": {**branch, **stated["nonequilibrium"]}})
 
 
 def test_every_instrument_is_named() -> None:
@@ -88,7 +95,10 @@ def test_every_instrument_is_named() -> None:
 def test_pictures_and_files_are_there() -> None:
     targets = [target for target in re.findall(r"\]\(([^)]+)\)", TEXT) if not target.startswith("http")]
     assert targets
-    assert all((readme.ROOT / target).exists() for target in targets)
+    headings = {
+        "#" + re.sub(r"[^\w -]", "", line).lower().replace(" ", "-") for line in re.findall(r"^#+ (.*)$", TEXT, re.MULTILINE)
+    }
+    assert all(target in headings if target.startswith("#") else (readme.ROOT / target).exists() for target in targets)
 
 
 def test_the_two_commands_are_the_makefiles() -> None:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe
-from dielast.commands.simulation.cases import CaseResult, case_result, each, last
+from dielast.commands.simulation.cases import case_result, each, last
 from dielast.commands.simulation.checks import warn_of_films
+from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Columns, Simulation, report_of
 from dielast.handover.material_file import breakdown
 from dielast.io.files import Inputs

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.membrane.recipe import Recipe
-from dielast.commands.simulation.cases import CaseResult, case_result, each, last
+from dielast.commands.simulation.cases import case_result, each, last
 from dielast.commands.simulation.checks import warn_of_membranes
+from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.commands.actuate.recipe import ActuateRecipe
-from dielast.commands.simulation.cases import CaseResult
+from dielast.commands.simulation.result import BoundedEvent, CaseResult
 from dielast.errors import in_a_draw
 from dielast.handover.material_file import breakdown
 from dielast.io.table import Column
@@ -34,22 +34,6 @@ SURVIVING = "surviving [1]"
 FAILURE = "failure"  # whatever happens first
 RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")  # towards a failure; all else grows
 LINE = ("slope", "intercept", "rms_residual", "r_squared")
-
-
-@dataclass(frozen=True, slots=True)
-class BoundedEvent:
-    """An event of a case, None where it happens in draws only, with the bounds of its `numbers` by name, and how likely it is."""
-
-    name: str
-    event: Event | None
-    lower: Mapping[str, float]
-    upper: Mapping[str, float]
-    probability: float
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """Lower and upper bound of the time, infinite where it may never come."""
-        return self.lower["time"], self.upper["time"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ import numpy as np
 
 from dielast.commands.simulation.comparison_recipe import Comparison
 from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.commands.simulation.result import CaseResult, GivenUp
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Problem, as_toml, placed
 from dielast.handover.material_file import parse_material
@@ -27,34 +28,11 @@ from dielast.simulate.cycles import cycle_table
 from dielast.simulate.history import History
 
 if TYPE_CHECKING:
-    from dielast.commands.simulation.bounds import BoundedEvent
     from dielast.commands.simulation.compare import Match
     from dielast.simulate.events import Event
 
 PART = 2**14  # branches, over all cases, of a batch that is solved together: a part of a second of work
 FINE = 4000  # points along a history that a comparison over anything but time is drawn through
-
-
-@dataclass(frozen=True, slots=True)
-class GivenUp:
-    """The `time` in s up to which a case was finished, and the `reason` for which it was not finished further."""
-
-    time: float
-    reason: str
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CaseResult:
-    """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
-    the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds.
-    """
-
-    temperature: float
-    columns: Mapping[str, Floats]
-    failure: GivenUp | None
-    cycles: Mapping[str, Floats] | None = None
-    events: Sequence[Event] | None = None
-    bounded_events: Sequence[BoundedEvent] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

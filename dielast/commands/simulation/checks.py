@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
-from dielast.commands.simulation.cases import CaseResult, last
+from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.history import Entry, aims, corners, lasting, reached
+from dielast.commands.simulation.result import CaseResult
 from dielast.errors import warn
 from dielast.handover.material_file import breakdown
 from dielast.material.breakdown import BreakdownLaw

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast.commands.simulation.cases import (
-    CaseResult,
     SimulationBatch,
     axes_of,
     case_columns,
@@ -26,6 +25,7 @@ from dielast.commands.simulation.cases import (
 )
 from dielast.commands.simulation.history import Entry, in_recipe_terms, joined, solver_steps
 from dielast.commands.simulation.memory import check_series
+from dielast.commands.simulation.result import CaseResult
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material
