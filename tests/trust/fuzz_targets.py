@@ -372,7 +372,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
     chunks = [(0, 3), (3, 6)]
     times = {"breakdown": np.full(3, np.nan), "pull-in": np.array([1.0, 2.0, np.nan])}
     _save(store, key, [Cells(first, times, np.full(3, Status.COMPLETED)) for first, _ in chunks])
-    plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks)
+    plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks, failures=tuple(times))
 
     def load(data: bytes) -> object:
         store.write_bytes(data)
