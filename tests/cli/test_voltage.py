@@ -123,14 +123,14 @@ def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> No
 
 
 def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(1200, "1 h"))
+    (tmp_path / "m.toml").write_text(map_of(2400, "1 h"))
     assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
     store = tmp_path / "part/.unfinished"
     with half_done(tmp_path, "part") as process:
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=ENDS)
     assert process.returncode == 130
-    assert re.fullmatch(r"interrupted: \d+ of 7200 cells are kept: the same command goes on from there, .*anew\n", said)
+    assert re.fullmatch(r"interrupted: \d+ of 14400 cells are kept: the same command goes on from there, .*anew\n", said)
     kept = store.stat().st_size
     assert kept > 1000
     # another recipe says that it has no use for it
@@ -143,7 +143,7 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
     )
     again = dielast("failure-map", "m.toml", "--plot", "none", "-o", "part")
     assert again.returncode == 0
-    assert re.match(r"note: goes on from an interrupted run, which solved \d+ of 7200 cells\n", again.stderr)
+    assert re.match(r"note: goes on from an interrupted run, which solved \d+ of 14400 cells\n", again.stderr)
     assert not store.exists()
     for name in ("failure-map.csv", "fit.csv", "summary.toml"):
         assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
