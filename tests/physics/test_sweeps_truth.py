@@ -80,7 +80,7 @@ def test_without_noise_the_shift_factors_are_exact(on: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "options", "repeats"),
     [
-        ({}, {}, 60),
+        ({}, {}, 40),
         ({}, {"on": "tan-delta"}, 30),
         ({}, {"on": "storage"}, 30),
         ({"common": 0.03, "noise": 0.003}, {"on": "moduli"}, 30),
@@ -93,7 +93,7 @@ def test_standard_errors_cover_the_truth(kind: dict[str, Any], options: dict[str
     """95 % intervals hold the truth in 90-99 % of cases: they allow for tilts and offsets, and here there may be none."""
     score: list[float] = []
     for seed in range(repeats):
-        master = build(sweep(seed=seed, **kind), temperature_stderr=0.0, **options)
+        master = build(sweep(TEMPERATURES[::2], seed=seed, **kind), temperature_stderr=0.0, **options)
         moved = master.temperature != 20.0
         score += (error(master)[moved] / master.log10_shift_factor_stderr[moved]).tolist()
     assert 0.90 <= np.mean(np.abs(score) < 1.96) <= 0.99

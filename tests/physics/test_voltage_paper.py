@@ -115,7 +115,7 @@ def test_the_literal_criterion_is_never_met_with_a_full_spectrum() -> None:
 
 
 def test_event_times_are_as_accurate_as_the_integration() -> None:
-    fine, usual = fig13(rtol=1e-11), fig13()
+    fine, usual = fig13(rtol=1e-9), fig13()
     for reference, events in zip(fine.events, usual.events, strict=True):
         for exact, event in zip(reference, events, strict=True):
             assert event.name == exact.name

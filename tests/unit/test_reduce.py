@@ -34,8 +34,9 @@ def answers(spectrum: Spectrum, time: Array) -> Array:
     return np.concatenate([spectrum.relaxation_modulus(time, LEVEL), mean])
 
 
-@pytest.mark.parametrize("temperatures", [None, (60.0,), (-10.0, 20.0, 60.0)])
-@pytest.mark.parametrize("tolerance", [0.1, 0.02, 0.005])
+@pytest.mark.parametrize(
+    ("tolerance", "temperatures"), [(0.1, (-10.0, 20.0, 60.0)), (0.1, None), (0.02, (60.0,)), (0.02, (0.0, 20.0)), (0.005, None)]
+)
 def test_the_error_stays_within_the_tolerance(tolerance: float, temperatures: tuple[float, ...] | None) -> None:
     found = reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 2e4), temperatures=temperatures, tolerance=tolerance)
     assert len(found.spectrum) < 20
@@ -56,7 +57,7 @@ def test_the_error_stays_within_the_tolerance(tolerance: float, temperatures: tu
 
 
 def test_the_same_twice() -> None:
-    one, other = (reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 1e4)) for _ in range(2))
+    one, other = (reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 100.0)) for _ in range(2))
     np.testing.assert_array_equal(one.spectrum.relaxation_time, other.spectrum.relaxation_time)
     np.testing.assert_array_equal(one.spectrum.shear_modulus, other.spectrum.shear_modulus)
 
