@@ -18,6 +18,8 @@ def main() -> None:
     mend_streams()
     gc.disable()  # until a run has its modules: loading makes no garbage
     os.environ["MPLBACKEND"] = "agg"  # figures go to files; the backend of a notebook would not load here
+    for library in ("OPENBLAS", "OMP", "MKL"):  # matrices are small here: threads cost more than they give, and round differently
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # looking for them takes as long as loading half of pydantic
     from dielast.cli.app import application
     from dielast.cli.help import UsageError, report_usage
