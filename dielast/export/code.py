@@ -89,6 +89,10 @@ class Card:
         """2/K, zero for an incompressible card."""
         return 0.0 if self.bulk is None else 2 / self.bulk
 
+    def compressibilities(self, terms: int) -> list[float]:
+        """The same for a volumetric energy of so many `terms`, of which all but the first are zero."""
+        return [self.compressibility, *[0.0] * (terms - 1)]
+
     @property
     def branches(self) -> list[tuple[float, float]]:
         """Modulus and relaxation time of every branch."""

@@ -9,13 +9,13 @@ the one at the middle of the increment.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from string import Template
 
 import numpy as np
 
 from dielast.export.code import Card, Code
-from dielast.export.text import number
+from dielast.export.text import number, rows_of
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable
 from dielast.material.springs import CardForm
 from dielast.units import ZERO_CELSIUS
@@ -140,8 +140,8 @@ def _unquoted(text: str) -> str:
     return text.replace('"', "'")
 
 
-def _listed(values: Sequence[float]) -> str:
-    return ",\n".join("      " + ", ".join(map(number, values[start : start + 4])) for start in range(0, len(values), 4))
+def _listed(values: Iterable[float]) -> str:
+    return ",\n".join("      " + ", ".join(row) for row in rows_of(map(number, values), 4))
 
 
 def _temperatures(law: ShiftLaw) -> list[str]:

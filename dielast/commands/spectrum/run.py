@@ -71,7 +71,7 @@ def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
     """The curve that a recipe is about; raises `InputError` as reading it does."""
     if recipe.data is None:
         return read_master_curve(str(recipe.mastercurve), inputs)
-    from dielast.commands.spectrum.single_test import read_curve  # whose readers no master curve's folder needs
+    from dielast.commands.spectrum.one_temperature import read_curve  # whose readers no master curve's folder needs
 
     return read_curve(recipe.data, inputs)
 
