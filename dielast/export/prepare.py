@@ -150,8 +150,8 @@ def _check_alike(first: SpringLaw, rest: SpringLaw, one: CardForm, other: CardFo
     for name in [name for name in values if name in others and hasattr(CardOptions, name)]:
         value = values[name]
         raise InputError(f"{code.name} has one {name} {alone}, not {value} and {others[name]}: state one, {instead}", argument=name)
-    said = f"{code.name} has one set of constants {alone}, not {_described(first)} and {_described(rest)}"
-    raise InputError(f"{said}: make them alike in the material file, {instead}", argument="hyperelastic")
+    alike = f"{code.name} has one set of constants {alone}, not {_described(first)} and {_described(rest)}"
+    raise InputError(f"{alike}: make them alike in the material file, {instead}", argument="hyperelastic")
 
 
 def _check_exponents(form: CardForm, code: Code) -> None:

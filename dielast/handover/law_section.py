@@ -76,10 +76,10 @@ def stated_law(law: Law, default: str | None = None) -> dict[str, Any]:
 
 def law_constants(family: Registry[Any]) -> dict[str, list[Constant]]:
     """The constants of all laws of a family by their keys; laws may share a key."""
-    found: dict[str, list[Constant]] = {}
+    by_key: dict[str, list[Constant]] = {}
     for constant in _every(family):
-        found.setdefault(constant.file_key, []).append(constant)
-    return found
+        by_key.setdefault(constant.file_key, []).append(constant)
+    return by_key
 
 
 def _every(family: Registry[Any]) -> Iterator[Constant]:
@@ -91,7 +91,7 @@ def _annotation(constants: Sequence[Constant]) -> Any:
     """The type of a key that states these constants, each of another law."""
     constant = constants[0]
     if constant.dimension is None:
-        if len({each.many for each in constants}) > 1:
+        if len({constant.many for constant in constants}) > 1:
             return Annotated[tuple[float, ...], Numbers(constant.at_least, constant.above)]
         number = Annotated[float, Field(gt=constant.above, ge=constant.at_least)]
         return list[number] if constant.many else number

@@ -62,12 +62,12 @@ class LawsOfCases(Generic[Kind]):
 
 def _stacked(laws: Sequence[Kind]) -> Kind:
     """One law of the class of all, with their constants as arrays (k,)."""
-    values = {own.name: [getattr(law, own.name) for law in laws] for own in laws[0].constants}
-    arrays = {name: None if set(each) == {None} else np.array(each, dtype=float) for name, each in values.items()}
+    values = {constant.name: [getattr(law, constant.name) for law in laws] for constant in laws[0].constants}
+    arrays = {name: None if set(column) == {None} else np.array(column, dtype=float) for name, column in values.items()}
     return replace(laws[0], **arrays)  # type: ignore[type-var]
 
 
 def _of_places(law: Kind, place: Cases) -> Kind:
     """The law with the constants at these places (m,)."""
-    values = {own.name: getattr(law, own.name) for own in law.constants}
+    values = {constant.name: getattr(law, constant.name) for constant in law.constants}
     return replace(law, **{name: value[place] for name, value in values.items() if value is not None})  # type: ignore[type-var]

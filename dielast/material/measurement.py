@@ -73,8 +73,8 @@ class Measurement(Result):
                 raise InputError(f"{where}: {_one(name)} of point {k} is {values[k]}: a finite number is needed")
         for k in np.flatnonzero(arrays[abscissa] <= 0)[:1]:
             start = f", counted from the {kind.step} step" if kind.step else ""
-            found = f"{_one(abscissa)} of point {k} is {arrays[abscissa][k]:g} {kind.abscissa[1]}"
-            raise InputError(f"{where}: {found}: {_many(abscissa)} must be positive{start}")
+            stated = f"{_one(abscissa)} of point {k} is {arrays[abscissa][k]:g} {kind.abscissa[1]}"
+            raise InputError(f"{where}: {stated}: {_many(abscissa)} must be positive{start}")
         for name, values in arrays.items():
             values.flags.writeable = False
             object.__setattr__(self, name, values)

@@ -28,9 +28,9 @@ class MeasurementKind:
     Three numbers stand for case distinctions: time is the abscissa to the power of `time_power`, a stiffness is an ordinate to the
     power of `stiffness_power`, and an ordinate falls along the abscissa to the power of `falling_power`, their product.
 
-    `processes(time, own_time)` is what processes of unit strength with the times `own_time` (m,) answer, (channels, n, m), and
-    `constants(time)` what the unit constants answer, (constants, channels, n); both at `time` (n,) in s, which for an oscillation
-    is one over the angular frequency.
+    `processes(time, process_time)` is the answer (channels, n, m) of processes of unit strength with the times `process_time` (m,),
+    and `constants(time)` that of unit constants, (constants, channels, n). Both are taken at `time` (n,) in s, which is one over
+    the angular frequency of an oscillation.
     """
 
     name: KindName

@@ -88,10 +88,10 @@ class Sample(TabularResult):
 
     def columns(self) -> Table:
         """One film a row, with the number of its material among those drawn from."""
-        numbers = {id(own): number for number, own in enumerate({id(own): own for own in self.materials}.values())}
+        numbers = {id(material): number for number, material in enumerate({id(one): one for one in self.materials}.values())}
         return [
             Column("draw", None, np.arange(len(self))),
-            Column("material", None, np.array([numbers[id(own)] for own in self.materials])),
+            Column("material", None, np.array([numbers[id(material)] for material in self.materials])),
             Column("breakdown_factor", "1", self.breakdown_factor),
             Column("thickness_factor", "1", self.thickness_factor),
         ]
@@ -137,8 +137,8 @@ def interval(values: Array, level: float) -> tuple[Array, Array]:
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)
     first = np.floor(tail + 1e-9).astype(int) - 1
-    told = first >= 0
+    enough = first >= 0
     first = np.maximum(first, 0)
     low = np.take_along_axis(ordered, first[None], axis=0)[0]
     high = np.take_along_axis(ordered, np.maximum(count - 1 - first, 0)[None], axis=0)[0]
-    return np.where(told, low, np.nan), np.where(told, high, np.nan)
+    return np.where(enough, low, np.nan), np.where(enough, high, np.nan)

@@ -45,10 +45,10 @@ def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, 
             "temperatures",
             f"run into one another: no two are more than temperature_tolerance = {tolerance:g} K apart",
         )
-    found = [(_level(temperature[members]), members) for members in sets]
+    runs = [(_level(temperature[members]), members) for members in sets]
     for members in parted:
-        found += [(_level(temperature[members]), run) for run in _runs(np.sort(members), abscissa, source)]
-    return sorted(found, key=lambda entry: entry[0])
+        runs += [(_level(temperature[members]), run) for run in _runs(np.sort(members), abscissa, source)]
+    return sorted(runs, key=lambda run: run[0])
 
 
 def temperature_of_file(data: MeasurementData, index: int, name: str) -> float:

@@ -67,8 +67,8 @@ def _contradiction(data: Sequence[tuple[Array, Array, Array]]) -> float:
         larger = np.maximum(expected, measured)
         worth = larger > SIGNIFICANT_ANGLE
         differences.append(np.abs(expected - measured)[worth] / larger[worth])
-    found = np.concatenate(differences)
-    return float(np.median(found)) if found.size >= ENOUGH_POINTS else 0.0
+    relative = np.concatenate(differences)
+    return float(np.median(relative)) if relative.size >= ENOUGH_POINTS else 0.0
 
 
 def viscosity_factor(sweep: FrequencySweep, complex_viscosity: Array) -> float:

@@ -54,8 +54,8 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
     parts: list[Part] = []
     left_out: list[str] = []
     for index, name in enumerate(data.names):
-        found, others = parts_of(inputs.read(name), name, index, data)
-        parts += found
+        file_parts, others = parts_of(inputs.read(name), name, index, data)
+        parts += file_parts
         left_out += others
     kind, deformation = _one_kind(parts), _one_deformation(parts, data)
     for part in parts:
@@ -92,9 +92,9 @@ def _one_kind(parts: list[Part]) -> MeasurementKind:
     first = {part.kind: part for part in reversed(parts)}
     if len(first) > 1:
         kinds = list(dict.fromkeys(part.kind for part in parts))
-        found = " and ".join(f'{kind.tests} ({first[kind].table.source}, "{first[kind].step}")' for kind in kinds)
+        tests = " and ".join(f'{kind.tests} ({first[kind].table.source}, "{first[kind].step}")' for kind in kinds)
         named = " or ".join(f'"{kind.name}"' for kind in kinds)
-        raise InputError(f"there are {found}: one kind makes a master curve: say measurement = {named}")
+        raise InputError(f"there are {tests}: one kind makes a master curve: say measurement = {named}")
     return parts[0].kind
 
 
@@ -106,8 +106,8 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
         if deformation is None:
             raise InputError('the export does not say what modulus it is: say test = "tension" or "shear"', file=part.table.source)
     if len(deformations) > 1:
-        found = " and ".join(f"{deformation} ({part.table.source})" for deformation, part in deformations.items())
-        raise InputError(f'there are tests in {found}: leave one out, or say test = "tension" or "shear"')
+        tests = " and ".join(f"{deformation} ({part.table.source})" for deformation, part in deformations.items())
+        raise InputError(f'there are tests in {tests}: leave one out, or say test = "tension" or "shear"')
     return str(parts[0].deformation)
 
 
@@ -139,11 +139,11 @@ def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
             continue
         sweep = FrequencySweep(float(reading.temperature[0]), reading.abscissa, reading.ordinates[0], reading.ordinates[1])
         factor = viscosity_factor(sweep, reading.viscosity)
-        said = [role for role in ("frequency", "angular_frequency") if role in part.columns]
+        stated = [role for role in ("frequency", "angular_frequency") if role in part.columns]
         for off, truth in ((2 * np.pi, "Hz"), (1 / (2 * np.pi), "rad/s")):
             if abs(np.log(factor / off)) < VISCOSITY_AGREEMENT:
                 warn(
-                    f"the complex viscosity fits if what is given as {said[0].replace('_', ' ')} is in {truth}",
+                    f"the complex viscosity fits if what is given as {stated[0].replace('_', ' ')} is in {truth}",
                     file=part.table.source,
                 )
                 return

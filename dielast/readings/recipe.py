@@ -131,14 +131,14 @@ def _check_over_time(given: dict[str, str | int]) -> None:
             raise InputError(f"{' and '.join(pair)} say the same: one of them is needed")
     if len(strains) != len(stresses):
         raise InputError("strain (or stretch, or extension) and stress (or force) go together")
-    found = [role for role in ("modulus", *stresses, "compliance") if role in given]
-    if not found:
+    stiffness = [role for role in ("modulus", *stresses, "compliance") if role in given]
+    if not stiffness:
         raise InputError(
             "either modulus, or strain and stress, is needed (or extension and force); for creep compliance; "
             "for a sweep storage and loss over frequency or angular_frequency"
         )
-    if len(found) > 1:
-        raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(found)}")
+    if len(stiffness) > 1:
+        raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(stiffness)}")
 
 
 def _check_sweep(given: dict[str, str | int]) -> None:
@@ -216,14 +216,14 @@ class MeasuredData(TextTable):
 
     @model_validator(mode="after")
     def _one_measurement(self) -> Self:
-        found = self.columns.measurement if self.columns is not None else None
+        by_columns = self.columns.measurement if self.columns is not None else None
         given = self.columns.by_role if self.columns is not None else {}
         stressed = "stress" in given or "force" in given
-        if self.measurement is not None and found not in (None, self.measurement) and not stressed:
-            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{found}"')
+        if self.measurement is not None and by_columns not in (None, self.measurement) and not stressed:
+            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{by_columns}"')
         if self.measurement == "oscillation" and stressed:
             raise InputError('measurement = "oscillation", but strain and stress are columns of a test over time')
-        kind = self.measurement or found
+        kind = self.measurement or by_columns
         if kind == "oscillation" and (self.ramp is not None or self.discard_before > 0):
             raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
         return self

@@ -31,22 +31,22 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
     """As what a table holds a `quantity`, "stretch" or "stress", and the column: one that the recipe's `columns` name, or the first
     that is called so. Raises `InputError` naming the file if there is none, or if `columns` name several.
     """
-    known = KNOWN_AS[quantity]
+    role_of = KNOWN_AS[quantity]
     given = {} if columns is None else columns.by_role
-    stated = [role for role in dict.fromkeys(known.values()) if role in given]
+    stated = [role for role in dict.fromkeys(role_of.values()) if role in given]
     if len(stated) > 1:
         raise InputError(f"columns.{' and columns.'.join(stated)} say the same: one of them is needed", file=table.source)
     if stated:
         return stated[0], given[stated[0]]
-    found = next((name for name in known if table.has(name)), None)
-    if found is None:
-        roles = list(dict.fromkeys(known.values()))
+    name = next((name for name in role_of if table.has(name)), None)
+    if name is None:
+        roles = list(dict.fromkeys(role_of.values()))
         there = ", ".join(f'"{name}"' for name in table.names)
         keys = f"columns.{', columns.'.join(roles[:-1])} or columns.{roles[-1]}"
         raise InputError(
             f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: say {keys}", file=table.source
         )
-    return known[found], found
+    return role_of[name], name
 
 
 def read_as(
@@ -96,9 +96,9 @@ def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
     kind = kind_of(unit) if unit is not None else None
     if kind is None:
         return None
-    said = f'column "{table.names[index]}" [{unit}] is {kind.name}'
+    column = f'column "{table.names[index]}" [{unit}] is {kind.name}'
     if (instead := _INSTEAD.get((role, kind.unit))) is not None:
-        return f"{said}, not {_A[role]}: {instead.format(column=as_toml(wanted))}"
+        return f"{column}, not {_A[role]}: {instead.format(column=as_toml(wanted))}"
     return None
 
 

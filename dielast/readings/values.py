@@ -87,13 +87,13 @@ def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray
 
 def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArray[np.int64]) -> Array:
     """Angular frequency in rad/s; where both are there they must agree, since nothing tells which of them is right."""
-    found = {}
+    measured = {}
     for role in ("frequency", "angular_frequency"):
         if role in part.columns:
-            found[role] = column(role)
-            _refuse(part, lines, found[role] <= 0, role.replace("_", " "), "is not above zero")
-    if len(found) == 2:
-        hertz, omega = found["frequency"], found["angular_frequency"]
+            measured[role] = column(role)
+            _refuse(part, lines, measured[role] <= 0, role.replace("_", " "), "is not above zero")
+    if len(measured) == 2:
+        hertz, omega = measured["frequency"], measured["angular_frequency"]
         for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > FREQUENCY_AGREEMENT)[:1]:
             raise InputError(
                 f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
@@ -101,7 +101,7 @@ def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArra
                 file=part.table.source,
                 line=lines[k],
             )
-    return found["angular_frequency"] if "angular_frequency" in found else 2 * np.pi * found["frequency"]
+    return measured["angular_frequency"] if "angular_frequency" in measured else 2 * np.pi * measured["frequency"]
 
 
 def _ordinates(

@@ -24,19 +24,19 @@ def by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> lis
     above = table.over or (None,) * len(table.names)
     names, units, temperature = list(table.names), list(table.units), list(above)
     if not table.spelled:  # a row of temperatures and no other
-        names = [name if own is None else nameless for name, own in zip(names, above, strict=True)]
+        names = [name if level is None else nameless for name, level in zip(names, above, strict=True)]
     for k, header in enumerate(spelled):
         with located(file=table.source):
-            found = temperature_in(header, unit)
-        if found is None:
+            stated = temperature_in(header, unit)
+        if stated is None:
             continue
-        temperature[k], rest = found
-        names[k], own = split_header(rest if rest[:1].isalpha() else f"{nameless} {rest}")
-        if own is not None or units[k] is None or units[k] == split_header(header)[1]:
-            units[k] = own
-    shared = [k for k, own in enumerate(temperature) if own is None and (names[k] or any(table.cells[k]))]
+        temperature[k], rest = stated
+        names[k], unit_of_header = split_header(rest if rest[:1].isalpha() else f"{nameless} {rest}")
+        if unit_of_header is not None or units[k] is None or units[k] == split_header(header)[1]:
+            units[k] = unit_of_header
+    shared = [k for k, level in enumerate(temperature) if level is None and (names[k] or any(table.cells[k]))]
     parts: list[tuple[float, MeasuredTable]] = []
-    for level in dict.fromkeys(own for own in temperature if own is not None):
+    for level in dict.fromkeys(level for level in temperature if level is not None):
         columns = [k for k, there in enumerate(temperature) if there == level and (names[k] or any(table.cells[k]))]
         rows = np.flatnonzero([any(cells) for cells in zip(*(table.cells[k] for k in columns), strict=True)])
         if not rows.size:

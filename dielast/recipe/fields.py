@@ -185,16 +185,16 @@ def is_path(field: FieldInfo) -> bool:
 
 def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
     """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension."""
-    found = []
+    quantities = []
     for value in values:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             return None
         try:
-            found.append(units.recognise(value) if isinstance(value, str) else (float(value), "1"))
+            quantities.append(units.recognise(value) if isinstance(value, str) else (float(value), "1"))
         except InputError:
             return None
-    units_found = {unit for _, unit in found}
-    return ([number for number, _ in found], units_found.pop()) if len(units_found) == 1 else None
+    scales = {unit for _, unit in quantities}
+    return ([number for number, _ in quantities], scales.pop()) if len(scales) == 1 else None
 
 
 def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path], bool]) -> str:
@@ -232,7 +232,7 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
         return (names,)
     base = Path(names).anchor
     try:
-        found = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
+        matches = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
     except (
         OSError,  # a name that is too long
         ValueError,  # ** as a part of a name
@@ -240,9 +240,9 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
         RecursionError,  # hundreds of folders within each other
     ) as error:
         raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
-    if not found:
+    if not matches:
         raise InputError(f"{shown(names)}: no file matches")
-    return tuple(found if base else (os.path.relpath(path, folder) for path in found))
+    return tuple(matches if base else (os.path.relpath(path, folder) for path in matches))
 
 
 def _name_or_number(noun: str, name: Any) -> str | int:

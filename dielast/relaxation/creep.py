@@ -65,13 +65,13 @@ def fit_creep(
         liquid=liquid,
     )
     curve, softest, prescribed = task.curve, task.plateau, task.equilibrium
-    own_time, known, total, is_open = _what_to_fit(task, flows)
-    solution = _with_glassy(curve, own_time, known, total)
-    retardation = RetardationSpectrum(own_time, solution.strength, *solution.constants.tolist())
+    process_time, known, total, is_open = _what_to_fit(task, flows)
+    solution = _with_glassy(curve, process_time, known, total)
+    retardation = RetardationSpectrum(process_time, solution.strength, *solution.constants.tolist())
     if solution.strength.any() or retardation.fluidity > 0:
         spectrum, equilibrium = relaxation_from_retardation(retardation)
     else:  # an elastic solid
-        spectrum, equilibrium = Spectrum(own_time, np.zeros(own_time.size)), 1 / retardation.glassy_compliance
+        spectrum, equilibrium = Spectrum(process_time, np.zeros(process_time.size)), 1 / retardation.glassy_compliance
     if prescribed is not None:
         equilibrium = prescribed
     share = float(retardation.fluidity * curve.time[-1] / curve.values[0, -1])
@@ -105,35 +105,35 @@ def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Array, Known, Total
     fluid, solid = (glassy_compliance, None), (glassy_compliance, 0.0)
     if equilibrium is not None and equilibrium > 0:  # a solid's compliances add up to the one after infinite time
         return task.place(solid, kept=1.0), solid, Total(1 / equilibrium, (1.0, 0.0)), False
-    own_time = task.place(fluid, kept=1.0)
+    process_time = task.place(fluid, kept=1.0)
     if equilibrium == 0 or flows:
-        return own_time, fluid, None, False
-    if flows is False or not _demands_flow(curve, own_time, glassy_compliance):
-        return own_time, solid, None, False
+        return process_time, fluid, None, False
+    if flows is False or not _demands_flow(curve, process_time, glassy_compliance):
+        return process_time, solid, None, False
     if task.times[1] is None:
         slower = task.place(solid, times=(task.times[0], SLOWER * float(curve.time[-1])), kept=1.0)
         if not _demands_flow(curve, slower, glassy_compliance):
             return slower, solid, None, True
-    return own_time, fluid, None, False
+    return process_time, fluid, None, False
 
 
-def _demands_flow(curve: WeightedCurve, own_time: Array, glassy_compliance: float | None) -> bool:
+def _demands_flow(curve: WeightedCurve, process_time: Array, glassy_compliance: float | None) -> bool:
     """Whether a fluidity beside processes at these times (s) improves the fit by more than noise can."""
     from scipy.special import stdtr
 
-    fluid = fit_strengths(curve, own_time, (glassy_compliance, None))
+    fluid = fit_strengths(curve, process_time, (glassy_compliance, None))
     if fluid.constants[1] == 0:
         return False
-    solid = fit_strengths(curve, own_time, (glassy_compliance, 0.0), smoothing=fluid.smoothing)
+    solid = fit_strengths(curve, process_time, (glassy_compliance, 0.0), smoothing=fluid.smoothing)
     freedom = max(fluid.freedom, 1e-6)
     variance = max(fluid.misfit / freedom, EXACT**2)
     improvement = max(solid.objective - fluid.objective, 0.0)
     return float(stdtr(freedom, -np.sqrt(improvement / variance))) < LEAST_CHANCE
 
 
-def _with_glassy(curve: WeightedCurve, own_time: Array, known: Known, total: Total | None) -> Solution:
+def _with_glassy(curve: WeightedCurve, process_time: Array, known: Known, total: Total | None) -> Solution:
     """The strengths, of a glassy compliance that the curve may not tell."""
-    solution = fit_strengths(curve, own_time, known, total)
+    solution = fit_strengths(curve, process_time, known, total)
     least = LEAST_GLASSY * float(curve.size[0])
     if known[0] is None and solution.constants[0] < least:
         warn(
@@ -141,5 +141,5 @@ def _with_glassy(curve: WeightedCurve, own_time: Array, known: Known, total: Tot
             f"relax before {curve.time[0]:.3g} s are a guess; state glassy_modulus",
             mentions=("glassy_modulus",),
         )
-        solution = fit_strengths(curve, own_time, (least, known[1]), total)
+        solution = fit_strengths(curve, process_time, (least, known[1]), total)
     return solution

@@ -134,15 +134,15 @@ def _clipped(tau: Array, moduli: Array, branches: int, time: Array, model: Array
     count = int(negative.sum())
     change = np.exp(-time[:, None] / tau[negative]) @ -moduli[negative] / model
     at = int(np.argmax(change))
-    found = f"{count} of {tau.size} moduli came out negative (the slowest at a relaxation time of {tau[negative][0]:.3g} s)"
+    clipped = f"{count} of {tau.size} moduli came out negative (the slowest at a relaxation time of {tau[negative][0]:.3g} s)"
     effect = f"G({time[at]:.3g} s) by {change[at]:.2%}"
     if change[at] > TOLERATED:
         last, first = negative[-1] and moduli.size == branches, negative[0]
         remedy = "a larger glassy_modulus, " if last else "a lower equilibrium_modulus, " if first else ""
         raise InputError(
-            f"{found}, and setting them to zero would change {effect}: try another polynomial_degree, narrower relaxation times, "
+            f"{clipped}, and setting them to zero would change {effect}: try another polynomial_degree, narrower relaxation times, "
             f'{remedy}or method = "nnls"',
             mentions=("polynomial_degree", "method", "glassy_modulus", "equilibrium_modulus"),
         )
-    warn(f"{found} and were set to zero, which changes {effect}")
+    warn(f"{clipped} and were set to zero, which changes {effect}")
     return count

@@ -48,17 +48,17 @@ class RetardationSpectrum(TabularResult):
         return [Column("retardation_time", "s", self.retardation_time), Column("compliance", "1/Pa", self.compliance)]
 
     def __post_init__(self) -> None:
-        own = np.array(self.retardation_time, dtype=float).reshape(-1)
+        time = np.array(self.retardation_time, dtype=float).reshape(-1)
         compliance = np.array(self.compliance, dtype=float).reshape(-1)
-        if own.size != compliance.size:
-            raise InputError(f"{own.size} retardation times but {compliance.size} compliances: one for each time is needed")
-        if not np.all(np.isfinite(own) & (own > 0)):
+        if time.size != compliance.size:
+            raise InputError(f"{time.size} retardation times but {compliance.size} compliances: one for each time is needed")
+        if not np.all(np.isfinite(time) & (time > 0)):
             raise InputError("every retardation time must be positive and finite")
         rest = np.array([self.glassy_compliance, self.fluidity])
         if not np.all(np.isfinite(compliance) & (compliance >= 0)) or not np.all(np.isfinite(rest) & (rest >= 0)):
             raise InputError("compliances and the fluidity must be finite and not negative")
-        slowest_first = np.argsort(-own, kind="stable")
-        for name, values in (("retardation_time", own), ("compliance", compliance)):
+        slowest_first = np.argsort(-time, kind="stable")
+        for name, values in (("retardation_time", time), ("compliance", compliance)):
             ordered = values[slowest_first]
             ordered.flags.writeable = False
             object.__setattr__(self, name, ordered)
@@ -105,12 +105,12 @@ def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float
 
     `time` (n,) in s is one over the angular frequency of an oscillation.
     """
-    own_time, strength, constants = spectrum.relaxation_time, spectrum.shear_modulus, np.array([equilibrium_modulus])
+    process_time, strength, constants = spectrum.relaxation_time, spectrum.shear_modulus, np.array([equilibrium_modulus])
     if kind.stiffness_power < 0:
         creep = retardation_from_relaxation(spectrum, equilibrium_modulus)
-        own_time, strength = creep.retardation_time, creep.compliance
+        process_time, strength = creep.retardation_time, creep.compliance
         constants = np.array([creep.glassy_compliance, creep.fluidity])
-    return np.asarray(kind.processes(time, own_time) @ strength + np.tensordot(constants, kind.constants(time), axes=1))
+    return np.asarray(kind.processes(time, process_time) @ strength + np.tensordot(constants, kind.constants(time), axes=1))
 
 
 def _reciprocal(poles: Array, weights: Array, constant: float) -> tuple[Array, Array]:

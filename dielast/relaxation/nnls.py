@@ -65,7 +65,7 @@ class WeightedCurve:
         return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
 
     def averaged(self) -> WeightedCurve:
-        """The curve with one point for each 0.05 decade that holds any: the log means there, and the weights' sum."""
+        """The curve with one point for each 0.05 decade with points: their log means and the sum of their weights."""
         x = np.log10(self.time)
         cell = np.unique(np.floor((x - x[0]) / _CELL + 1e-6), return_inverse=True)[1]  # not at the mercy of rounding
         weight = np.bincount(cell, self.weight).astype(float)
@@ -99,21 +99,21 @@ class Solution:
 
 def fit_strengths(
     curve: WeightedCurve,
-    own_time: Array,
+    process_time: Array,
     known: Known,
     total: Total | None = None,
     least: float = 0.0,
     smoothing: float | None = None,
 ) -> Solution:
-    """Strengths of processes on `own_time` (s, shape (m,)), and of the constants that are not `known` (None for each of those).
+    """Strengths of processes on `process_time` (s, shape (m,)), and of the constants that are not `known` (None for each of those).
 
     `total` is a sum to keep to, `least` the least smoothing to try, and `smoothing` the one to take. `NumericsError` if the active
     set does not settle.
     """
-    processes = own_time.size
-    scale = np.exp(np.interp(np.log(own_time), np.log(curve.time), np.log(curve.size)))
+    processes = process_time.size
+    scale = np.exp(np.interp(np.log(process_time), np.log(curve.time), np.log(curve.size)))
     unknown, constant_scale = _unknown(known), curve.constant_scale
-    design, target = _relative_rows(curve, own_time, scale, known)
+    design, target = _relative_rows(curve, process_time, scale, known)
     unknowns = design.shape[1]
     weight = curve.row_weight
     rows, values = _reduced(design, target, weight)
@@ -122,9 +122,9 @@ def fit_strengths(
     influence = twice_weighted.T @ twice_weighted
     count = float(weight.sum())
     if total is not None:
-        constants = np.array(total.constants)
-        rest = total.value - sum(share * own for share, own in zip(total.constants, known, strict=True) if own is not None)
-        held = np.concatenate([scale, (constants * constant_scale)[unknown]])[None] / rest
+        shares = np.array(total.constants)
+        rest = total.value - sum(share * value for share, value in zip(total.constants, known, strict=True) if value is not None)
+        held = np.concatenate([scale, (shares * constant_scale)[unknown]])[None] / rest
         rows, values = np.vstack([rows, _HELD * np.sqrt(count) * held]), np.append(values, _HELD * np.sqrt(count))
     roughness = np.zeros((max(processes - 2, 0), unknowns))
     roughness[:, :processes] = np.diff(np.eye(processes), n=2, axis=0)
@@ -139,18 +139,18 @@ def fit_strengths(
         spare = 1 - trace / count
         return (float(np.sum((rows @ strength - values) ** 2)) / spare**2 if spare > 1e-6 else np.inf), strength, count * spare
 
-    wanted = [smoothing for smoothing in [0.0, *_COARSE] if smoothing >= least] if smoothing is None else [smoothing]
-    trials = {own: trial(own) for own in wanted}
-    best = min(trials, key=lambda own: trials[own][0])
+    tried = [smoothing for smoothing in [0.0, *_COARSE] if smoothing >= least] if smoothing is None else [smoothing]
+    trials = {value: trial(value) for value in tried}
+    best = min(trials, key=lambda value: trials[value][0])
     if smoothing is None:
-        trials |= {own: trial(own) for own in best * _FINER if own > least}
+        trials |= {value: trial(value) for value in best * _FINER if value > least}
     least = min(score for score, *_ in trials.values())
-    best = max(own for own, (score, *_) in trials.items() if score <= (1 + _EVEN) * least)
+    best = max(value for value, (score, *_) in trials.items() if score <= (1 + _EVEN) * least)
     _, strength, freedom = trials[best]
     misfit, rough = float(np.sum((rows @ strength - values) ** 2)), float(np.sum((roughness @ strength) ** 2))
-    found = np.array([0.0 if own is None else own for own in known])
-    found[unknown] = strength[processes:] * constant_scale[unknown]
-    return Solution(strength[:processes] * scale, found, float(best), misfit + best**2 * rough, misfit, freedom)
+    constants = np.array([0.0 if value is None else value for value in known])
+    constants[unknown] = strength[processes:] * constant_scale[unknown]
+    return Solution(strength[:processes] * scale, constants, float(best), misfit + best**2 * rough, misfit, freedom)
 
 
 def place_times(
@@ -182,7 +182,7 @@ def place_times(
     while step >= finest:
         improved = False
         for trial in trials:
-            inside = all(0 <= own <= end for own, end in zip(trial, furthest, strict=True))
+            inside = all(0 <= place <= end for place, end in zip(trial, furthest, strict=True))
             if inside and (score := misfit(trial)) < _WORTHWHILE * least:
                 inset, least, improved = trial, score, True
         step = step if improved else step / 2
@@ -191,18 +191,19 @@ def place_times(
 
 
 def _unknown(known: Known) -> NDArray[np.bool_]:
-    return np.array([own is None for own in known], dtype=bool)
+    return np.array([value is None for value in known], dtype=bool)
 
 
-def _relative_rows(curve: WeightedCurve, own_time: Array, scale: Array, known: Known) -> tuple[Array, Array]:
+def _relative_rows(curve: WeightedCurve, process_time: Array, scale: Array, known: Known) -> tuple[Array, Array]:
     """Design matrix and target of the relative error, channel below channel: the unknowns are strengths over `scale` and the
     constants that are not `known` over the curve's own scale of them."""
-    design = curve.kind.processes(curve.time, own_time) * scale / curve.values[..., None]
+    design = curve.kind.processes(curve.time, process_time) * scale / curve.values[..., None]
     constants = curve.kind.constants(curve.time)
-    target = 1 - sum(own * answer for own, answer in zip(known, constants, strict=True) if own is not None) / curve.values
+    target = 1 - sum(value * answer for value, answer in zip(known, constants, strict=True) if value is not None) / curve.values
     unknown = _unknown(known)
     alone = constants[unknown] * curve.constant_scale[unknown, None, None] / curve.values
-    return np.column_stack([design.reshape(-1, own_time.size), alone.reshape(len(alone), curve.values.size).T]), target.reshape(-1)
+    columns = [design.reshape(-1, process_time.size), alone.reshape(len(alone), curve.values.size).T]
+    return np.column_stack(columns), target.reshape(-1)
 
 
 def _reduced(design: Array, target: Array, weight: Array) -> tuple[Array, Array]:

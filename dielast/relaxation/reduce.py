@@ -90,34 +90,34 @@ def reduce_spectrum(
     felt = _UNFELT * tolerance
     wanted = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE, felt)
     proof = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE, felt / 10)
-    few, many, found = 0, len(spectrum), None
+    few, many, smallest = 0, len(spectrum), None
     while many - few > 1:  # the least error falls with the number of branches
         number = min((few + many) // 2, 2 * few + 4)
         trials = _candidates(wanted, number, spectrum)
-        trial = next((own for own in trials if np.max(np.abs(proof.error(own))) <= tolerance), None)
+        trial = next((reduced for reduced in trials if np.max(np.abs(proof.error(reduced))) <= tolerance), None)
         if trial is None:
             few = number
         else:
-            many, found = number, trial
-    if found is None:
+            many, smallest = number, trial
+    if smallest is None:
         raise InputError(
             f"no spectrum of fewer than {len(spectrum)} branches stays within {tolerance:.3g} of the full one from {window[0]:g} "
             f"to {window[1]:g} s: a larger tolerance or a narrower window is needed"
         )
-    step, ramp = np.split(np.abs(proof.error(found)), [proof.time.size])
-    worst, each = int(np.argmax(step)), step.size // len(temperatures)
+    step, ramp = np.split(np.abs(proof.error(smallest)), [proof.time.size])
+    worst, count = int(np.argmax(step)), step.size // len(temperatures)
     of_step = slice(step.size)
     return Reduction(
-        spectrum=found,
+        spectrum=smallest,
         tolerance=tolerance,
         max_relative_error=float(step[worst]),
         max_relative_error_ramp=float(ramp.max()),
-        temperature=float(temperatures[worst // each]),
-        time=float(proof.time[worst] * 10 ** log10_shift[worst // each]),
-        test_temperature=np.repeat(temperatures, each),
-        test_time=proof.time[of_step] * 10 ** np.repeat(log10_shift, each),
+        temperature=float(temperatures[worst // count]),
+        time=float(proof.time[worst] * 10 ** log10_shift[worst // count]),
+        test_temperature=np.repeat(temperatures, count),
+        test_time=proof.time[of_step] * 10 ** np.repeat(log10_shift, count),
         full=proof.full[of_step],
-        reduced=found.relaxation_modulus(proof.time, equilibrium_modulus),
+        reduced=smallest.relaxation_modulus(proof.time, equilibrium_modulus),
     )
 
 
@@ -132,7 +132,7 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
         )
     if not temperatures:
         raise InputError("at least one temperature is needed to reduce a spectrum for", argument="temperatures")
-    elsewhere = [own for own in temperatures if own != shift.reference_temperature]
+    elsewhere = [temperature for temperature in temperatures if temperature != shift.reference_temperature]
     if elsewhere and not shift.depends_on_temperature:
         raise InputError(
             f"{elsewhere[0]:g} degC: the curve comes without a shift law, so that a spectrum can be reduced for its "
@@ -190,7 +190,7 @@ class _Wanted:
 
     def slopes(self, tau: Array) -> Array:
         """The derivatives of `answers` by ln tau."""
-        share, first, last = (own[:, None] / tau for own in (self.time, self.start, self.end))
+        share, first, last = (time[:, None] / tau for time in (self.time, self.start, self.end))
         mean = _mean(first, last)
         return np.concatenate([share * np.exp(-share), mean + (first * np.exp(-first) - last * np.exp(-last)) / (last - first)])
 
@@ -257,22 +257,22 @@ def _programme(
     columns, bounds = answers * scale, [(0.0, None)] * tau.size
     if moduli is not None:
         columns = np.column_stack([columns, wanted.slopes(tau) * moduli / wanted.full[:, None]])
-        bounds += [(max(low - own, -trust), min(high - own, trust)) for own in log_tau.tolist()]
+        bounds += [(max(low - place, -trust), min(high - place, trust)) for place in log_tau.tolist()]
     target = 1 - wanted.equilibrium / wanted.full
     ones = np.ones((target.size, 1))
     # there is always a solution, and where one method is lost to rounding another finds it
     for method in ("highs", "highs-ipm", "highs-ds"):
-        found = linprog(
+        solution = linprog(
             np.append(np.zeros(columns.shape[1]), 1.0),
             A_ub=np.block([[columns, -ones], [-columns, -ones]]),
             b_ub=np.concatenate([target, -target]),
             bounds=[*bounds, (0.0, None)],
             method=method,
         )
-        if found.x is not None:
+        if solution.x is not None:
             break
     else:
-        raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {found.message}")
-    moved = log_tau + found.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
+        raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {solution.message}")
+    moved = log_tau + solution.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
     # the programme holds its bounds to some 1e-7 only
-    return moved, np.maximum(found.x[: tau.size], 0.0) * scale, float(found.x[-1])
+    return moved, np.maximum(solution.x[: tau.size], 0.0) * scale, float(solution.x[-1])

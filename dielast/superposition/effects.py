@@ -72,8 +72,8 @@ def likeliest(effect: Effect, normal: Array, right: Array, spread: float, rounds
 
 def precision_of(spread: float, curves: int, known: Array | None = None) -> Array:
     """Inverse of the covariance (m, m) of effects of that spread, which have the covariance `known` besides."""
-    own = np.eye(curves) * max(spread, LEAST) ** 2
-    return np.asarray(np.linalg.inv(own if known is None else own + known))
+    independent = np.eye(curves) * max(spread, LEAST) ** 2
+    return np.asarray(np.linalg.inv(independent if known is None else independent + known))
 
 
 def walk(order: Index, step: float) -> Array:

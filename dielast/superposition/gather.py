@@ -60,8 +60,8 @@ def gather(curves: Sequence[Measurement]) -> Gathered:
         [float(curve.temperature) for curve in curves], return_index=True, return_inverse=True
     )
     if temperature.size < 2:
-        found = f"all curves are at {temperature[0]:g} degC" if temperature.size else "there are no curves"
-        raise InputError(f"a master curve needs at least two temperatures, but {found}")
+        instead = f"all curves are at {temperature[0]:g} degC" if temperature.size else "there are no curves"
+        raise InputError(f"a master curve needs at least two temperatures, but {instead}")
     kind, columns = kinds[0], [curve.columns for curve in curves]
     for k in np.flatnonzero(np.bincount(run_curve) > 1):
         _check_runs(float(temperature[k]), [columns[i] for i in np.flatnonzero(run_curve == k)], kind)
@@ -107,10 +107,10 @@ def _check_signs(temperature: Array, curve: Index, run: Index, wrong: NDArray[np
     below = np.bincount(curve[wrong], minlength=temperature.size)
     for k in np.flatnonzero(below):
         first = int(np.flatnonzero((curve == k) & wrong)[0] - np.searchsorted(run, run[np.flatnonzero(curve == k)[0]]))
-        found = f"{temperature[k]:g} degC: {below[k]} of {total[k]} {kind.values} are zero or negative"
+        problem = f"{temperature[k]:g} degC: {below[k]} of {total[k]} {kind.values} are zero or negative"
         if 2 * below[k] > total[k]:
-            raise InputError(f"{found}, the first at point {first}: positive {kind.values} are needed")
-        warn(f"{found} (noise floor)")
+            raise InputError(f"{problem}, the first at point {first}: positive {kind.values} are needed")
+        warn(f"{problem} (noise floor)")
 
 
 def _check_runs(temperature: float, runs: list[Array], kind: MeasurementKind) -> None:

@@ -37,12 +37,12 @@ def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Array, f
     parts = linear_parts(points, state.theta, prior.free, state.weights, state.spacing)
     lean = points.lean
     cross = cross_products(parts.curves, points, weight * lean)
-    own = np.diag(np.bincount(points.curve, weight * lean**2, minlength=m)) - cross.T @ parts.inverse @ cross
+    of_tilts = np.diag(np.bincount(points.curve, weight * lean**2, minlength=m)) - cross.T @ parts.inverse @ cross
     pull = np.bincount(points.curve, weight * parts.residual * lean, minlength=m)
     both = np.vstack([np.diag(np.bincount(points.curve, weight * side * lean, minlength=m)) for side in parts.sides])
     beside = np.asarray(both - parts.cross.T @ parts.inverse @ cross, dtype=float)[prior.free]
     response = np.linalg.solve(state.normal, np.column_stack((beside, state.gradient)))
-    normal, right = own - beside.T @ response[:, :-1], beside.T @ response[:, -1] - pull
+    normal, right = of_tilts - beside.T @ response[:, :-1], beside.T @ response[:, -1] - pull
     repeated = correlation(points, state)
     tilt = likeliest(TILT, normal / repeated, right / repeated, TILT.first, TILT_ROUNDS)
     return tilt.spread**2 * response[:, :-1] @ response[:, :-1].T, tilt.spread
@@ -93,8 +93,8 @@ def _scatter(points: FitPoints, residual: Array) -> Array:
     """Variance of each point by how neighbours differ, one for each channel, and by what specimens and instruments do (n,)."""
     joined = points.series[1:] == points.series[:-1]
     square = np.diff(residual) ** 2 / 2
-    found = [np.median(square[joined & (points.channel[1:] == k)]) / 0.455 for k in range(points.channels)]
-    return np.array(found)[points.channel] + points.variance + VISIBLE**2
+    typical = [np.median(square[joined & (points.channel[1:] == k)]) / 0.455 for k in range(points.channels)]
+    return np.array(typical)[points.channel] + points.variance + VISIBLE**2
 
 
 def _predicted_variance(points: FitPoints, prior: Prior, state: State) -> Array:

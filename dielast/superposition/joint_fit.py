@@ -124,7 +124,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
     state, prior, _ = _fit(points, theta, prior)
     covariance = shifts.covariance.copy()
     if vertical:
-        own = np.linalg.inv(state.normal) * correlation(points, state)
+        level_covariance = np.linalg.inv(state.normal) * correlation(points, state)
         joint = assemble(points, state.theta, replace(prior, free=movable), state.weights, state.spacing).normal
         response = np.zeros((m, m))
         across, down = movable[: m - 1], movable[m - 1 :] - m
@@ -132,7 +132,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
         covariance[m:, :m] = response @ covariance[:m, :m]
         covariance[:m, m:] = covariance[m:, :m].T
         covariance[m:, m:] = covariance[m:, :m] @ response.T
-        covariance[np.ix_(m + down, m + down)] += own
+        covariance[np.ix_(m + down, m + down)] += level_covariance
     level, splines = state.theta[m:], state.splines
     return replace(shifts, vertical=level, covariance=covariance, splines=splines, placed=splines, residual=state.residual)
 
@@ -155,8 +155,8 @@ def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Pri
     m = prior.mean.size // 2
     random = prior.free >= m
     fixed, level = ~random, state.theta[m:]
-    own = prior.precision[m:, m:]
-    normal, gradient = state.normal[np.ix_(random, random)] - own, state.gradient[random] - own @ level
+    precision = prior.precision[m:, m:]
+    normal, gradient = state.normal[np.ix_(random, random)] - precision, state.gradient[random] - precision @ level
     across = state.normal[np.ix_(random, fixed)]
     answer = np.linalg.solve(state.normal[np.ix_(fixed, fixed)], np.column_stack((across.T, state.gradient[fixed])))
     normal, gradient = normal - across @ answer[:, :-1], gradient - across @ answer[:, -1]
@@ -164,7 +164,7 @@ def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Pri
     offset = likeliest(OFFSET, normal / repeated, (normal @ level - gradient) / repeated, prior.spread, OFFSET_ROUNDS, prior.drift)
     freedom = float(np.count_nonzero(fixed)) + offset.counted
     new = replace(with_spread(prior, offset.spread, repeated), freedom=freedom, evidence=offset.evidence)
-    change = new.precision[m:, m:] - own
+    change = new.precision[m:, m:] - precision
     normal, gradient = state.normal.copy(), state.gradient.copy()
     normal[np.ix_(random, random)] += change
     gradient[random] += change @ level

@@ -113,20 +113,20 @@ def build_master_curve(
     drifts = walk(data.order, drift / np.log(10)) if drift > 0 else None
     start = starting_shifts(temperature, condensed.curve, condensed.log_time, condensed.log_modulus[0], anchor, data.kind)
     if swept:
-        found = fit_sweeps(temperature, condensed, start, anchor, free, on, drifts)
+        basis_fit = fit_sweeps(temperature, condensed, start, anchor, free, on, drifts)
     else:
         points = points_of(condensed, temperature.size)
         fit = fit_master(points, [start], anchor, free, drifts)
-        found = BasisFit(fit, "moduli", points, fit.splines)
-    outlying = warn_of_outliers(data, imposed, found.fit, 1 if found.on == "storage" else len(data.ordinates))
-    warn_if_misfit(temperature, found.fit.misfit, free, data.kind)
-    warn_if_offset(found.fit.offset_spread)
+        basis_fit = BasisFit(fit, "moduli", points, fit.splines)
+    outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
+    warn_if_misfit(temperature, basis_fit.fit.misfit, free, data.kind)
+    warn_if_offset(basis_fit.fit.offset_spread)
     here = temperature == reference
-    warn_of_others(temperature, found, np.where(here, 1.0, 0.0) if np.any(here) else np.eye(temperature.size)[anchor])
+    warn_of_others(temperature, basis_fit, np.where(here, 1.0, 0.0) if np.any(here) else np.eye(temperature.size)[anchor])
     instead = "its points are left out" if law == "table" else "its points are placed by the shift law"
-    undetermined = find_undetermined(temperature, found.points, found.splines, found.fit, free, swept, instead)
+    undetermined = find_undetermined(temperature, basis_fit.points, basis_fit.splines, basis_fit.fit, free, swept, instead)
     stated = Stated(float(temperature_stderr), float(drift))
-    return place_at_reference(data, condensed, imposed, found, outlying, undetermined, anchor, law, reference, stated)
+    return place_at_reference(data, condensed, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
 
 
 def _density_temperature(temperature: Array, reference: float, expansion: float) -> Array:

@@ -158,7 +158,7 @@ def _best_match(curve: tuple[Array, Array], other: tuple[Array, Array], sign: in
     (x, y), (there, values) = curve, other
     variance = np.array([max(_noise(channel), _noise(beside), LEAST_NOISE) ** 2 for channel, beside in zip(y, values, strict=True)])
     width = float(max(x[-1] - there[0], there[-1] - x[0]))
-    best, found = np.inf, 0.0
+    least, best = np.inf, 0.0
     for shift in sign * np.arange(0.0, max(width, TRIAL_STEP), TRIAL_STEP):
         moved = x - shift
         inside = (moved >= there[0]) & (moved <= there[-1])
@@ -169,9 +169,9 @@ def _best_match(curve: tuple[Array, Array], other: tuple[Array, Array], sign: in
         level = float(np.sum(weight * away) / (np.sum(weight * np.ones_like(away)) + USUAL_OFFSET**-2))
         score = float(np.sum(np.minimum((away - level) ** 2 * weight, REFUTED)) + (level / USUAL_OFFSET) ** 2)
         score -= REFUTED / 2 * away.size
-        if score < best:
-            best, found = score, float(shift)
-    return found
+        if score < least:
+            least, best = score, float(shift)
+    return best
 
 
 def _noise(y: Array) -> float:

@@ -36,7 +36,7 @@ def place_at_reference(
     data: Gathered,
     condensed: Condensed,
     imposed: Array,
-    found: BasisFit,
+    basis_fit: BasisFit,
     outlying: Flags,
     undetermined: tuple[Undetermined, ...],
     anchor: int,
@@ -49,7 +49,7 @@ def place_at_reference(
     `imposed` (m,) is log10 b where it was prescribed, `outlying` (c, n) says which points lie far off. Raises `InputError` where
     fewer than two shift factors are determined; warns of what looks wrong with shift factors, law and plateau.
     """
-    temperature, m, fit, kind = data.temperature, data.temperature.size, found.fit, data.kind
+    temperature, m, fit, kind = data.temperature, data.temperature.size, basis_fit.fit, data.kind
     sure = ~np.isin(temperature, [entry.temperature for entry in undetermined])
     if np.count_nonzero(sure) < 2:
         raise _nothing_determined(undetermined)
@@ -101,7 +101,7 @@ def place_at_reference(
         vertical_shift=vertical,
         vertical_shift_stderr=vertical * np.log(10) * np.sqrt(np.maximum(vertical_variance, 0.0)),
         shift_fit=shift_fit,
-        shifted_on=found.on,
+        shifted_on=basis_fit.on,
         rms_residual_decades=_rms(fit, condensed, outlying),
         point_temperature=temperature[curve][order],
         abscissa=abscissa[order],

@@ -66,19 +66,20 @@ def fit_shift_law(
         return ShiftFit(table, (), np.zeros(0), np.zeros((0, 0)), 0.0, float(weight @ log10_shift_factor), weight, 0.0)
     others = np.arange(m) != anchor
     distance, wanted = temperature[others] - base, log10_shift_factor[others]
-    own = covariance[np.ix_(others, others)]
-    whiten = np.linalg.inv(np.linalg.cholesky(own + 1e-14 * np.mean(np.diag(own)) * np.eye(m - 1)))
+    measured = covariance[np.ix_(others, others)]
+    whiten = np.linalg.inv(np.linalg.cholesky(measured + 1e-14 * np.mean(np.diag(measured)) * np.eye(m - 1)))
     fitted = kind.fit(base, distance, wanted, whiten)
     moved = fitted.about(reference_temperature - base)
     near = np.array([np.interp(reference_temperature, temperature, row) for row in np.eye(m)])
-    beside = [(near[k], fitted.about(float(temperature[k]) - base), k) for k in np.flatnonzero(near)]
-    off = np.array([log10_shift_factor[k] - own.origin for _, own, k in beside])
-    shares = np.array([share for share, _, _ in beside])
+    neighbours = [(near[k], fitted.about(float(temperature[k]) - base), k) for k in np.flatnonzero(near)]
+    off = np.array([log10_shift_factor[k] - neighbour.origin for _, neighbour, k in neighbours])
+    shares = np.array([share for share, _, _ in neighbours])
     # what is left of the law: from the neighbours to the reference temperature
-    step = moved.to_origin - sum(share * own.to_origin for share, own, _ in beside)
+    step = moved.to_origin - sum(share * neighbour.to_origin for share, neighbour, _ in neighbours)
     weight = near.copy()
     weight[others] += step @ fitted.response
-    doubt = _spread(moved.others - moved.origin - sum(share * (own.others - own.origin) for share, own, _ in beside))
+    nearby = sum(share * (neighbour.others - neighbour.origin) for share, neighbour, _ in neighbours)
+    doubt = _spread(moved.others - moved.origin - nearby)
     scale = max(fitted.misfit, 1.0)
     spread = fitted.moments * scale
     values = moved.to_constants @ spread @ moved.to_constants.T

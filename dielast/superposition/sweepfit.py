@@ -142,16 +142,16 @@ def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
     return taken
 
 
-def warn_of_others(temperature: Array, found: BasisFit, weight: Array) -> None:
+def warn_of_others(temperature: Array, taken: BasisFit, weight: Array) -> None:
     """Say where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
     m = temperature.size
     relative = np.eye(m) - weight
-    shift, own = relative @ found.fit.shift, np.sqrt(np.diag(relative @ found.fit.covariance[:m, :m] @ relative.T))
-    for other in found.others:
+    shift, stderr = relative @ taken.fit.shift, np.sqrt(np.diag(relative @ taken.fit.covariance[:m, :m] @ relative.T))
+    for other in taken.others:
         beside, error = relative @ other.shift, np.sqrt(np.diag(relative @ other.covariance @ relative.T))
-        known = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(own + error)
+        known = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(stderr + error)
         away = np.where(known, np.abs(shift - beside), 0.0)
-        score = away / np.maximum(np.hypot(own, error), EXACT)
+        score = away / np.maximum(np.hypot(stderr, error), EXACT)
         far = np.flatnonzero((score > DISAGREE) & (away > NOTABLE))
         if not far.size:
             continue
@@ -160,7 +160,7 @@ def warn_of_others(temperature: Array, found: BasisFit, weight: Array) -> None:
         warn(
             f"at {temperature[k]:g} degC {BASIS_WORDS[other.on]} gives another shift factor: "
             f"log10 a = {beside[k]:.3g} +- {error[k]:.2g}, "
-            f"but {shift[k]:.3g} +- {own[k]:.2g} from {BASIS_WORDS[found.on]}, which is taken, both relative to "
+            f"but {shift[k]:.3g} +- {stderr[k]:.2g} from {BASIS_WORDS[taken.on]}, which is taken, both relative to "
             f"{temperature[np.argmax(weight)]:g} degC{more}"
         )
 

@@ -49,7 +49,7 @@ def find_undetermined(
     itself. With `peaks`, as loss moduli and tan delta have them, a curvature does as well as a slope.
     """
     stderr = fit.noise_stderr
-    found = []
+    undetermined = []
     shaped = have_shape(points, splines, fit.shift, peaks)
     for k in np.flatnonzero(stderr > 0):
         if not shaped[k]:
@@ -60,9 +60,9 @@ def find_undetermined(
             reason = "the curve overlaps the others too little"
         else:
             continue
-        found.append(Undetermined(float(temperature[k]), reason))
+        undetermined.append(Undetermined(float(temperature[k]), reason))
         warn(f"{temperature[k]:g} degC: the shift factor is not determined: {reason}; {filled}")
-    return tuple(found)
+    return tuple(undetermined)
 
 
 def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Array, peaks: bool) -> NDArray[np.bool_]:
@@ -107,12 +107,12 @@ def _significance(x: Array, y: Array, degree: int) -> float:
         part = basis.T @ (y * root)
         rest = y - vander @ np.linalg.solve(triangle, part)
         variance = float(weight @ rest**2) / max(float(np.sum(weight)) - degree - 1, 1.0)
-        found = float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
-        if found >= SIGNIFICANT:
+        significance = float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
+        if significance >= SIGNIFICANT:
             break
         typical = max(float(np.median(np.abs(rest))) / 0.6745, 1e-14)
         weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-100)) ** 2)
-    return found
+    return significance
 
 
 def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:

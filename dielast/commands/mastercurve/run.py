@@ -66,8 +66,8 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
 
     if drawn is None or uncertainty is None:
         return Report(tables(result), headline(result, recipe, reading), figure)
-    found = {**headline(result, recipe, reading), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
-    return Report({**tables(result), **curve_tables(drawn, result.kind)}, found, figure)
+    numbers = {**headline(result, recipe, reading), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
+    return Report({**tables(result), **curve_tables(drawn, result.kind)}, numbers, figure)
 
 
 def _levels_off(result: MasterCurve) -> bool:

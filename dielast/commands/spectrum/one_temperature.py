@@ -27,8 +27,8 @@ def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
     reading = read_all(data, inputs)
     temperature = [one.temperature for one in reading.measurements]
     if max(temperature) - min(temperature) > data.temperature_tolerance:
-        found = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
-        raise InputError(f'{found}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
+        tests = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
+        raise InputError(f'{tests}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
     measured, stated = round(math.fsum(temperature) / len(temperature), 6), data.reference_temperature
     if stated is not None and abs(measured - stated) > WIDEST * data.temperature_tolerance:
         raise InputError(
@@ -49,8 +49,8 @@ def _warn_of_several(columns: Floats, source: str) -> None:
     starts = np.flatnonzero(np.append(True, np.diff(x) > 0))
     apart = np.exp(np.maximum.reduceat(y, starts) - np.minimum.reduceat(y, starts))
     if np.any(far := apart > NO_SCATTER):
-        found = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
-        warn(f"{found}: are these several tests? Leave the rows of one in the file", file=source)
+        again = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
+        warn(f"{again}: are these several tests? Leave the rows of one in the file", file=source)
 
 
 def _positive(columns: Floats, source: str) -> Floats:

@@ -95,13 +95,13 @@ class ShiftLaw(Law):
 
     def summary(self, covariance: Array) -> dict[str, float]:
         """The constants as a summary has them, with standard errors and covariances from their `covariance` (p, p)."""
-        found: dict[str, float] = {}
+        summary: dict[str, float] = {}
         for index, (key, constant) in enumerate(self.summary_names().items()):
-            found |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
+            summary |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
         for index, one in enumerate(self.constants):
             for further, other in enumerate(self.constants[index + 1 :], index + 1):
-                found[f"{one.name}_{other.name}_covariance{one.suffix}{other.suffix}"] = float(covariance[index, further])
-        return found
+                summary[f"{one.name}_{other.name}_covariance{one.suffix}{other.suffix}"] = float(covariance[index, further])
+        return summary
 
     @classmethod
     def from_summary(

@@ -149,7 +149,7 @@ def _least_squares(distance: Array, wanted: Array, whiten: Array, lowest: float,
     def slopes(x: Array) -> Array:
         return _jacobian(distance, float(x[0]), float(x[1]), whiten)
 
-    found = least_squares(
+    solution = least_squares(
         misses,
         np.array([g, float(np.clip(k, lowest, highest))]),
         slopes,
@@ -160,4 +160,4 @@ def _least_squares(distance: Array, wanted: Array, whiten: Array, lowest: float,
         ftol=None,
         gtol=None,
     )
-    return float(found.x[0]), float(found.x[1])
+    return float(solution.x[0]), float(solution.x[1])

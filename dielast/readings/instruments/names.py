@@ -53,11 +53,11 @@ def plain(name: str) -> str:
 def columns_by_role(table: MeasuredTable) -> dict[str, int]:
     """The column (from 1) for each role that `table` has readings for."""
     known = {plain(name): index for index, name in reversed(list(enumerate(table.names))) if is_filled(table, index)}
-    found = {role: known[name] + 1 for role, names in ROLES.items() for name in reversed(names) if name in known}
+    columns = {role: known[name] + 1 for role, names in ROLES.items() for name in reversed(names) if name in known}
     for index, name in enumerate(table.names):
         if name in _LETTERS and is_filled(table, index):
-            found.setdefault(_LETTERS[name], index + 1)
-    return found
+            columns.setdefault(_LETTERS[name], index + 1)
+    return columns
 
 
 def is_filled(table: MeasuredTable, index: int) -> bool:

@@ -84,11 +84,11 @@ def read(text: str, source: str) -> list[ExportedStep]:
 def _columns(header: list[str], source: str, width: int) -> tuple[list[str], list[str]]:
     """Names and units of the first `width` columns; of the temperature that a thermometer shows, the file's own counts."""
     stated = [_cells(line) for line in header]
-    own = _COLUMNS.get(Path(source).suffix.lower())
-    if not stated and own is None:
+    usual_names = _COLUMNS.get(Path(source).suffix.lower())
+    if not stated and usual_names is None:
         known = ", ".join(_COLUMNS)
         raise InputError(f'a RepTate file without names of columns, and not called {known}: say format = "table"', file=source)
-    spelled = stated[0] if stated else list(own or ())
+    spelled = stated[0] if stated else list(usual_names or ())
     below = stated[1] if len(stated) > 1 else []
     names: list[str] = []
     units: list[str] = []
