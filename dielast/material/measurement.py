@@ -10,14 +10,12 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
+from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -48,11 +46,11 @@ class Measurement(Result):
         return 0.0
 
     @property
-    def columns(self) -> Array:
+    def columns(self) -> Floats:
         """Abscissa and ordinates, (1 + c, n)."""
         return np.stack([getattr(self, name) for name in self.names()])
 
-    def with_columns(self, columns: Array) -> Self:
+    def with_columns(self, columns: Floats) -> Self:
         """The measurement with other values (1 + c, n)."""
         return replace(self, **dict(zip(self.names(), columns, strict=True)))
 
@@ -89,8 +87,8 @@ class RelaxationCurve(Measurement):
     """
 
     KIND = RELAXATION
-    time: Array
-    modulus: Array
+    time: Floats
+    modulus: Floats
     source: str = ""
     time_offset: float = 0.0
 
@@ -103,8 +101,8 @@ class CreepCurve(Measurement):
     """
 
     KIND = CREEP
-    time: Array
-    compliance: Array
+    time: Floats
+    compliance: Floats
     source: str = ""
     time_offset: float = 0.0
 
@@ -117,14 +115,14 @@ class FrequencySweep(Measurement):
     """
 
     KIND = OSCILLATION
-    angular_frequency: Array
-    storage_modulus: Array
-    loss_modulus: Array
+    angular_frequency: Floats
+    storage_modulus: Floats
+    loss_modulus: Floats
     source: str = ""
 
 
 def measurement_of(
-    kind: MeasurementKind, temperature: float, columns: Array, source: str = "", time_offset: float = 0.0
+    kind: MeasurementKind, temperature: float, columns: Floats, source: str = "", time_offset: float = 0.0
 ) -> Measurement:
     """The measurement of a `kind` with abscissa and ordinates `columns` (1 + c, n)."""
     made: Any = next(known for known in (RelaxationCurve, CreepCurve, FrequencySweep) if known.KIND is kind)

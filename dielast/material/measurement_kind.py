@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
+
 KindName = Literal["relaxation", "oscillation", "creep"]
 
 
@@ -57,8 +57,8 @@ class MeasurementKind:
     """and what to check where curves do not superpose."""
     time_power: int
     stiffness_power: int
-    processes: Callable[[Array, Array], Array]
-    constants: Callable[[Array], Array]
+    processes: Callable[[Floats, Floats], Floats]
+    constants: Callable[[Floats], Floats]
 
     @property
     def falling_power(self) -> int:
@@ -80,15 +80,15 @@ _OVER_TIME = {"ends": ("short", "long"), "regions": ("short times", "long times"
 _RAMP = "check that time is counted from the %s step and that no ramp is left in (ramp, discard_before)"
 
 
-def _decay(time: Array, relaxation_time: Array) -> Array:
+def _decay(time: Floats, relaxation_time: Floats) -> Floats:
     return np.exp(-time[:, None] / relaxation_time)[None]
 
 
-def _retard(time: Array, retardation_time: Array) -> Array:
+def _retard(time: Floats, retardation_time: Floats) -> Floats:
     return -np.expm1(-time[:, None] / retardation_time)[None]
 
 
-def _oscillate(time: Array, relaxation_time: Array) -> Array:
+def _oscillate(time: Floats, relaxation_time: Floats) -> Floats:
     phase = relaxation_time / time[:, None]  # angular frequency times relaxation time
     loss = 1 / (phase + 1 / phase)
     return np.stack([phase * loss, loss])

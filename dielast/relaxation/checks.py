@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
 from dielast.material.measurement_kind import MeasurementKind
+from dielast.numerics.arrays import Floats
 from dielast.relaxation.ends import End
 
-Array = NDArray[np.float64]
 Ends = tuple[float | None, float | None]
 
 TOLERATED = 0.02  # of G(t): what clipping negative moduli may change; and the equilibrium modulus above the curve without a word
@@ -28,7 +28,7 @@ POOR_FIT = 0.10  # relative rms
 NEAR_END = 10**0.1  # a tenth of a decade: that close to its end, a curve still tells
 
 
-def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Array]:
+def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Floats]:
     """Abscissa and ordinates of a master curve as arrays (n,), by the abscissa; all must be positive and of one length."""
     names = [(name.replace("_", " "), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
     arrays = [np.asarray(values, dtype=float) for values in columns]
@@ -106,7 +106,7 @@ def share_kept(branches: int, keep: int | None) -> float:
 
 
 def range_of_times(
-    wanted: Ends, default: tuple[float, float], time: Array, seen_at: tuple[float, float], kept: float = 1.0
+    wanted: Ends, default: tuple[float, float], time: Floats, seen_at: tuple[float, float], kept: float = 1.0
 ) -> tuple[float, float]:
     """Shortest and longest time of a process in s; warns where the times at which these two are seen, in units of their own, are
     off the curve, but for the shorter ones of which only a share, `kept`, of the decades is left."""
@@ -144,12 +144,12 @@ def warn_of_equilibrium(known: float | None, fitted: float, plateau: End) -> Non
     )
 
 
-def rms(values: Array) -> float:
+def rms(values: Floats) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
-def fit_errors(error: Array, time: Array, shortest_kept: float | None) -> tuple[float, float]:
+def fit_errors(error: Floats, time: Floats, shortest_kept: float | None) -> tuple[float, float]:
     """Rms and greatest magnitude of relative errors (channels, n) at `time`; of a truncated spectrum, where it is meant to hold."""
     if shortest_kept is not None:
         error = error[:, time >= shortest_kept]

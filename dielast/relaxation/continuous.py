@@ -10,16 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.numerics.arrays import Floats
 from dielast.relaxation.ends import votes
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
-
-Array = NDArray[np.float64]
 
 LEAST_SMOOTHING = 1e-2  # no measurement is so exact that less would tell anything: without noise, less breaks H up into lines
 MOST_PIECES = 4  # separate processes, of which a material may have some
@@ -33,8 +31,8 @@ class ContinuousSpectrum(TabularResult):
     Each value stands for a cell of `width` (in ln tau) around its time. `rms_relative_error` is how well H gives the curve back.
     """
 
-    relaxation_time: Array
-    density: Array
+    relaxation_time: Floats
+    density: Floats
     width: float
     smoothing: float
     rms_relative_error: float

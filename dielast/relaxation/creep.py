@@ -9,18 +9,17 @@ to ten times its length.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats
 from dielast.relaxation.checks import LEVEL_SLOPE, Ends
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
-
-Array = NDArray[np.float64]
 
 LEAST_GLASSY = 0.01  # of the first compliance: a glassy compliance found smaller than this is not to be told from none
 FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises as steeply is that of a melt, and needs no word
@@ -98,7 +97,7 @@ def fit_creep(
     return task.finish("nnls", spectrum, equilibrium, model, truncated, smoothing=solution.smoothing, retardation=kept)
 
 
-def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Array, Known, Total | None, bool]:
+def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Floats, Known, Total | None, bool]:
     """Retardation times (s, slowest first), the constants that are known, a sum to keep to, and whether flow is left open."""
     curve, equilibrium = task.curve, task.equilibrium
     glassy_compliance = None if task.glassy is None else 1 / task.glassy
@@ -117,7 +116,7 @@ def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Array, Known, Total
     return process_time, fluid, None, False
 
 
-def _demands_flow(curve: WeightedCurve, process_time: Array, glassy_compliance: float | None) -> bool:
+def _demands_flow(curve: WeightedCurve, process_time: Floats, glassy_compliance: float | None) -> bool:
     """Whether a fluidity beside processes at these times (s) improves the fit by more than noise can."""
     from scipy.special import stdtr
 
@@ -131,7 +130,7 @@ def _demands_flow(curve: WeightedCurve, process_time: Array, glassy_compliance: 
     return float(stdtr(freedom, -np.sqrt(improvement / variance))) < LEAST_CHANCE
 
 
-def _with_glassy(curve: WeightedCurve, process_time: Array, known: Known, total: Total | None) -> Solution:
+def _with_glassy(curve: WeightedCurve, process_time: Floats, known: Known, total: Total | None) -> Solution:
     """The strengths, of a glassy compliance that the curve may not tell."""
     solution = fit_strengths(curve, process_time, known, total)
     least = LEAST_GLASSY * float(curve.size[0])

@@ -6,11 +6,12 @@ from typing import get_args
 
 import numpy as np
 from numpy.polynomial import Chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
 from dielast.material.measurement_kind import RELAXATION
 from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats
 from dielast.relaxation import schwarzl_staverman as ss
 from dielast.relaxation.checks import TOLERATED, Ends, range_of_times, rms
 from dielast.relaxation.ends import short_time_end
@@ -20,7 +21,6 @@ from dielast.relaxation.task import FitTask
 
 __all__ = ["Method", "SpectrumFit", "fit_spectrum"]
 
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
 POOR_POLYNOMIAL = 0.05  # relative rms
@@ -97,13 +97,13 @@ def _schwarzl_staverman(task: FitTask, degree: int) -> SpectrumFit:
     return task.finish("schwarzl-staverman", spectrum, equilibrium, clipped_branches=clipped, polynomial_rms_relative_error=error)
 
 
-def _nonequilibrium(curve: WeightedCurve, equilibrium: float, cumulative: Array) -> float:
+def _nonequilibrium(curve: WeightedCurve, equilibrium: float, cumulative: Floats) -> float:
     """mu_neq from the curve. Where it falls from its first point on, faster processes than that are in it: then H is more."""
     largest = short_time_end(np.log10(curve.time), curve.size).modulus
     return max(largest - equilibrium, float(cumulative[-1]))
 
 
-def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Array, time: Array) -> Array:
+def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Floats, time: Floats) -> Floats:
     with np.errstate(over="ignore", invalid="ignore"):
         cumulative = ss.CumulativeSpectrum(polynomial, equilibrium)(tau)
     if not np.all(np.isfinite(cumulative)):
@@ -126,7 +126,7 @@ def _polynomial_error(polynomial: Chebyshev, curve: WeightedCurve) -> float:
     return error
 
 
-def _clipped(tau: Array, moduli: Array, branches: int, time: Array, model: Array) -> int:
+def _clipped(tau: Floats, moduli: Floats, branches: int, time: Floats, model: Floats) -> int:
     """Number of negative moduli; refuses where setting them to zero changes G(t) too much."""
     negative = moduli < -ROUNDING * float(model.max())
     if not negative.any():

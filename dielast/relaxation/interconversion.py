@@ -17,15 +17,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.spectrum import Spectrum
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats, Index
 
 _HALVINGS = 64  # of a bracket in log distance: what 1e300 times a distance spans comes down to rounding
 
@@ -38,8 +37,8 @@ class RetardationSpectrum(TabularResult):
     Raises `InputError` if the lists differ in length, a time is not positive, or anything else is negative or not finite.
     """
 
-    retardation_time: Array
-    compliance: Array
+    retardation_time: Floats
+    compliance: Floats
     glassy_compliance: float
     fluidity: float = 0.0
 
@@ -63,7 +62,7 @@ class RetardationSpectrum(TabularResult):
             ordered.flags.writeable = False
             object.__setattr__(self, name, ordered)
 
-    def creep_compliance(self, time: ArrayLike) -> Array:
+    def creep_compliance(self, time: ArrayLike) -> Floats:
         """Shear creep compliance in 1/Pa at `time` (s): J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta."""
         t = np.asarray(time, dtype=float)
         retarded = -np.expm1(-t[..., None] / self.retardation_time) @ self.compliance
@@ -100,7 +99,7 @@ def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float =
     return RetardationSpectrum(zeros, compliance, 1 / total, fluidity)
 
 
-def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Array) -> Array:
+def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Floats) -> Floats:
     """What a solid of that `spectrum` and `equilibrium_modulus` (shear, Pa) shows in a test of that `kind`, shear, (channels, n).
 
     `time` (n,) in s is one over the angular frequency of an oscillation.
@@ -113,7 +112,7 @@ def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float
     return np.asarray(kind.processes(time, process_time) @ strength + np.tensordot(constants, kind.constants(time), axes=1))
 
 
-def _reciprocal(poles: Array, weights: Array, constant: float) -> tuple[Array, Array]:
+def _reciprocal(poles: Floats, weights: Floats, constant: float) -> tuple[Floats, Floats]:
     """The zeros -x of F(z) = constant + sum weights/(poles + z), and 1/(x sum weights/(poles - x)^2), the strength of each in 1/F.
 
     Poles of no weight are left out, equal ones merged. Without a constant there is no zero beyond the last pole.
@@ -130,7 +129,7 @@ def _reciprocal(poles: Array, weights: Array, constant: float) -> tuple[Array, A
     half = 0.5 * (pole[right] - pole[left])
     ahead = pole > pole[left][:, None]
 
-    def sums(origin: NDArray[np.intp], distance: Array) -> tuple[Array, Array]:
+    def sums(origin: Index, distance: Floats) -> tuple[Floats, Floats]:
         """What the poles below and above pull at `pole[origin] + distance`, both positive; F is constant - below + above."""
         away = (pole[origin][:, None] - pole) + distance[:, None]
         pull = weight / away

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import NumericsError
 from dielast.material.measurement_kind import RELAXATION, MeasurementKind
+from dielast.numerics.arrays import Flags, Floats
 
-Array = NDArray[np.float64]
 Known = tuple[float | None, ...]
 
 _COARSE = np.geomspace(1e-6, 1e2, 17)  # trials of s, besides 0; a finer look around the best follows
@@ -38,28 +37,28 @@ class WeightedCurve:
     Of an oscillation, `time` is 1/omega and the channels are storage and loss; moduli (Pa) and compliances (1/Pa) are shear.
     """
 
-    time: Array
-    values: Array
-    weight: Array
+    time: Floats
+    values: Floats
+    weight: Floats
     kind: MeasurementKind = RELAXATION
 
     @property
-    def size(self) -> Array:
+    def size(self) -> Floats:
         """The size of the answer over all channels, (n,)."""
         return self.values[0] if len(self.values) == 1 else np.asarray(np.linalg.norm(self.values, axis=0))
 
     @property
-    def stiffness(self) -> Array:
+    def stiffness(self) -> Floats:
         """The modulus, storage modulus or inverse compliance (n,) in Pa."""
         return np.asarray(self.values[0] ** self.kind.stiffness_power)
 
     @property
-    def row_weight(self) -> Array:
+    def row_weight(self) -> Floats:
         """The weight of every value, channel below channel, (channels * n,)."""
         return np.tile(self.weight, len(self.values))
 
     @property
-    def constant_scale(self) -> Array:
+    def constant_scale(self) -> Floats:
         """What the constants of the answer, (constants,), are of the order of: each alone makes up the last point, which it is
         seen at best."""
         return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
@@ -89,8 +88,8 @@ class Solution:
     answers at the points do not use up.
     """
 
-    strength: Array
-    constants: Array
+    strength: Floats
+    constants: Floats
     smoothing: float
     objective: float
     misfit: float
@@ -99,7 +98,7 @@ class Solution:
 
 def fit_strengths(
     curve: WeightedCurve,
-    process_time: Array,
+    process_time: Floats,
     known: Known,
     total: Total | None = None,
     least: float = 0.0,
@@ -130,7 +129,7 @@ def fit_strengths(
     roughness[:, :processes] = np.diff(np.eye(processes), n=2, axis=0)
     padded = np.concatenate([values, np.zeros(len(roughness))])
 
-    def trial(smoothing: float) -> tuple[float, Array, float]:
+    def trial(smoothing: float) -> tuple[float, Floats, float]:
         stacked = np.vstack([rows, smoothing * roughness])
         strength, _ = _non_negative(stacked, padded)
         free = strength > 0
@@ -155,7 +154,7 @@ def fit_strengths(
 
 def place_times(
     curve: WeightedCurve, branches: int, shortest: float, longest: float, movable: tuple[bool, bool], known: Known
-) -> Array:
+) -> Floats:
     """Log-spaced times of processes (s) of shape (branches,), slowest first, between `shortest` and `longest`.
 
     An end that is `movable` (shortest, longest) is taken inwards, by fractions of the spacing, to where the curve is met best: a
@@ -166,7 +165,7 @@ def place_times(
     spacing = (high - low) / intervals
     coarse = curve.averaged()
 
-    def times(inset: tuple[float, float]) -> Array:
+    def times(inset: tuple[float, float]) -> Floats:
         return np.logspace(high - inset[1] * spacing, low + inset[0] * spacing, branches)
 
     def misfit(inset: tuple[float, float]) -> float:
@@ -190,11 +189,11 @@ def place_times(
     return times(inset)
 
 
-def _unknown(known: Known) -> NDArray[np.bool_]:
+def _unknown(known: Known) -> Flags:
     return np.array([value is None for value in known], dtype=bool)
 
 
-def _relative_rows(curve: WeightedCurve, process_time: Array, scale: Array, known: Known) -> tuple[Array, Array]:
+def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, known: Known) -> tuple[Floats, Floats]:
     """Design matrix and target of the relative error, channel below channel: the unknowns are strengths over `scale` and the
     constants that are not `known` over the curve's own scale of them."""
     design = curve.kind.processes(curve.time, process_time) * scale / curve.values[..., None]
@@ -206,13 +205,13 @@ def _relative_rows(curve: WeightedCurve, process_time: Array, scale: Array, know
     return np.column_stack(columns), target.reshape(-1)
 
 
-def _reduced(design: Array, target: Array, weight: Array) -> tuple[Array, Array]:
+def _reduced(design: Floats, target: Floats, weight: Floats) -> tuple[Floats, Floats]:
     """The weighted least-squares problem in at most as many rows as it has unknowns, and one."""
     triangle = np.asarray(np.linalg.qr(np.column_stack([design, target]) * np.sqrt(weight)[:, None], mode="r"))
     return triangle[:, :-1], triangle[:, -1]
 
 
-def _non_negative(rows: Array, values: Array) -> tuple[Array, float]:
+def _non_negative(rows: Floats, values: Floats) -> tuple[Floats, float]:
     """Non-negative least-squares solution and the norm of its residual."""
     from scipy.optimize import nnls
 

@@ -17,15 +17,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
 _PER_DECADE, _PROOF_PER_DECADE = 16, 60  # times at which the error is made small, and at which it is then measured
 _LEAST_TOLERANCE = 1e-5  # linear programmes are solved to little more, and no spectrum is known as well
@@ -52,10 +50,10 @@ class Reduction(TabularResult):
     max_relative_error_ramp: float
     temperature: float
     time: float
-    test_temperature: Array
-    test_time: Array
-    full: Array
-    reduced: Array
+    test_temperature: Floats
+    test_time: Floats
+    full: Floats
+    reduced: Floats
 
     def columns(self) -> Table:
         """The moduli that were compared."""
@@ -121,7 +119,7 @@ def reduce_spectrum(
     )
 
 
-def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance: float, shift: ShiftLaw) -> Array:
+def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance: float, shift: ShiftLaw) -> Floats:
     """log10 of the shift factors at the temperatures, or a refusal."""
     first, last = window
     if not 0 < first < last < np.inf:
@@ -146,15 +144,15 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
 class _Wanted:
     """What the full spectrum answers, `full` (m + r,): G at reduced times `time` (m,), and its mean from `start` to `end` (r,)."""
 
-    time: Array
-    start: Array
-    end: Array
-    full: Array
+    time: Floats
+    start: Floats
+    end: Floats
+    full: Floats
     equilibrium: float
 
     @classmethod
     def over(
-        cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Array, dense: int, felt: float
+        cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Floats, dense: int, felt: float
     ) -> _Wanted:
         """So `dense` (1/decade); means from times on before which less than a share `felt` of the whole integral lies."""
         count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
@@ -180,27 +178,27 @@ class _Wanted:
         """The shortest reduced time that is looked at."""
         return float(self.start[self.start > 0].min())
 
-    def answers(self, tau: Array) -> Array:
+    def answers(self, tau: Floats) -> Floats:
         """What a branch of each relaxation time and modulus 1 answers, (m + r, branches)."""
         return _answers(self.time, self.start, self.end, tau)
 
-    def error(self, spectrum: Spectrum) -> Array:
+    def error(self, spectrum: Spectrum) -> Floats:
         """Relative errors (m + r,) of a spectrum."""
         return (self.equilibrium + self.answers(spectrum.relaxation_time) @ spectrum.shear_modulus) / self.full - 1
 
-    def slopes(self, tau: Array) -> Array:
+    def slopes(self, tau: Floats) -> Floats:
         """The derivatives of `answers` by ln tau."""
         share, first, last = (time[:, None] / tau for time in (self.time, self.start, self.end))
         mean = _mean(first, last)
         return np.concatenate([share * np.exp(-share), mean + (first * np.exp(-first) - last * np.exp(-last)) / (last - first)])
 
 
-def _answers(time: Array, start: Array, end: Array, tau: Array) -> Array:
+def _answers(time: Floats, start: Floats, end: Floats, tau: Floats) -> Floats:
     """exp(-t/tau) at each `time` (m,), and below its mean from each `start` to its `end` (r,): (m + r, branches)."""
     return np.concatenate([np.exp(-time[:, None] / tau), _mean(start[:, None] / tau, end[:, None] / tau)])
 
 
-def _mean(first: Array, last: Array) -> Array:
+def _mean(first: Floats, last: Floats) -> Floats:
     """The mean of exp(-x) from `first` to `last`."""
     return np.asarray(np.exp(-first) * -np.expm1(first - last) / (last - first))
 
@@ -214,7 +212,7 @@ def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Sp
         yield _improved(wanted, start, low, high)
 
 
-def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: float) -> list[Array]:
+def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: float) -> list[Floats]:
     """ln tau to begin with."""
     share = (np.arange(number) + 0.5) / number
     fine = np.linspace(low, high, 400)
@@ -227,7 +225,7 @@ def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: 
     return [low + share * (high - low), np.interp(share * relaxed[-1], relaxed, fine)]
 
 
-def _improved(wanted: _Wanted, log_tau: Array, low: float, high: float) -> Spectrum:
+def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spectrum:
     """The spectrum near `log_tau` where no small move of times and moduli makes the greatest relative error less."""
     moduli, best = _programme(wanted, log_tau, None, 0.0, low, high)[1:]
     trust = _WIDEST
@@ -245,8 +243,8 @@ def _improved(wanted: _Wanted, log_tau: Array, low: float, high: float) -> Spect
 
 
 def _programme(
-    wanted: _Wanted, log_tau: Array, moduli: Array | None, trust: float, low: float, high: float
-) -> tuple[Array, Array, float]:
+    wanted: _Wanted, log_tau: Floats, moduli: Floats | None, trust: float, low: float, high: float
+) -> tuple[Floats, Floats, float]:
     """ln tau, moduli and the greatest relative error of a linear programme: on fixed times, or, about given moduli, with times that
     move by up to `trust`."""
     from scipy.optimize import linprog

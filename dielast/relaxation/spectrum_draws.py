@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import DielastWarning, InputError, NumericsError, warn
 from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.result import SpectrumFit
-
-Array = NDArray[np.float64]
 
 DOUBTED = 2.0  # times the scatter of the draws: a misfit above is warned of
 TIMES_PER_DECADE = 8
@@ -31,15 +29,15 @@ SMALL, RELUCTANCE = 0.01, 1e-6  # share of the modulus that a branch counts as i
 class CurveDraws:
     """Smooth master curves of several draws: `ordinates` (draws, c, k) at ascending `abscissa` (k,), as in `MasterCurve`."""
 
-    abscissa: Array
-    ordinates: Array
+    abscissa: Floats
+    ordinates: Floats
 
-    def centre(self, abscissa: Array) -> Array:
+    def centre(self, abscissa: Floats) -> Floats:
         """The geometric mean (c, n) of all at abscissas (n,)."""
         x, wanted = np.log(self.abscissa), np.log(abscissa)
         return np.exp([np.interp(wanted, x, row) for row in np.mean(np.log(self.ordinates), axis=0)])
 
-    def deviations(self, abscissa: Array) -> Array:
+    def deviations(self, abscissa: Floats) -> Floats:
         """ln of each draw over the mean of all, (draws, c, n) at abscissas (n,), constant beyond the ends."""
         logarithm = np.log(self.ordinates)
         x, wanted = np.log(self.abscissa), np.log(abscissa)
@@ -54,19 +52,19 @@ class SpectrumDraws:
     model over curve, `scatter` that of the draws about the curve.
     """
 
-    used: NDArray[np.intp]
-    equilibrium_modulus: Array
-    shear_modulus: Array
+    used: Index
+    equilibrium_modulus: Floats
+    shear_modulus: Floats
     misfit: float
     scatter: float
 
 
 def draw_spectra(
-    abscissa: Array,
-    ordinates: Array,
+    abscissa: Floats,
+    ordinates: Floats,
     curves: CurveDraws,
     fit: SpectrumFit,
-    refit: Callable[[Array, Array], SpectrumFit],
+    refit: Callable[[Floats, Floats], SpectrumFit],
     *,
     spectrum: Spectrum | None = None,
     seed: int = 1,
@@ -81,7 +79,7 @@ def draw_spectra(
     whole = fit.spectrum
     change = _Change.of(whole, fit)
     at_points = curves.deviations(fit.reduced_abscissa)
-    rows: list[tuple[int, float, Array, Array]] = []
+    rows: list[tuple[int, float, Floats, Floats]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)
@@ -134,9 +132,9 @@ def _starts(spectrum: Spectrum, with_these: Spectrum) -> bool:
 class _Change:
     """How a spectrum must change for its relaxation `modulus` (k,) in Pa at `time` (k,) in s to change by given shares of it."""
 
-    time: Array
-    modulus: Array
-    response: Array
+    time: Floats
+    modulus: Floats
+    response: Floats
 
     @classmethod
     def of(cls, target: Spectrum, fit: SpectrumFit) -> _Change:
@@ -153,13 +151,13 @@ class _Change:
         normal = effect.T @ effect + RELUCTANCE * time.size * np.eye(size.size)
         return cls(time, modulus, size[:, None] * np.linalg.solve(normal, effect.T))
 
-    def added(self, equilibrium: Array | float, moduli: Array, share: Array) -> tuple[Any, Array]:
+    def added(self, equilibrium: Floats | float, moduli: Floats, share: Floats) -> tuple[Any, Floats]:
         """Equilibrium modulus (...) and moduli (..., N) changed by shares (..., k), and not below zero."""
         more = share @ self.response.T
         return np.maximum(equilibrium + more[..., -1], 0.0), np.maximum(moduli + more[..., :-1], 0.0)
 
 
-def _missed(fit: SpectrumFit, curves: CurveDraws) -> tuple[Array, Array]:
+def _missed(fit: SpectrumFit, curves: CurveDraws) -> tuple[Floats, Floats]:
     """Times (k,) in s and ln of the model's stiffness over that of the mean draw there."""
     model = np.atleast_2d(fit.model)[0]
     return fit.reduced_time, fit.kind.stiffness_power * np.log(model / curves.centre(fit.reduced_abscissa)[0])

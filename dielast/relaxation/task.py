@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats
 from dielast.relaxation.checks import (
     Ends,
     check_counts,
@@ -28,8 +29,6 @@ from dielast.relaxation.interconversion import answer
 from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
 from dielast.relaxation.result import Method, SpectrumFit
 
-Array = NDArray[np.float64]
-
 SEEN_AWAY = 10.0  # times the time of a process: so far away it still shows, hardly farther
 
 
@@ -43,7 +42,7 @@ class FitTask:
     """
 
     curve: WeightedCurve
-    measured: Array
+    measured: Floats
     plateau: End
     branches: int
     times: Ends
@@ -87,7 +86,7 @@ class FitTask:
         """The share of the decades of times that is left of the branches kept."""
         return share_kept(self.branches, self.keep)
 
-    def place(self, known: Known, past: float = 1.0, times: Ends | None = None, kept: float | None = None) -> Array:
+    def place(self, known: Known, past: float = 1.0, times: Ends | None = None, kept: float | None = None) -> Floats:
         """Times of the processes for nnls in s, slowest first, by default up to so many times `past` the curve's ends; `times` and
         `kept` are those of the task unless stated."""
         curve, times = self.curve, self.times if times is None else times
@@ -110,7 +109,7 @@ class FitTask:
         method: Method,
         spectrum: Spectrum,
         equilibrium: float,
-        model: Array | None = None,
+        model: Floats | None = None,
         truncated: bool | None = None,
         **rest: Any,
     ) -> SpectrumFit:

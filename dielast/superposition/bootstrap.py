@@ -10,19 +10,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.measurement import Measurement
 from dielast.material.shift import ShiftLaw
+from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.superposition.mastercurve import MasterCurve, Vertical, build_master_curve
 from dielast.superposition.resample import Resampled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 GRID = 100  # reduced times at which the curves of all draws are kept
 
@@ -38,13 +35,13 @@ class MasterCurveDraws(TabularResult):
     """
 
     number: Index
-    temperature: Array
-    log10_shift_factor: Array
-    vertical_shift: Array
+    temperature: Floats
+    log10_shift_factor: Floats
+    vertical_shift: Floats
     law: ShiftLaw
-    law_parameters: Array
-    smooth_abscissa: Array
-    smooth_ordinates: Array
+    law_parameters: Floats
+    smooth_abscissa: Floats
+    smooth_ordinates: Floats
 
     def columns(self) -> Table:
         """Shift factors, one draw below the other."""
@@ -82,7 +79,7 @@ def bootstrap_master_curve(
         raise InputError(f"{draws} draws: at least 2 are needed")
     resampled = Resampled.of(curves, master)
     grid = np.geomspace(master.smooth_abscissa[0], master.smooth_abscissa[-1], GRID)
-    rows: list[tuple[int, Array, Array, Array, Array]] = []
+    rows: list[tuple[int, Floats, Floats, Floats, Floats]] = []
     for draw in range(draws):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)
@@ -112,7 +109,7 @@ def bootstrap_master_curve(
     return MasterCurveDraws(number, master.temperature, shift, raised, master.law, values, grid, smooth)
 
 
-def _on_grid(master: MasterCurve, grid: Array) -> Array:
+def _on_grid(master: MasterCurve, grid: Floats) -> Floats:
     """Smooth curves (c, k) through all points at the abscissas `grid` (k,), continued straight in log-log beyond their ends."""
     x, wanted = np.log(master.smooth_abscissa), np.log(grid)
     before, after = np.minimum(wanted - x[0], 0.0), np.maximum(wanted - x[-1], 0.0)

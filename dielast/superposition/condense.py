@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.binning import bin_curves
 from dielast.superposition.gather import Gathered
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FINEST = 1e-4  # decades: no oscillation is measured to 0.02 %, and a spline has its limits at the sharp end of a loss modulus
 
@@ -26,9 +23,9 @@ class Condensed:
     """
 
     curve: Index
-    log_time: Array
-    log_modulus: Array
-    variance: Array
+    log_time: Floats
+    log_modulus: Floats
+    variance: Floats
     bin_of_point: Index
 
     @property

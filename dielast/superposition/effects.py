@@ -13,10 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Floats, Index
 
 AVOID = 0.25  # power of a spread that its prior rises with, from zero
 LEAST = 1e-5  # decades: no spread is smaller
@@ -46,7 +44,9 @@ class LikelySpread:
     evidence: float
 
 
-def likeliest(effect: Effect, normal: Array, right: Array, spread: float, rounds: int, known: Array | None = None) -> LikelySpread:
+def likeliest(
+    effect: Effect, normal: Floats, right: Floats, spread: float, rounds: int, known: Floats | None = None
+) -> LikelySpread:
     """The likeliest spread, in so many `rounds` from `spread` on, of effects (m,) with normal equations `normal` (m, m) and `right`
     (m,) by the data alone. `known` (m, m) is a covariance that they have besides.
     """
@@ -70,13 +70,13 @@ def likeliest(effect: Effect, normal: Array, right: Array, spread: float, rounds
     return LikelySpread(likely, counted, float(effects @ precision @ effects + volume + prior))
 
 
-def precision_of(spread: float, curves: int, known: Array | None = None) -> Array:
+def precision_of(spread: float, curves: int, known: Floats | None = None) -> Floats:
     """Inverse of the covariance (m, m) of effects of that spread, which have the covariance `known` besides."""
     independent = np.eye(curves) * max(spread, LEAST) ** 2
     return np.asarray(np.linalg.inv(independent if known is None else independent + known))
 
 
-def walk(order: Index, step: float) -> Array:
+def walk(order: Index, step: float) -> Floats:
     """Covariance (m, m) of a random walk of standard deviation `step` from one curve to the next, the first one step from truth.
 
     `order` (m,) lists the curves in the order in which they drift.

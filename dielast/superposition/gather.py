@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
 from dielast.material.measurement import Measurement
 from dielast.material.measurement_kind import MeasurementKind
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Flags, Floats, Index
 
 NOTABLE_DIFFERENCE = 1.05  # factor of modulus between two runs at one temperature that is warned of,
 CONTRADICTION = 1.25  # and factor that is an error
@@ -31,21 +28,21 @@ class Gathered:
     """
 
     kind: MeasurementKind
-    temperature: Array
+    temperature: Floats
     curve: Index
-    position: Array
-    abscissa: Array
-    ordinates: Array
-    offset: Array
+    position: Floats
+    abscissa: Floats
+    ordinates: Floats
+    offset: Floats
     order: Index
 
     @property
-    def good(self) -> NDArray[np.bool_]:
+    def good(self) -> Flags:
         """Points whose ordinates are all positive (n,)."""
         return np.asarray(np.all(self.ordinates > 0, axis=0))
 
     @property
-    def log_time(self) -> Array:
+    def log_time(self) -> Floats:
         """log10 of the time in s, or of the inverse of the angular frequency, of each point (n,)."""
         return self.kind.time_power * np.log10(self.abscissa)
 
@@ -77,9 +74,7 @@ def gather(curves: Sequence[Measurement]) -> Gathered:
     return Gathered(kind, temperature, *rows, np.argsort(first))
 
 
-def _repeated(
-    kind: MeasurementKind, temperature: Array, curve: Index, run: Index, abscissa: Array, ordinates: Array
-) -> NDArray[np.bool_]:
+def _repeated(kind: MeasurementKind, temperature: Floats, curve: Index, run: Index, abscissa: Floats, ordinates: Floats) -> Flags:
     """Rows (n,) equal to the row before; warns of them, and of an abscissa that stands twice in a run with other values."""
     again = (np.diff(curve, prepend=-1) == 0) & (np.diff(abscissa, prepend=np.nan) == 0)
     same = again & np.all(np.diff(ordinates, prepend=np.nan) == 0, axis=0)
@@ -101,7 +96,7 @@ def where(curves: Sequence[Measurement], temperature: float) -> str:
     return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if known else "")
 
 
-def _check_signs(temperature: Array, curve: Index, run: Index, wrong: NDArray[np.bool_], kind: MeasurementKind) -> None:
+def _check_signs(temperature: Floats, curve: Index, run: Index, wrong: Flags, kind: MeasurementKind) -> None:
     """Raise `InputError` where most values of a curve are zero or negative; warn of fewer, as a noise floor gives them."""
     total = np.bincount(curve, minlength=temperature.size)
     below = np.bincount(curve[wrong], minlength=temperature.size)
@@ -113,7 +108,7 @@ def _check_signs(temperature: Array, curve: Index, run: Index, wrong: NDArray[np
         warn(f"{problem} (noise floor)")
 
 
-def _check_runs(temperature: float, runs: list[Array], kind: MeasurementKind) -> None:
+def _check_runs(temperature: float, runs: list[Floats], kind: MeasurementKind) -> None:
     """Two runs at one temperature are one measurement if they agree where their abscissas overlap; runs are (1 + c, n)."""
     for one, other in combinations(map(_sorted_log, runs), 2):
         if not one[0].size or not other[0].size:
@@ -129,13 +124,13 @@ def _check_runs(temperature: float, runs: list[Array], kind: MeasurementKind) ->
             warn(f"{temperature:g} degC: two runs differ by a factor of {factor:.3g} in {kind.value}; they are taken together")
 
 
-def _gap(run: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+def _gap(run: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> Floats:
     """log10 of the ordinates of a run over those of another, where it lies within the other's abscissas."""
     inside = (run[0] >= other[0][0]) & (run[0] <= other[0][-1])
     return np.asarray(run[1][inside] - np.interp(run[0][inside], *other))
 
 
-def _sorted_log(run: Array) -> tuple[Array, Array]:
+def _sorted_log(run: Floats) -> tuple[Floats, Floats]:
     abscissa, ordinate = run[:2]
     good = ordinate > 0
     order = np.lexsort((ordinate[good], abscissa[good]))

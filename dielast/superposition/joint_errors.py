@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats
 from dielast.superposition.effects import TILT, likeliest
 from dielast.superposition.joint_problem import (
     Prior,
@@ -21,9 +21,6 @@ from dielast.superposition.misfit import PARTS, VISIBLE, Misfit
 from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import Weights
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 TILT_ROUNDS = 50
 KNOT_RATIO = 1.5  # of the spacing of the knots, by which the shifts' dependence on it is told
 RESETTLING_STEPS = 3  # of the shifts after a change of points or knots
@@ -31,7 +28,7 @@ LEFT_OUT = 1e-9  # weight of a point that is left out
 BOUND = 5.0  # standard deviations beyond which a point that was left out is no farther off
 
 
-def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Array, float]:
+def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Floats, float]:
     """What tilts of the curves add to the covariance of the free parameters, and the spread of the tilts."""
     weight, m = state.weights.weight, points.curves
     parts = linear_parts(points, state.theta, prior.free, state.weights, state.spacing)
@@ -48,7 +45,7 @@ def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Array, f
     return tilt.spread**2 * response[:, :-1] @ response[:, :-1].T, tilt.spread
 
 
-def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> tuple[Array, tuple[float, ...]]:
+def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> tuple[Floats, tuple[float, ...]]:
     """What comes of leaving out one part of all curves after the other: covariance (2m, 2m) of the shifts, and how far off the
     points left out are predicted in each channel, see `MasterFit`.
 
@@ -68,7 +65,7 @@ def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> 
     )
 
 
-def smoothing_errors(points: FitPoints, prior: Prior, state: State) -> Array:
+def smoothing_errors(points: FitPoints, prior: Prior, state: State) -> Floats:
     """Covariance (2m, 2m) of how far the shifts depend on how smooth the curves are taken to be: with knots wider or closer."""
     factors = (KNOT_RATIO, 1 / KNOT_RATIO)
     others = [_resettled(points, prior, state.theta, state.weights, state.spacing * factor).theta for factor in factors]
@@ -76,7 +73,7 @@ def smoothing_errors(points: FitPoints, prior: Prior, state: State) -> Array:
     return _half_correlated(away.T @ away / len(factors))
 
 
-def _resettled(points: FitPoints, prior: Prior, theta: Array, weights: Weights, spacing: float) -> State:
+def _resettled(points: FitPoints, prior: Prior, theta: Floats, weights: Weights, spacing: float) -> State:
     """The fit with other weights or knots, a few steps on from `theta` (2m,)."""
     state = assemble(points, theta, prior, weights, spacing)
     for _ in range(RESETTLING_STEPS):
@@ -84,12 +81,12 @@ def _resettled(points: FitPoints, prior: Prior, theta: Array, weights: Weights, 
     return state
 
 
-def _half_correlated(covariance: Array) -> Array:
+def _half_correlated(covariance: Floats) -> Floats:
     """The covariance with half of its correlations: a few trials hardly show which combinations are free of error."""
     return np.asarray((covariance + np.diag(np.diag(covariance))) / 2)
 
 
-def _scatter(points: FitPoints, residual: Array) -> Array:
+def _scatter(points: FitPoints, residual: Floats) -> Floats:
     """Variance of each point by how neighbours differ, one for each channel, and by what specimens and instruments do (n,)."""
     joined = points.series[1:] == points.series[:-1]
     square = np.diff(residual) ** 2 / 2
@@ -97,7 +94,7 @@ def _scatter(points: FitPoints, residual: Array) -> Array:
     return np.array(typical)[points.channel] + points.variance + VISIBLE**2
 
 
-def _predicted_variance(points: FitPoints, prior: Prior, state: State) -> Array:
+def _predicted_variance(points: FitPoints, prior: Prior, state: State) -> Floats:
     """Variance of the smooth curve at each point (n,), shifts and offsets being as uncertain as they are."""
     parts = linear_parts(points, state.theta, prior.free, state.weights, state.spacing)
     m, curves = points.curves, parts.curves

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats
 from dielast.superposition.effects import OFFSET, likeliest
 from dielast.superposition.joint_errors import leave_out, smoothing_errors, tilt_errors
 from dielast.superposition.joint_problem import (
@@ -30,9 +30,6 @@ from dielast.superposition.misfit import Misfit, find_misfit
 from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import channel_shares, even_weights, noise_shares
 from dielast.superposition.spline import Spline, spacing_bounds
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 ITERATIONS = 40
 OFFSET_ROUNDS = 6  # of the spread of the offsets to one step of the shifts
@@ -57,12 +54,12 @@ class MasterFit:
     prediction, of their scatter, and of what specimens and instruments do.
     """
 
-    shift: Array
-    vertical: Array
-    covariance: Array
-    noise_stderr: Array
+    shift: Floats
+    vertical: Floats
+    covariance: Floats
+    noise_stderr: Floats
     splines: tuple[Spline, ...]
-    residual: Array
+    residual: Floats
     offset_spread: float
     tilt_spread: float
     placed: tuple[Spline, ...]
@@ -71,7 +68,7 @@ class MasterFit:
     left_out: tuple[float, ...]
 
 
-def fit_master(points: FitPoints, starts: Sequence[Array], anchor: int, vertical: bool, drift: Array | None = None) -> MasterFit:
+def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None) -> MasterFit:
     """Fit the smooth curve and all shifts together, from each of the starting values (m,); the curve numbered `anchor` stays put.
 
     With `vertical`, the curves slide along the modulus too. A stated `drift` is the covariance (m, m) of the vertical offsets that
@@ -137,7 +134,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
     return replace(shifts, vertical=level, covariance=covariance, splines=splines, placed=splines, residual=state.residual)
 
 
-def _begin(points: FitPoints, start: Array, anchor: int, vertical: bool, drift: Array | None) -> tuple[Array, Prior]:
+def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift: Floats | None) -> tuple[Floats, Prior]:
     """All parameters to begin with, and their prior."""
     m = points.curves
     theta = np.concatenate((start, np.zeros(m)))
@@ -172,7 +169,7 @@ def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Pri
     return replace(state, cost=cost, gradient=gradient, normal=normal, freedom=freedom), new
 
 
-def _fit(points: FitPoints, theta: Array, prior: Prior) -> tuple[State, Prior, float]:
+def _fit(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, float]:
     """Try knot spacings from wide to narrow, then iterate with the best until nothing moves; with Akaike's criterion."""
     tried: list[tuple[float, State]] = []
     weights, last = even_weights(points.variance), theta
@@ -204,7 +201,7 @@ def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prio
     return state, prior, akaike(state, prior.evidence)
 
 
-def knot_spacings(points: FitPoints, theta: Array, parameters: int) -> Array:
+def knot_spacings(points: FitPoints, theta: Floats, parameters: int) -> Floats:
     """Knot spacings to try, wide to narrow, in decades."""
     span = float(np.ptp(points.log_time - theta[points.curve]))
     widest, finest = spacing_bounds(span, points.curve.size / points.channels - parameters)

@@ -10,15 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.effects import precision_of
 from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import Weights, robust_weights
 from dielast.superposition.spline import Spline, SplineProblem
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LOOSE = 30.0**-2  # precision (1/decade^2) of the prior that keeps the normal matrix regular where the data say nothing
 MAX_STEP = 0.5  # decades a shift may move in one iteration
@@ -34,12 +31,12 @@ class Prior:
     is how many parameters the free ones count for, `evidence` what random ones add to -2 ln likelihood.
     """
 
-    mean: Array
-    precision: Array
+    mean: Floats
+    precision: Floats
     free: Index
     freedom: float
     spread: float = 0.0
-    drift: Array | None = None
+    drift: Floats | None = None
     evidence: float = 0.0
 
 
@@ -48,12 +45,12 @@ class State:
     """The best splines for given shifts and vertical shifts `theta` (2m,); cost, gradient and normal matrix over the free ones; the
     weights used."""
 
-    theta: Array
+    theta: Floats
     splines: tuple[Spline, ...]
-    residual: Array
+    residual: Floats
     cost: float
-    gradient: Array
-    normal: Array
+    gradient: Floats
+    normal: Floats
     weights: Weights
     freedom: float
 
@@ -77,11 +74,11 @@ class LinearParts:
     """
 
     curves: SplineProblem
-    inverse: Array
-    coefficient: Array
-    residual: Array
-    sides: list[Array]
-    cross: Array
+    inverse: Floats
+    coefficient: Floats
+    residual: Floats
+    sides: list[Floats]
+    cross: Floats
 
 
 def with_spread(prior: Prior, spread: float, repeated: float = 1.0) -> Prior:
@@ -92,7 +89,7 @@ def with_spread(prior: Prior, spread: float, repeated: float = 1.0) -> Prior:
     return replace(prior, precision=precision, spread=spread)
 
 
-def linear_parts(points: FitPoints, theta: Array, free: Index, weights: Weights, spacing: float) -> LinearParts:
+def linear_parts(points: FitPoints, theta: Floats, free: Index, weights: Weights, spacing: float) -> LinearParts:
     """The smooth curves at the shifts and vertical shifts `theta` (2m,), with knots `spacing` apart in decades."""
     m, curve = points.curves, points.curve
     target = points.log_modulus + points.lift * theta[m:][curve]
@@ -104,14 +101,14 @@ def linear_parts(points: FitPoints, theta: Array, free: Index, weights: Weights,
     return LinearParts(curves, inverse, coefficient, target - fitted, sides, cross)
 
 
-def cross_products(curves: SplineProblem, points: FitPoints, side: Array) -> Array:
+def cross_products(curves: SplineProblem, points: FitPoints, side: Floats) -> Floats:
     """Sums (K, m) of the basis functions times `side` (n,), curve by curve."""
     m, size = points.curves, curves.size * curves.channels
     key = (curves.rows * m + points.curve).ravel()
     return np.asarray(np.bincount(key, (curves.basis * side).ravel(), minlength=size * m).reshape(size, m), dtype=float)
 
 
-def assemble(points: FitPoints, theta: Array, prior: Prior, weights: Weights, spacing: float) -> State:
+def assemble(points: FitPoints, theta: Floats, prior: Prior, weights: Weights, spacing: float) -> State:
     """The best smooth curves at `theta` (2m,), with cost, gradient and normal matrix of the free parameters."""
     m, curve, weight, free = points.curves, points.curve, weights.weight, prior.free
     parts = linear_parts(points, theta, free, weights, spacing)
@@ -144,7 +141,7 @@ def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[St
     return state, 0.0
 
 
-def reweigh(points: FitPoints, state: State, prior: Prior, share: Array) -> State:
+def reweigh(points: FitPoints, state: State, prior: Prior, share: Floats) -> State:
     """The same shifts with weights from the residuals; `share` (n,) is that of `robust_weights`."""
     weights = robust_weights(points.variance, state.residual, state.parameters, share, state.weights)
     return assemble(points, state.theta, prior, weights, state.spacing)

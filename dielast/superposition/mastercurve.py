@@ -14,12 +14,12 @@ from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, shown, warn
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
+from dielast.numerics.arrays import Floats
 from dielast.superposition.condense import Condensed
 from dielast.superposition.effects import walk
 from dielast.superposition.joint_fit import fit_master
@@ -47,7 +47,6 @@ __all__ = [
     "build_master_curve",
 ]
 
-Array = NDArray[np.float64]
 Vertical = Literal["none", "density-temperature", "free"]
 ShiftOn = Basis | Literal["auto"]
 
@@ -129,7 +128,7 @@ def build_master_curve(
     return place_at_reference(data, condensed, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
 
 
-def _density_temperature(temperature: Array, reference: float, expansion: float) -> Array:
+def _density_temperature(temperature: Floats, reference: float, expansion: float) -> Floats:
     """log10 of b = rho_ref T_ref / (rho T)."""
     expanded = 1 + expansion * (temperature - reference)
     for k in np.flatnonzero(~(expanded > 0))[:1]:

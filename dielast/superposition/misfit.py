@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Floats, Index
 
 PARTS = 4  # of each curve, even in log time
 VISIBLE = 0.01  # decades of modulus: a misfit below is below what specimens and instruments do
@@ -30,14 +27,14 @@ class Misfit:
 
     rms: float
     noise: float
-    by_curve: Array
-    by_part: Array
+    by_curve: Floats
+    by_part: Floats
     part: Index
     sure: bool
     matters: bool
 
 
-def find_misfit(series: Index, curve: Index, log_time: Array, residual: Array) -> Misfit:
+def find_misfit(series: Index, curve: Index, log_time: Floats, residual: Floats) -> Misfit:
     """Misfit from the `residual` (n,) of points sorted by series, a channel of a curve, then time.
 
     Neighbours share the misfit but not the noise: the mean product of their residuals is its square, and noise is how they differ.
@@ -57,11 +54,11 @@ def find_misfit(series: Index, curve: Index, log_time: Array, residual: Array) -
     return Misfit(float(rms), noise, by_curve, by_part, part, bool(sure), bool(sure and rms > max(VISIBLE, noise)))
 
 
-def _root(square: Array | float) -> Array:
+def _root(square: Floats | float) -> Floats:
     return np.sqrt(np.maximum(square, 0.0))
 
 
-def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool, kind: MeasurementKind) -> None:
+def warn_if_misfit(temperature: Floats, misfit: Misfit, vertical: bool, kind: MeasurementKind) -> None:
     """Say how far the curves fail to superpose, where most, and what may mend it."""
     if not misfit.matters:
         return

@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from typing import Literal, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Frame, Table, to_frame
 from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.shift import ShiftLaw
+from dielast.numerics.arrays import Floats
 from dielast.superposition.shiftfit import ShiftFit
 from dielast.superposition.undetermined import Undetermined
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,30 +56,30 @@ class MasterCurve(TabularResult):
 
     measurement: KindName
     reference_temperature: float
-    temperature: Array
-    log10_shift_factor: Array
-    log10_shift_factor_stderr: Array
-    log10_shift_factor_fit: Array
-    covariance: Array
-    vertical_shift: Array
-    vertical_shift_stderr: Array
+    temperature: Floats
+    log10_shift_factor: Floats
+    log10_shift_factor_stderr: Floats
+    log10_shift_factor_fit: Floats
+    covariance: Floats
+    vertical_shift: Floats
+    vertical_shift_stderr: Floats
     shift_fit: ShiftFit
     shifted_on: Literal["moduli", "tan-delta", "storage"]
     rms_residual_decades: float
-    point_temperature: Array
-    abscissa: Array
-    reduced_abscissa: Array
-    ordinates: Array
-    smooth_abscissa: Array
-    smooth_ordinates: Array
+    point_temperature: Floats
+    abscissa: Floats
+    reduced_abscissa: Floats
+    ordinates: Floats
+    smooth_abscissa: Floats
+    smooth_ordinates: Floats
     equilibrium_modulus: float
     glassy_modulus: float
     undetermined: tuple[Undetermined, ...]
     stated: Stated
-    log10_shift_factor_slope: Array
+    log10_shift_factor_slope: Floats
     offset_spread: float
     tilt_spread: float
-    placed_ordinates: Array
+    placed_ordinates: Floats
     outlying_points: int = 0
 
     @property
@@ -126,64 +124,64 @@ class MasterCurve(TabularResult):
         return self.shift_fit.stderr
 
     @property
-    def law_covariance(self) -> Array:
+    def law_covariance(self) -> Floats:
         """Covariance of the parameters, in the order of `law_parameters`."""
         return self.shift_fit.covariance
 
     @property
-    def time(self) -> Array:
+    def time(self) -> Floats:
         """Times of the points of relaxation or creep in s (n,); this and the following raise `InputError` for another kind."""
         return self._along("time", self.abscissa)
 
     @property
-    def reduced_time(self) -> Array:
+    def reduced_time(self) -> Floats:
         """Reduced times of the points of relaxation or creep in s (n,), ascending."""
         return self._along("time", self.reduced_abscissa)
 
     @property
-    def smooth_reduced_time(self) -> Array:
+    def smooth_reduced_time(self) -> Floats:
         """Reduced times of the fitted curve of relaxation or creep in s (k,), ascending."""
         return self._along("time", self.smooth_abscissa)
 
     @property
-    def angular_frequency(self) -> Array:
+    def angular_frequency(self) -> Floats:
         """Angular frequencies of the points of sweeps in rad/s (n,)."""
         return self._along("angular_frequency", self.abscissa)
 
     @property
-    def reduced_angular_frequency(self) -> Array:
+    def reduced_angular_frequency(self) -> Floats:
         """Reduced angular frequencies of the points of sweeps in rad/s (n,), ascending."""
         return self._along("angular_frequency", self.reduced_abscissa)
 
     @property
-    def relaxation_modulus(self) -> Array:
+    def relaxation_modulus(self) -> Floats:
         """Young's relaxation modulus of the points in Pa (n,), times b."""
         return self._ordinate("relaxation_modulus", self.ordinates)
 
     @property
-    def creep_compliance(self) -> Array:
+    def creep_compliance(self) -> Floats:
         """Tensile creep compliance of the points in 1/Pa (n,), over b."""
         return self._ordinate("creep_compliance", self.ordinates)
 
     @property
-    def storage_modulus(self) -> Array:
+    def storage_modulus(self) -> Floats:
         """Young's storage modulus of the points in Pa (n,), times b."""
         return self._ordinate("storage_modulus", self.ordinates)
 
     @property
-    def loss_modulus(self) -> Array:
+    def loss_modulus(self) -> Floats:
         """Young's loss modulus of the points in Pa (n,), times b."""
         return self._ordinate("loss_modulus", self.ordinates)
 
     @property
-    def smooth_modulus(self) -> Array:
+    def smooth_modulus(self) -> Floats:
         """Fitted relaxation modulus in Pa (k,)."""
         return self._ordinate("relaxation_modulus", self.smooth_ordinates)
 
-    def _along(self, name: str, values: Array) -> Array:
+    def _along(self, name: str, values: Floats) -> Floats:
         return values if self.kind.abscissa[0] == name else self._lacking(name)
 
-    def _ordinate(self, name: str, ordinates: Array) -> Array:
+    def _ordinate(self, name: str, ordinates: Floats) -> Floats:
         names = [known for known, _ in self.kind.ordinates]
         return np.asarray(ordinates[names.index(name)]) if name in names else self._lacking(name)
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.material.shift import SHIFTS, ShiftLaw
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
 NEGLIGIBLE = 1e-3  # decades
 
@@ -31,11 +29,11 @@ class ShiftFit:
 
     law: ShiftLaw
     names: tuple[str, ...]
-    values: Array
-    covariance: Array
+    values: Floats
+    covariance: Floats
     misfit: float
     origin: float
-    origin_weight: Array
+    origin_weight: Floats
     origin_excess: float
 
     @property
@@ -50,7 +48,7 @@ class ShiftFit:
 
 
 def fit_shift_law(
-    law: str, temperature: Array, log10_shift_factor: Array, covariance: Array, anchor: int, reference_temperature: float
+    law: str, temperature: Floats, log10_shift_factor: Floats, covariance: Floats, anchor: int, reference_temperature: float
 ) -> ShiftFit:
     """Fit `law` to log10 a (m,) at `temperature` (m,) in degC, ascending, by generalised least squares with the covariance (m, m).
 
@@ -99,7 +97,7 @@ def fit_shift_law(
     )
 
 
-def _spread(differences: Array) -> float:
+def _spread(differences: Floats) -> float:
     """Root mean square; infinite if some are not known."""
     if not differences.size:
         return 0.0

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
+from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.superposition.condense import Condensed
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.overlap import matching_shifts
@@ -25,7 +25,6 @@ from dielast.superposition.points import FitPoints, loss_tangent, one_channel, p
 from dielast.superposition.spline import Spline
 from dielast.superposition.undetermined import have_shape
 
-Array = NDArray[np.float64]
 Basis = Literal["moduli", "tan-delta", "storage"]
 
 UNKNOWN = 0.5  # decades of standard error beyond which one shift is as bad as another
@@ -57,19 +56,19 @@ class OtherShifts:
     """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases have a shape to go by."""
 
     on: Basis
-    shift: Array
-    covariance: Array
-    comparable: NDArray[np.bool_]
+    shift: Floats
+    covariance: Floats
+    comparable: Flags
 
 
 def fit_sweeps(
-    temperature: Array,
+    temperature: Floats,
     data: Condensed,
-    start: Array,
+    start: Floats,
     anchor: int,
     vertical: bool,
     on: Basis | Literal["auto"],
-    drift: Array | None = None,
+    drift: Floats | None = None,
 ) -> BasisFit:
     """Fit frequency sweeps on what `on` says, or with "auto" on what predicts points left out and has most to go by.
 
@@ -142,7 +141,7 @@ def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
     return taken
 
 
-def warn_of_others(temperature: Array, taken: BasisFit, weight: Array) -> None:
+def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None:
     """Say where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
     m = temperature.size
     relative = np.eye(m) - weight
@@ -165,7 +164,7 @@ def warn_of_others(temperature: Array, taken: BasisFit, weight: Array) -> None:
         )
 
 
-def _other_of_all(other: OtherShifts, curves: NDArray[np.intp], m: int) -> OtherShifts:
+def _other_of_all(other: OtherShifts, curves: Index, m: int) -> OtherShifts:
     """Shifts of some curves as ones of all (m,), of which nothing else is comparable."""
     shift, comparable = np.zeros(m), np.zeros(m, dtype=bool)
     covariance = np.zeros((m, m))
@@ -173,7 +172,7 @@ def _other_of_all(other: OtherShifts, curves: NDArray[np.intp], m: int) -> Other
     return OtherShifts(other.on, shift, covariance, comparable)
 
 
-def _apart(storage: FitPoints, loss: FitPoints, shaped: NDArray[np.bool_], anchor: int) -> NDArray[np.bool_]:
+def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> Flags:
     """Curves (m,) that nothing joins to the others: the storage modulus is level, not `shaped`, and the loss modulus has no value
     in common with that of the next curve towards the anchor. Wherever such a curve is put, it contradicts one modulus."""
     apart = np.zeros(storage.curves, dtype=bool)
@@ -186,7 +185,7 @@ def _apart(storage: FitPoints, loss: FitPoints, shaped: NDArray[np.bool_], ancho
     return apart
 
 
-def _only(data: Condensed, curves: NDArray[np.intp]) -> Condensed:
+def _only(data: Condensed, curves: Index) -> Condensed:
     """The points of some curves, which are numbered afresh."""
     here = np.isin(data.curve, curves)
     new = np.searchsorted(curves, data.curve[here])
@@ -195,7 +194,7 @@ def _only(data: Condensed, curves: NDArray[np.intp]) -> Condensed:
     )
 
 
-def _spread(fit: MasterFit, curves: NDArray[np.intp], inside: NDArray[np.bool_], elsewhere: Array) -> MasterFit:
+def _spread(fit: MasterFit, curves: Index, inside: Flags, elsewhere: Floats) -> MasterFit:
     """The fit of some curves as one of all (m,): the others stay `elsewhere` (m,), with errors without bounds.
 
     `inside` (n,) says which points the fitted curves have; the residuals of the others are NaN.
@@ -226,7 +225,7 @@ def _on_storage(alone: MasterFit, storage: FitPoints, loss: FitPoints, anchor: i
     return BasisFit(both, "storage", storage, alone.splines)
 
 
-def _common(points: FitPoints, residual: Array) -> float:
+def _common(points: FitPoints, residual: Floats) -> float:
     """How much of the first channel's scatter the second shares: the slope of a line through their residuals, or zero."""
     series = points.series
     middle = np.array([np.median(residual[series == k]) for k in range(series[-1] + 1)])
@@ -237,7 +236,7 @@ def _common(points: FitPoints, residual: Array) -> float:
     return product / square
 
 
-def _cut(residual: Array) -> Array:
+def _cut(residual: Floats) -> Floats:
     bound = OUTLIER * float(np.median(np.abs(residual))) / 0.6745
     return np.clip(residual, -bound, bound)
 
@@ -256,7 +255,7 @@ def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
     return replace(fit, splines=both(fit.splines), placed=both(fit.placed), residual=residual)
 
 
-def _steps(fit: MasterFit) -> tuple[Array, Array]:
+def _steps(fit: MasterFit) -> tuple[Floats, Floats]:
     """The shifts from one temperature to the next (m - 1,) and their variances, whichever curve is held fast."""
     m = fit.shift.size
     step = np.diff(np.eye(m), axis=0)

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
+from dielast.numerics.arrays import Flags, Floats
 from dielast.superposition.joint_fit import MasterFit
 from dielast.superposition.points import FitPoints
 from dielast.superposition.spline import Spline
-
-Array = NDArray[np.float64]
 
 UNDETERMINED = 0.5  # decades of standard error beyond which a shift factor is not a measurement
 DOUBTFUL = 0.05  # decades of standard error above which, with free vertical shifts, a curve must show a curvature of its own
@@ -39,7 +37,7 @@ class Undetermined:
 
 
 def find_undetermined(
-    temperature: Array, points: FitPoints, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
+    temperature: Floats, points: FitPoints, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
 ) -> tuple[Undetermined, ...]:
     """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
 
@@ -65,7 +63,7 @@ def find_undetermined(
     return tuple(undetermined)
 
 
-def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Array, peaks: bool) -> NDArray[np.bool_]:
+def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Floats, peaks: bool) -> Flags:
     """Whether a channel of each curve has a slope, or with `peaks` a curvature, beyond what noise makes (m,)."""
     return np.array(
         [
@@ -75,26 +73,26 @@ def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Array, peaks
     )
 
 
-def _channels(points: FitPoints, curve: int) -> list[tuple[Array, Array]]:
+def _channels(points: FitPoints, curve: int) -> list[tuple[Floats, Floats]]:
     """Log time and log modulus of one curve in every channel."""
     series = curve + points.curves * np.arange(points.channels)
     first, last = (np.searchsorted(points.series, series, side=side).tolist() for side in ("left", "right"))
     return [(points.log_time[a:b], points.log_modulus[a:b]) for a, b in zip(first, last, strict=True)]
 
 
-def _is_shaped(x: Array, y: Array, smooth: Array, peaks: bool) -> bool:
+def _is_shaped(x: Floats, y: Floats, smooth: Floats, peaks: bool) -> bool:
     sloping = _significance(x, y, 1) >= SIGNIFICANT or (peaks and _significance(x, y, 2) >= SIGNIFICANT)
     return sloping and float(np.ptp(smooth)) >= PLATEAU_RISE
 
 
-def _is_bent(curves: Sequence[tuple[Array, Array]]) -> bool:
+def _is_bent(curves: Sequence[tuple[Floats, Floats]]) -> bool:
     """Whether a channel is curved, or the distance of two of them, which no vertical shift changes, has a slope."""
     if any(_significance(x, y, 2) >= SIGNIFICANT for x, y in curves):
         return True
     return len(curves) == 2 and _significance(curves[0][0], curves[1][1] - curves[0][1], 1) >= SIGNIFICANT
 
 
-def _significance(x: Array, y: Array, degree: int) -> float:
+def _significance(x: Floats, y: Floats, degree: int) -> float:
     """The highest coefficient of a polynomial through the points, in standard errors; outliers do not hide it."""
     if x.size < degree + 2:
         return 0.0
@@ -115,7 +113,7 @@ def _significance(x: Array, y: Array, degree: int) -> float:
     return significance
 
 
-def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:
+def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats) -> None:
     """Hot must be fast: warn of the first neighbours that say otherwise beyond their errors."""
     rise = np.diff(shift) - 3 * np.hypot(stderr[1:], stderr[:-1])
     for k in np.flatnonzero(rise > 1e-6)[:1]:
@@ -125,7 +123,7 @@ def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:
         )
 
 
-def warn_if_law_misses(temperature: Array, shift: Array, stderr: Array, by_law: Array, misfit: float, parameters: int) -> None:
+def warn_if_law_misses(temperature: Floats, shift: Floats, stderr: Floats, by_law: Floats, misfit: float, parameters: int) -> None:
     """Say where a law is farthest from the shift factors, if it is off by more than these can be; `misfit` as in `ShiftFit`."""
     freedom = max(temperature.size - 1 - parameters, 1)
     miss = np.abs(by_law - shift)
