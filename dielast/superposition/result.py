@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NoReturn
+from typing import Literal
 
 import numpy as np
 
@@ -24,6 +24,27 @@ class Stated:
 
     temperature_stderr: float
     drift: float
+
+
+class _Quantity:
+    """A measured quantity of a master curve: the row called `name` among the values of `field`.
+
+    Raises `InputError` where the curve is of another kind of measurement, which lacks that quantity.
+    """
+
+    def __init__(self, name: str, field: str, doc: str) -> None:
+        self.name, self.field, self.__doc__ = name, field, doc
+
+    def __get__(self, curve: MasterCurve | None, owner: type[MasterCurve]) -> Floats:
+        if curve is None:
+            return self  # type: ignore[return-value]
+        values: Floats = getattr(curve, self.field)
+        ordinates = [name for name, _ in curve.kind.ordinates]
+        if self.name == curve.kind.abscissa[0]:
+            return values
+        if self.name not in ordinates:
+            raise InputError(f"a master curve of {curve.measurement} has no {self.name.replace('_', ' ')}")
+        return np.asarray(values[ordinates.index(self.name)])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -128,62 +149,17 @@ class MasterCurve(TabularResult):
         """Covariance of the parameters, in the order of `law_parameters`."""
         return self.shift_fit.covariance
 
-    @property
-    def time(self) -> Floats:
-        """Times of the points of relaxation or creep in s (n,); this and the following raise `InputError` for another kind."""
-        return self._along("time", self.abscissa)
-
-    @property
-    def reduced_time(self) -> Floats:
-        """Reduced times of the points of relaxation or creep in s (n,), ascending."""
-        return self._along("time", self.reduced_abscissa)
-
-    @property
-    def smooth_reduced_time(self) -> Floats:
-        """Reduced times of the fitted curve of relaxation or creep in s (k,), ascending."""
-        return self._along("time", self.smooth_abscissa)
-
-    @property
-    def angular_frequency(self) -> Floats:
-        """Angular frequencies of the points of sweeps in rad/s (n,)."""
-        return self._along("angular_frequency", self.abscissa)
-
-    @property
-    def reduced_angular_frequency(self) -> Floats:
-        """Reduced angular frequencies of the points of sweeps in rad/s (n,), ascending."""
-        return self._along("angular_frequency", self.reduced_abscissa)
-
-    @property
-    def relaxation_modulus(self) -> Floats:
-        """Young's relaxation modulus of the points in Pa (n,), times b."""
-        return self._ordinate("relaxation_modulus", self.ordinates)
-
-    @property
-    def creep_compliance(self) -> Floats:
-        """Tensile creep compliance of the points in 1/Pa (n,), over b."""
-        return self._ordinate("creep_compliance", self.ordinates)
-
-    @property
-    def storage_modulus(self) -> Floats:
-        """Young's storage modulus of the points in Pa (n,), times b."""
-        return self._ordinate("storage_modulus", self.ordinates)
-
-    @property
-    def loss_modulus(self) -> Floats:
-        """Young's loss modulus of the points in Pa (n,), times b."""
-        return self._ordinate("loss_modulus", self.ordinates)
-
-    @property
-    def smooth_modulus(self) -> Floats:
-        """Fitted relaxation modulus in Pa (k,)."""
-        return self._ordinate("relaxation_modulus", self.smooth_ordinates)
-
-    def _along(self, name: str, values: Floats) -> Floats:
-        return values if self.kind.abscissa[0] == name else self._lacking(name)
-
-    def _ordinate(self, name: str, ordinates: Floats) -> Floats:
-        names = [known for known, _ in self.kind.ordinates]
-        return np.asarray(ordinates[names.index(name)]) if name in names else self._lacking(name)
-
-    def _lacking(self, name: str) -> NoReturn:
-        raise InputError(f"a master curve of {self.measurement} has no {name.replace('_', ' ')}")
+    time = _Quantity("time", "abscissa", "Times of the points of relaxation or creep in s (n,).")
+    reduced_time = _Quantity("time", "reduced_abscissa", "Reduced times of the points of relaxation or creep in s (n,), ascending.")
+    smooth_reduced_time = _Quantity("time", "smooth_abscissa", "Reduced times of the fitted curve in s (k,), ascending.")
+    angular_frequency = _Quantity("angular_frequency", "abscissa", "Angular frequencies of the points of sweeps in rad/s (n,).")
+    reduced_angular_frequency = _Quantity(
+        "angular_frequency", "reduced_abscissa", "Reduced angular frequencies of the points of sweeps in rad/s (n,), ascending."
+    )
+    relaxation_modulus = _Quantity(
+        "relaxation_modulus", "ordinates", "Young's relaxation modulus of the points in Pa (n,), times b."
+    )
+    creep_compliance = _Quantity("creep_compliance", "ordinates", "Tensile creep compliance of the points in 1/Pa (n,), over b.")
+    storage_modulus = _Quantity("storage_modulus", "ordinates", "Young's storage modulus of the points in Pa (n,), times b.")
+    loss_modulus = _Quantity("loss_modulus", "ordinates", "Young's loss modulus of the points in Pa (n,), times b.")
+    smooth_modulus = _Quantity("relaxation_modulus", "smooth_ordinates", "Fitted relaxation modulus in Pa (k,).")
