@@ -14,7 +14,7 @@ from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
-from dielast.io.table import Column, Table, number_columns
+from dielast.io.table import Column, Table
 from dielast.io.toml import parse_toml
 from dielast.material.material import Material
 from dielast.material.measurement_kind import MeasurementKind
@@ -71,12 +71,10 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
         return None
     name = f"{folder}/{LAWS}"
     headers = curve.shift.drawn_headers()
-    number, *constants = number_columns(inputs.read(name), name, ["draw", *headers])
-    for row in np.flatnonzero(~(np.isfinite(number) & (number == np.floor(number))))[:1]:
+    number, *constants = finite_columns(inputs.read(name), name, ["draw", *headers])
+    for row in np.flatnonzero(number != np.floor(number))[:1]:
         raise InputError(f'column "draw": {number[row]:g} is not a whole number', file=name, row=row + 2)
     rows = np.array(constants).reshape(len(headers), number.size).T
-    for row, column in np.argwhere(~np.isfinite(rows))[:1]:
-        raise InputError(f'column "{headers[column]}": a number is needed', file=name, row=row + 2)
     if number.size < 2:
         raise InputError(f"{number.size} draws: at least 2 are needed", file=name)
     shifts = []

@@ -12,7 +12,7 @@ from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
 from dielast.handover.law_section import LawSection, law_section, stated_law
-from dielast.handover.scaling_section import ScalingSection, scaling_section, stated_scaling
+from dielast.handover.scaling_section import SCALING_KEYS, ScalingSection, stated_scaling
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS, Breakdown
@@ -179,20 +179,19 @@ def material_file() -> type[MaterialFile]:
 
 @lru_cache(maxsize=1)
 def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
-    spring = "Law of the spring; left out: gent."
     sections = {
-        "equilibrium": law_section(Equilibrium, SPRINGS, "gent", spring),
-        "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", "Law of the springs of all branches; left out: gent."),
-        "shift": law_section(ShiftSection, SHIFTS, None, "How relaxation times change with temperature."),
+        "equilibrium": law_section(Equilibrium, SPRINGS, "gent", law="Law of the spring; left out: gent."),
+        "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", law="Law of the springs of all branches; left out: gent."),
+        "shift": law_section(ShiftSection, SHIFTS, None, law="How relaxation times change with temperature."),
         "dielectric": law_section(
             DielectricSection,
             DIELECTRICS,
             "constant",
-            "Law of the permittivity; left out: that of the keys beside it.",
+            law="Law of the permittivity; left out: that of the keys beside it.",
         ),
-        "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
-        "damage": law_section(DamageSection, DAMAGES, "inverse-power", "Law of the damage; left out: inverse-power."),
-        "temperature": scaling_section(ScalingSection, MODULI, "constant"),
+        "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", law="Law of the field; left out: table."),
+        "damage": law_section(DamageSection, DAMAGES, "inverse-power", law="Law of the damage; left out: inverse-power."),
+        "temperature": law_section(ScalingSection, MODULI, "constant", **SCALING_KEYS),
     }
     # fields stand where they stand in the file: what a model states again keeps its place
     fields: dict[str, Any] = {
