@@ -34,6 +34,6 @@ def identifier(name: str) -> str:
 
 
 def plain(text: str) -> str:
-    """Text that no code's comment stumbles over: printable ASCII, no backslash, no double hyphen."""
+    """Text that is safe in the comments of every code: printable ASCII, no backslash, no double hyphen."""
     shown = "".join(mark if mark.isascii() and mark.isprintable() and mark != "\\" else "?" for mark in text)
     return re.sub(r"-(?=-)", "- ", shown)[:100]

@@ -1,4 +1,4 @@
-"""Tables of a material file that state a law and its constants, made of what the laws of a family say of themselves."""
+"""Tables of a material file that state a law and its constants, with keys made of the registered laws of a family."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class LawSection(FamilySection):
         return self
 
     def check(self) -> None:
-        """`InputError` if the law cannot be had."""
+        """`InputError` if the law cannot be made of its constants."""
         self.stated()
 
     def law_stated(self) -> str:

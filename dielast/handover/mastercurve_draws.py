@@ -1,4 +1,4 @@
-"""Draws on their way from `mastercurve` through `spectrum` to the simulations, as files."""
+"""Files of draws: those that `mastercurve` writes and `spectrum` reads, and the draws of a material made of them."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class ReadDraws:
 
 
 def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDraws | None:
-    """The draws in the folder that `mastercurve` wrote the `curve` into; none if its summary speaks of none."""
+    """The draws in the folder of the master curve `curve`; None if its summary has no section on uncertainty."""
     name = f"{folder}/summary.toml"
     if "uncertainty" not in parse_toml(inputs.read(name), name):
         return None
@@ -98,7 +98,7 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DrawnMaterials:
-    """The draws of a material as a table, and what the summary says of them."""
+    """The draws of a material as a table, and their section of the summary."""
 
     table: Table
     headline: dict[str, Any]

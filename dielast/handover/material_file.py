@@ -92,7 +92,7 @@ class ShiftSection(LawSection):
         return law
 
     def check(self) -> None:
-        """`InputError` if the law cannot be had at any reference temperature."""
+        """`InputError` if the law cannot be made at any reference temperature."""
         self.at(0.0)
 
 
@@ -100,7 +100,7 @@ class DielectricSection(LawSection):
     """Permittivity, absolute or relative to that of vacuum."""
 
     def law_stated(self) -> str:
-        """The law that is stated, or the first that takes all constants, or most of them: their keys tell it."""
+        """The law that is stated, or else the first that takes all, or most, of the constants that are stated."""
         if "law" in self.model_fields_set:
             return self.law
         given = {key for key in self.model_fields_set if getattr(self, key) is not None}
@@ -193,7 +193,7 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "damage": law_section(DamageSection, DAMAGES, "inverse-power", law="Law of the damage; left out: inverse-power."),
         "temperature": law_section(ScalingSection, MODULI, "constant", **SCALING_KEYS),
     }
-    # fields stand where they stand in the file: what a model states again keeps its place
+    # a field that a model states again keeps its place, so that the keys stay in the order of the file
     fields: dict[str, Any] = {
         name: (section | None if name in OPTIONAL else section, copy(MaterialFile.model_fields[name]))
         for name, section in sections.items()

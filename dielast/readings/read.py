@@ -126,14 +126,14 @@ def _check_columns(part: Part, data: MeasuredData) -> None:
 
 
 def _warn_of_tension(part: Part) -> None:
-    """A plain table is taken for one of tension unless the recipe says otherwise."""
+    """Warn where a plain table, which counts as one of tension unless the recipe says otherwise, looks like one of shear."""
     if not part.is_export:
         used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
         warn_of_tension(used, part.table.source)
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
-    """Warn where a complex viscosity says that the frequencies are not what they are said to be; |eta*| = |E*| / omega."""
+    """Warn where a complex viscosity shows that the frequencies are in another unit than stated; |eta*| = |E*| / omega."""
     for part, reading in zip(parts, readings, strict=True):
         if not np.any(reading.viscosity > 0):
             continue

@@ -28,8 +28,8 @@ def nominal_stress(force: Array, specimen: Specimen | None) -> Array:
 
 
 def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None) -> tuple[str, str | int]:
-    """As what a table holds a `quantity`, "stretch" or "stress", and the column: one that the recipe's `columns` name, or the first
-    that is called so. Raises `InputError` naming the file if there is none, or if `columns` name several.
+    """The role in which a table holds a `quantity`, "stretch" or "stress", and its column: the one that the recipe's `columns`
+    name, or the first with a usual name. Raises `InputError` naming the file if there is none, or if `columns` name several.
     """
     role_of = KNOWN_AS[quantity]
     given = {} if columns is None else columns.by_role
@@ -76,7 +76,7 @@ def read_as(
     return values
 
 
-# what columns are called that hold a quantity, and as what they hold it: the user's names, then those of dielast's own results
+# the role of a column that holds a quantity by its name: names of users, then those of dielast's results
 KNOWN_AS = {
     "stretch": {name: name for name in ("stretch", "strain", "extension")} | {"stretch_1": "stretch"},
     "stress": {"force": "force", "stress": "stress", "nominal_stress_1": "stress"},
@@ -85,8 +85,8 @@ DIMENSION = {"stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress":
 
 
 def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
-    """What to write where a column is plainly of another quantity than that of its `role`, such as a force for a stress; None if
-    its unit does not tell.
+    """What to write instead where the unit of a column is plainly that of another quantity than its `role`, such as a force for a
+    stress; None where the unit does not show that.
     """
     try:
         index = table.find(wanted, role)

@@ -1,4 +1,4 @@
-"""Specimens of testing machines, and the columns that a machine writes: what turns extension and force into stretch and stress."""
+"""Specimens of testing machines, by which extension and force become stretch and stress, and the columns that a machine writes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class MachineColumns(Section):
 
 
 def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:
-    """What `specimen` lacks for extension or force among `roles`, as what to write instead; None if it lacks nothing."""
+    """What the recipe must state of the `specimen` for extension or force among `roles`, as a message; None if it lacks nothing."""
     lacking = [
         (role, what)
         for role, what, known in (

@@ -28,7 +28,7 @@ TABLE = "table"
 
 _OVER_TIME = ((RELAXATION, "relax"), (CREEP, "creep"))  # and what a step of such a test is called
 _NOTHING = ("", "n/a", "n.a.", "nan")
-_SWEPT = 1.5  # between highest and lowest frequency: less is a sweep of something else
+_SWEPT = 1.5  # ratio of highest to lowest frequency: with less, another quantity is swept
 _TEMPERATURE = re.compile(r"(?<!\d)([+-]?\d++(?:[.,]\d++)?)\s*+°\s*C")
 
 
@@ -50,7 +50,7 @@ class Part:
 
     @property
     def is_export(self) -> bool:
-        """Whether an instrument wrote it: rows where nothing was measured are then nobody's mistake."""
+        """Whether an instrument wrote the part: rows where nothing was measured are then no mistake of the user."""
         return self.format != TABLE
 
     def rows(self, roles: Sequence[str]) -> NDArray[np.bool_]:
@@ -62,7 +62,7 @@ class Part:
         return rows
 
     def filled(self, role: str) -> NDArray[np.bool_]:
-        """Which rows hold more than a sign for nothing measured in the column of `role`, shape (rows,)."""
+        """Which rows hold a reading in the column of `role`, not a sign that nothing was measured, shape (rows,)."""
         cells = self.table.cells[self.table.find(self.columns[role], role)]
         return np.array([cell.strip("-").casefold() not in _NOTHING for cell in cells], dtype=bool)
 
@@ -133,7 +133,7 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
 
 
 def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Columns | None, temperature: float) -> Part:
-    """The part of one temperature; columns that the recipe does not name are told by their names."""
+    """The part of one temperature; columns that the recipe does not name are recognised by their names."""
     measured = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
     if measured is None:
         there = ", ".join(f'"{name}"' for name in table.names)
@@ -204,7 +204,7 @@ def _varies(table: MeasuredTable, index: int) -> bool:
 
 
 def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Mapping[str, str | int]) -> None:
-    """A clock that is the test's, not the step's, would make every time of a step too long."""
+    """Raise `InputError` where the time runs on from the step before: every time of the step would be too long."""
     table = step.table
     index = table.find(columns["time"], "time")
     name = table.names[index]

@@ -75,7 +75,7 @@ def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tup
 
 
 def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray[np.bool_]:
-    """Which of `rows` count: from the first time on that the recipe names, and in an export from when the step was made."""
+    """Which of `rows` count: those from the recipe's first time on, and in an export those after the step."""
     time = part.table.column(part.columns["time"], "time", ROLES["time"], rows)
     kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
     lines = part.table.lines[rows]
@@ -86,7 +86,7 @@ def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray
 
 
 def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArray[np.int64]) -> Array:
-    """Angular frequency in rad/s; where both are there they must agree, since nothing tells which of them is right."""
+    """Angular frequency in rad/s; where the table has both frequencies they must agree, as nothing shows which is right."""
     measured = {}
     for role in ("frequency", "angular_frequency"):
         if role in part.columns:
@@ -135,7 +135,7 @@ def _ordinates(
 
 
 def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
-    """Warn where what the test holds, the strain of relaxation or the stress of creep, changes, and its answer does not."""
+    """Warn where the strain of a relaxation test or the stress of a creep test changes, and the other of the two does not."""
     spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
     if spread[0] > CHANGES > HELD > spread[1]:
         constant, other = ("stress", "creep") if part.kind is RELAXATION else ("strain", "relaxation")
@@ -168,7 +168,7 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
 
 
 def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None:
-    """Rows of an export that hold some of what is needed and lack the rest."""
+    """Warn of rows of an export that hold only a part of the readings needed."""
     if not part.is_export:
         return
     partly = np.any([part.filled(role) for role in roles if role not in ("temperature", "time")], axis=0) & ~rows
@@ -192,7 +192,7 @@ def _refuse(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_], role
 
 
 def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_]) -> None:
-    """A few values at a noise floor may be zero or negative; a file that is so for the most part is not what it is said to be."""
+    """Raise `InputError` where most values are zero or negative: only a few can be a noise floor."""
     if 2 * np.count_nonzero(wrong) > wrong.size:
         many = part.kind.values
         first, count = lines[np.flatnonzero(wrong)[0]], np.count_nonzero(wrong)

@@ -1,4 +1,4 @@
-"""Wide tables: columns of their own for each temperature, taken apart into a table for each."""
+"""Wide tables, which have separate columns for each temperature, divided into a table for each temperature."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from dielast.io.text_table import MeasuredTable
 def by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> list[tuple[float, MeasuredTable]]:
     """A table for each temperature in degC that headers of `table`, or the row above them, state, in their order.
 
-    Each holds the columns of its temperature and those without any, such as one time for all, and the rows in which the former
-    hold something; names have lost their temperature. `unit` is that of bare numbers in headers, None where these are no
-    temperatures; `nameless` is what a column is called whose header is a temperature and no more. Raises `InputError` where a dash
-    before a temperature may be a sign or not.
+    Each holds the columns of its temperature and those without a temperature, such as one time for all, and the rows in which the
+    former hold something; the names no longer contain the temperature. `unit` is that of bare numbers in headers, None where these
+    are no temperatures; `nameless` is the name of a column with a header that is nothing but a temperature. Raises `InputError`
+    where a dash before a temperature may be a sign or not.
     """
     spelled = table.spelled or table.names
     above = table.over or (None,) * len(table.names)

@@ -1,9 +1,9 @@
 """From a creep compliance, shifted to one temperature, to the discrete relaxation spectrum, by way of the retardation spectrum.
 
-No curve of finite length tells a fluid from a solid whose slowest processes take far longer, and noise alone gives every other
-solid a small fluidity. A material is therefore taken for a solid unless its flow is significant, by an F test at equal smoothing:
-beside processes on the curve first, and then, since those that are slower also rise in proportion to time, beside processes of up
-to ten times its length.
+No curve of finite length distinguishes a fluid from a solid with far slower processes, and noise alone gives half of all solids a
+small fluidity. A material is therefore taken for a solid unless its flow is significant by an F test at equal smoothing. It must be
+so beside processes within the length of the curve and then beside processes of up to ten times that length, because the compliance
+of slower processes also rises in proportion to time.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_s
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
 
-LEAST_GLASSY = 0.01  # of the first compliance: a glassy compliance found smaller than this is not to be told from none
-FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises as steeply is that of a melt, and needs no word
-LEAST_CHANCE = 1e-4  # that noise alone makes a solid's flow as significant
+LEAST_GLASSY = 0.01  # of the first compliance: a smaller glassy compliance is as good as none
+FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises as steeply is plainly that of a melt
+LEAST_CHANCE = 1e-4  # that noise alone makes the flow of a solid as significant
 EXACT = 1e-9  # relative error of values as tables hold them
-SLOWER = 10.0  # times the length of the curve: processes so slow still show on it
+SLOWER = 10.0  # times the length of the curve, where processes still show on it
 
 
 def fit_creep(
@@ -46,12 +46,12 @@ def fit_creep(
     as the data ask for, and converted exactly (`relaxation_from_retardation`); processes of no strength drop out, and a material
     that flows has one branch more. `retardation_time` holds the shortest and the longest in s, chosen as in `fit_spectrum` where
     left out. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and `glassy_modulus` that at the
-    shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no
-    equilibrium modulus, and no plateau is asked of it. `keep` truncates to the slowest branches. `flows` says
-    whether there is a fluidity where `equilibrium_modulus` does not; left out, there is if the curve demands it.
+    shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no equilibrium modulus and needs no plateau.
+    `keep` truncates to the slowest branches. `flows` says whether there is a fluidity where `equilibrium_modulus` is not stated; by
+    default there is one if it is significant.
 
-    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not tell
-    whether the material flows, and where it does not tell the glassy compliance: the fastest branch is then a guess.
+    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not show
+    whether the material flows, and where it does not show the glassy compliance, so that the fastest branch is a guess.
     """
     task = FitTask.of(
         CREEP,
@@ -98,7 +98,7 @@ def fit_creep(
 
 
 def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Floats, Known, Total | None, bool]:
-    """Retardation times (s, slowest first), the constants that are known, a sum to keep to, and whether flow is left open."""
+    """Retardation times (s, slowest first), the known constants, a prescribed sum, and whether the curve leaves flow open."""
     curve, equilibrium = task.curve, task.equilibrium
     glassy_compliance = None if task.glassy is None else 1 / task.glassy
     fluid, solid = (glassy_compliance, None), (glassy_compliance, 0.0)
@@ -131,7 +131,7 @@ def _demands_flow(curve: WeightedCurve, process_time: Floats, glassy_compliance:
 
 
 def _with_glassy(curve: WeightedCurve, process_time: Floats, known: Known, total: Total | None) -> Solution:
-    """The strengths, of a glassy compliance that the curve may not tell."""
+    """The strengths; warns where the curve does not show the glassy compliance, which is then prescribed."""
     solution = fit_strengths(curve, process_time, known, total)
     least = LEAST_GLASSY * float(curve.size[0])
     if known[0] is None and solution.constants[0] < least:

@@ -48,10 +48,10 @@ def fit_spectrum(
     `relaxation_time` holds the shortest and the longest in s; left out, schwarzl-staverman takes the range in which t = 2 tau stays
     on the curve, and nnls places the end inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a melt) is
     by default read from the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa), that at the shortest times,
-    is three times the sum of all moduli, the equilibrium one too, so that mu_neq of Eq. 20 is the rest; by default
+    is three times the sum of all shear moduli with the equilibrium modulus, so that mu_neq of Eq. 20 is the rest; by default
     schwarzl-staverman takes the curve's largest modulus, smoothed, or H at the shortest relaxation time beside the equilibrium
     modulus if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4). A
-    `liquid` has no equilibrium modulus, and no plateau is asked of it.
+    `liquid` has no equilibrium modulus and needs no plateau.
 
     Raises `InputError` for points or arguments that allow no fit, and where a modulus is negative by more than 2 % of G(t);
     warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau, of a plateau far above the given
@@ -98,7 +98,7 @@ def _schwarzl_staverman(task: FitTask, degree: int) -> SpectrumFit:
 
 
 def _nonequilibrium(curve: WeightedCurve, equilibrium: float, cumulative: Floats) -> float:
-    """mu_neq from the curve. Where it falls from its first point on, faster processes than that are in it: then H is more."""
+    """mu_neq from the curve. Where the curve falls from its first point on, faster processes add to it, and H is larger."""
     largest = short_time_end(np.log10(curve.time), curve.size).modulus
     return max(largest - equilibrium, float(cumulative[-1]))
 

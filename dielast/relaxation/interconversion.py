@@ -9,7 +9,7 @@ Mathematical structure of the theories of viscoelasticity, Hermann 1953):
 Either bracket is c + sum w_k/(p_k + z), in z = s with poles p = 1/lambda (and 0 for the flow), or in z = 1/s with poles p = tau.
 The poles of its reciprocal are its zeros z = -x, one between any two of its own poles and one beyond the last. Each is sought as
 a distance from its nearest pole, by bisection in the logarithm of that distance between bounds that enclose it, so that neither
-poles many decades apart nor a zero right beside a pole cost digits; all strengths come out positive.
+poles many decades apart nor a zero right beside a pole lose digits; all strengths are positive.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, Index
 
-_HALVINGS = 64  # of a bracket in log distance: what 1e300 times a distance spans comes down to rounding
+_HALVINGS = 64  # of a bracket in log distance: a bracket of 300 decades is then as narrow as rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -72,8 +72,8 @@ class RetardationSpectrum(TabularResult):
 def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spectrum, float]:
     """The relaxation spectrum and the equilibrium shear modulus (Pa; 0 if the material flows) of the same material.
 
-    It has one process for each of another time in `retardation`, and one more if the material flows. Raises `InputError` without a
-    glassy compliance: no modulus would be finite.
+    It has one process for each different retardation time, and one more if the material flows. Raises `InputError` without a glassy
+    compliance: no modulus would be finite.
     """
     glassy = retardation.glassy_compliance
     if glassy <= 0:
@@ -100,7 +100,7 @@ def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float =
 
 
 def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Floats) -> Floats:
-    """What a solid of that `spectrum` and `equilibrium_modulus` (shear, Pa) shows in a test of that `kind`, shear, (channels, n).
+    """The answer (channels, n) of a solid of the `spectrum` and `equilibrium_modulus` (shear, Pa) in a test of a `kind`, in shear.
 
     `time` (n,) in s is one over the angular frequency of an oscillation.
     """
@@ -130,18 +130,18 @@ def _reciprocal(poles: Floats, weights: Floats, constant: float) -> tuple[Floats
     ahead = pole > pole[left][:, None]
 
     def sums(origin: Index, distance: Floats) -> tuple[Floats, Floats]:
-        """What the poles below and above pull at `pole[origin] + distance`, both positive; F is constant - below + above."""
+        """The sums over the poles below and above `pole[origin] + distance`, both positive; F is constant - below + above."""
         away = (pole[origin][:, None] - pole) + distance[:, None]
         pull = weight / away
         return np.sum(np.where(ahead, 0.0, pull), axis=1), np.sum(np.where(ahead, -pull, 0.0), axis=1)
 
-    # F rises from minus infinity at the left pole to plus infinity at the right one: its sign half way says which one is nearer
+    # F rises from minus infinity at the left pole to plus infinity at the right one: its sign half way shows which is nearer
     beyond = weight.sum() / constant if constant > 0 else np.inf  # no zero lies farther past the last pole
     middle = np.where(last, beyond, half)
     below, above = sums(left, middle)
     from_left = last | (constant - below + above > 0)
     origin = np.where(from_left, left, right)
-    # the nearest pole's own pull at the zero is at most what all others amount to, which bounds the distance from below
+    # at the zero, the term of the nearest pole is at most the sum of all others, which bounds the distance from below
     most = np.where(from_left, constant + above, below)
     low, high = np.log(0.5 * weight[origin] / most), np.log(middle)
     sign = np.where(from_left, 1.0, -1.0)

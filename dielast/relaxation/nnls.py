@@ -1,12 +1,13 @@
 """A spectrum by non-negative least squares on the relative error, as smooth as the data ask for.
 
-Minimised is sum_i w_i (G_model(t_i)/G_i - 1)^2 + s^2 |D b|^2 over moduli mu_k >= 0 on given relaxation times and, unless it is
-given, the equilibrium modulus; of an oscillation, storage and loss modulus are summed over alike, and of creep the unknowns are
-compliances and the fluidity. D takes second differences of the strengths b_k = mu_k / G(tau_k): the moduli span many decades, but
-relative to the curve where they act they are of one order. The smoothing s is the one of least generalised cross-validation
+The sum sum_i w_i (G_model(t_i)/G_i - 1)^2 + s^2 |D b|^2 is minimised over moduli mu_k >= 0 on given relaxation times and, unless
+it is prescribed, the equilibrium modulus. For an oscillation it runs over storage and loss modulus alike; for creep the unknowns
+are compliances and the fluidity. D takes second differences of the strengths b_k = mu_k / G(tau_k): the moduli span many decades,
+but relative to the curve where they act they are of one order. The smoothing s is that of least generalised cross-validation
 (Golub, Heath and Wahba 1979, DOI 10.1080/00401706.1979.10489751), with the moduli held at zero taken out of the trace.
 
-An orthogonal reduction first takes the n points to as many rows as there are unknowns, so that a trial of s does not depend on n.
+An orthogonal reduction first turns the n points into as many rows as there are unknowns, so that the cost of trying a value of s
+does not depend on n.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ Known = tuple[float | None, ...]
 
 _COARSE = np.geomspace(1e-6, 1e2, 17)  # trials of s, besides 0; a finer look around the best follows
 _FINER = 10 ** np.array([-0.25, 0.25])
-_EVEN = 0.02  # scores closer than this are a draw, which the smoother spectrum wins: cross-validation alone now and then fits noise
+_EVEN = 0.02  # scores closer than this count as equal, and the smoother one wins: cross-validation alone sometimes fits noise
 _HELD = 1e4  # weight of a prescribed sum of moduli, in units of all points together
 _CELL = 0.05  # decades over which points are averaged for placing the processes
-_WORTHWHILE = 0.98  # of the misfit: a move of the processes must bring it below this, so that noise does not drive it
+_WORTHWHILE = 0.98  # of the misfit: a move of the processes must bring it below this, so that noise drives no moves
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,14 +60,14 @@ class WeightedCurve:
 
     @property
     def constant_scale(self) -> Floats:
-        """What the constants of the answer, (constants,), are of the order of: each alone makes up the last point, which it is
-        seen at best."""
+        """The order of magnitude of each constant of the answer, (constants,): alone, it would make up the last point, where it
+        shows best."""
         return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
 
     def averaged(self) -> WeightedCurve:
         """The curve with one point for each 0.05 decade with points: their log means and the sum of their weights."""
         x = np.log10(self.time)
-        cell = np.unique(np.floor((x - x[0]) / _CELL + 1e-6), return_inverse=True)[1]  # not at the mercy of rounding
+        cell = np.unique(np.floor((x - x[0]) / _CELL + 1e-6), return_inverse=True)[1]
         weight = np.bincount(cell, self.weight).astype(float)
         time, *values = (10 ** (np.bincount(cell, self.weight * y) / weight) for y in (x, *np.log10(self.values)))
         return WeightedCurve(time, np.array(values), weight, self.kind)
@@ -74,7 +75,7 @@ class WeightedCurve:
 
 @dataclass(frozen=True, slots=True)
 class Total:
-    """A prescribed sum `value` (Pa or 1/Pa) of all processes, and of the constants so many times each."""
+    """A prescribed sum `value` (Pa or 1/Pa) of all processes and of the constants, each times its factor in `constants`."""
 
     value: float
     constants: tuple[float, ...]
@@ -84,8 +85,8 @@ class Total:
 class Solution:
     """Strengths of the processes (m,) and the kind's `constants`, in Pa or 1/Pa, and the smoothing s that was chosen.
 
-    `objective` is the sum that they minimise, `misfit` its first part, and `freedom` the number of points, by weight, that the
-    answers at the points do not use up.
+    `objective` is the sum that they minimise, `misfit` its first part, and `freedom` the number of degrees of freedom that is left,
+    points counted by weight.
     """
 
     strength: Floats
@@ -104,9 +105,9 @@ def fit_strengths(
     least: float = 0.0,
     smoothing: float | None = None,
 ) -> Solution:
-    """Strengths of processes on `process_time` (s, shape (m,)), and of the constants that are not `known` (None for each of those).
+    """Strengths of processes on `process_time` (s, shape (m,)) and the constants; `known` holds those prescribed, else None.
 
-    `total` is a sum to keep to, `least` the least smoothing to try, and `smoothing` the one to take. `NumericsError` if the active
+    `total` prescribes a sum, `least` is the least smoothing to try, and `smoothing` fixes it. Raises `NumericsError` if the active
     set does not settle.
     """
     processes = process_time.size
@@ -194,8 +195,10 @@ def _unknown(known: Known) -> Flags:
 
 
 def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, known: Known) -> tuple[Floats, Floats]:
-    """Design matrix and target of the relative error, channel below channel: the unknowns are strengths over `scale` and the
-    constants that are not `known` over the curve's own scale of them."""
+    """Design matrix and target of the relative error, channel below channel.
+
+    The unknowns are strengths over `scale`, and the constants that are not `known` over their `constant_scale`.
+    """
     design = curve.kind.processes(curve.time, process_time) * scale / curve.values[..., None]
     constants = curve.kind.constants(curve.time)
     target = 1 - sum(value * answer for value, answer in zip(known, constants, strict=True) if value is not None) / curve.values

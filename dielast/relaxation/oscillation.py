@@ -9,9 +9,7 @@ from dielast.relaxation.checks import Ends
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
 
-PAST_ENDS = (
-    10**0.5
-)  # a process shows in the loss modulus beyond the frequencies measured: half a decade on either side is its range
+PAST_ENDS = 10**0.5  # a process shows in the loss modulus within half a decade on either side of its frequency
 
 
 def fit_oscillation(
@@ -32,8 +30,8 @@ def fit_oscillation(
     data ask for; relaxation times, prescribed moduli (Young's, Pa), `keep` and `liquid` are those of `fit_spectrum`.
     `equilibrium_modulus` is by default fitted, too.
 
-    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, the storage modulus at the lowest
-    frequencies being what has levelled off or not.
+    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, with the storage modulus at the
+    lowest frequencies as the end of the curve.
     """
     task = FitTask.of(
         OSCILLATION,

@@ -1,14 +1,15 @@
 """The smallest spectrum that answers like a full one over a window of times, at stated temperatures.
 
-What is asked to agree, at every time t in the window, is the stress of a strain that began at time 0 and came as a step, G(t), or
-as a steady ramp of any duration T up to t: the mean of G from t - T to t. At the window's lower end a these are the means of G from
-any time before a to a; with G(t) after a they make up those at all later times, as the relative error of a sum of positive parts is
-no larger than that of the worst part. So these two are asked for. The means also keep count of processes faster than the window,
-which have no part in G(t) there, but in the stress soon after a ramp, and as viscosities in the stress of a ramp.
+The two spectra must agree, at every time t in the window, in the stress of a strain that began at time 0 and came as a step, G(t),
+or as a steady ramp of any duration T up to t: the mean of G from t - T to t. At the window's lower end a, these are the means of G
+from any time before a to a. Together with G(t) after a they make up the means at all later times, and the relative error of a sum
+of positive parts is no larger than that of the worst part: agreement in G(t) and in the means up to a is therefore enough. The
+means also account for processes faster than the window. These have no part in G(t) there, but they have one in the stress soon
+after a ramp, and as viscosities in the stress of a ramp.
 
-For a given number of branches the relaxation times and moduli of least greatest relative error are sought by successive linear
-programmes (K. Madsen, J. Inst. Maths Applics 16 (1975) 321) from a row of relaxation times even in log time, and from one even in
-relaxed modulus; the number is the smallest whose error is within the tolerance. The equilibrium modulus is untouched.
+For a given number of branches, the relaxation times and moduli of least maximum relative error are sought by successive linear
+programmes (K. Madsen, J. Inst. Maths Applics 16 (1975) 321), from relaxation times that are even in log time and from such that are
+even in relaxed modulus. The number of branches is the smallest with an error within the tolerance. The equilibrium modulus stays.
 """
 
 from __future__ import annotations
@@ -26,22 +27,22 @@ from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 
 _PER_DECADE, _PROOF_PER_DECADE = 16, 60  # times at which the error is made small, and at which it is then measured
-_LEAST_TOLERANCE = 1e-5  # linear programmes are solved to little more, and no spectrum is known as well
+_LEAST_TOLERANCE = 1e-5  # linear programmes are hardly more accurate, and no spectrum is known as well
 _ROUNDS = 40
 _WIDEST, _LEAST = 1.2, 1e-4  # a move of ln tau in one round, and one too small to go on with
 _GAIN = 1e-3  # of the error: less progress in a round is none
 _REACH = 10.0  # relaxation times are sought up to the window's last time times this
-_UNFELT = 0.1  # of the tolerance: what has less part in the stress of a ramp is not looked at, nor are processes so fast sought
-_EARLIEST = 1e-9  # of the window's first time, where no spectrum has more of a part in it
+_UNFELT = 0.1  # of the tolerance: shorter times and faster processes, with a smaller part in the stress of a ramp, are left out
+_EARLIEST = 1e-9  # of the window's first time, before which no spectrum has a part in it
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Reduction(TabularResult):
-    """A reduced `spectrum` and the proof of what it is good for.
+    """A reduced `spectrum` and the proof of its accuracy.
 
-    `max_relative_error` is the greatest of G(t) over the window at all temperatures, found at `temperature` (degC) and `time` (s),
-    and `max_relative_error_ramp` that of the stress, within the window, of ramps that ended then or before. `full` and `reduced`
-    (m,) are the moduli G (shear, Pa) that were compared at `test_temperature` and `test_time`.
+    `max_relative_error` is the largest error of G(t) over the window at all temperatures, which is at `temperature` (degC) and
+    `time` (s), and `max_relative_error_ramp` that of the stress, within the window, of ramps that ended then or before. `full` and
+    `reduced` (m,) are the moduli G (shear, Pa) that were compared at `test_temperature` and `test_time`.
     """
 
     spectrum: Spectrum
@@ -89,7 +90,7 @@ def reduce_spectrum(
     wanted = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE, felt)
     proof = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE, felt / 10)
     few, many, smallest = 0, len(spectrum), None
-    while many - few > 1:  # the least error falls with the number of branches
+    while many - few > 1:  # more branches, less error
         number = min((few + many) // 2, 2 * few + 4)
         trials = _candidates(wanted, number, spectrum)
         trial = next((reduced for reduced in trials if np.max(np.abs(proof.error(reduced))) <= tolerance), None)
@@ -120,7 +121,7 @@ def reduce_spectrum(
 
 
 def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance: float, shift: ShiftLaw) -> Floats:
-    """log10 of the shift factors at the temperatures, or a refusal."""
+    """log10 of the shift factors at the temperatures; raises `InputError` as `reduce_spectrum`."""
     first, last = window
     if not 0 < first < last < np.inf:
         raise InputError(f"from {first:g} to {last:g} s: two positive times, the shorter one first, are needed", argument="window")
@@ -142,7 +143,7 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Wanted:
-    """What the full spectrum answers, `full` (m + r,): G at reduced times `time` (m,), and its mean from `start` to `end` (r,)."""
+    """The answers `full` (m + r,) of the full spectrum: G at reduced times `time` (m,), and its mean from `start` to `end` (r,)."""
 
     time: Floats
     start: Floats
@@ -154,7 +155,7 @@ class _Wanted:
     def over(
         cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Floats, dense: int, felt: float
     ) -> _Wanted:
-        """So `dense` (1/decade); means from times on before which less than a share `felt` of the whole integral lies."""
+        """At `dense` times a decade; the earliest mean is from where a share `felt` of the integral lies before."""
         count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
         time = (np.geomspace(*window, max(count, 3)) / 10 ** log10_shift[:, None]).reshape(-1)
         starts, ends = [], []
@@ -179,7 +180,7 @@ class _Wanted:
         return float(self.start[self.start > 0].min())
 
     def answers(self, tau: Floats) -> Floats:
-        """What a branch of each relaxation time and modulus 1 answers, (m + r, branches)."""
+        """The answers of a branch of each relaxation time and modulus 1, (m + r, branches)."""
         return _answers(self.time, self.start, self.end, tau)
 
     def error(self, spectrum: Spectrum) -> Floats:
@@ -204,7 +205,7 @@ def _mean(first: Floats, last: Floats) -> Floats:
 
 
 def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Spectrum]:
-    """Spectra of `number` branches whose greatest error no small change makes less, each from another start."""
+    """Spectra of `number` branches with locally least maximum error, each from another start."""
     low = max(float(np.log(wanted.earliest)), float(np.log(spectrum.relaxation_time[-1])))
     high = min(float(np.log(wanted.time.max() * _REACH)), float(np.log(spectrum.relaxation_time[0])))
     low, high = min(low, high), max(low, high)
@@ -213,7 +214,7 @@ def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Sp
 
 
 def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: float) -> list[Floats]:
-    """ln tau to begin with."""
+    """ln tau of the starts."""
     share = (np.arange(number) + 0.5) / number
     fine = np.linspace(low, high, 400)
     step = wanted.full[: wanted.time.size]
@@ -226,7 +227,7 @@ def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: 
 
 
 def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spectrum:
-    """The spectrum near `log_tau` where no small move of times and moduli makes the greatest relative error less."""
+    """The spectrum near `log_tau` of locally least maximum relative error in times and moduli."""
     moduli, best = _programme(wanted, log_tau, None, 0.0, low, high)[1:]
     trust = _WIDEST
     for _ in range(_ROUNDS):
@@ -245,8 +246,8 @@ def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spec
 def _programme(
     wanted: _Wanted, log_tau: Floats, moduli: Floats | None, trust: float, low: float, high: float
 ) -> tuple[Floats, Floats, float]:
-    """ln tau, moduli and the greatest relative error of a linear programme: on fixed times, or, about given moduli, with times that
-    move by up to `trust`."""
+    """ln tau, moduli and the maximum relative error of a linear programme: on fixed times, or about the `moduli`, if stated, with
+    times that move by up to `trust`."""
     from scipy.optimize import linprog
 
     tau = np.exp(log_tau)
@@ -258,7 +259,7 @@ def _programme(
         bounds += [(max(low - place, -trust), min(high - place, trust)) for place in log_tau.tolist()]
     target = 1 - wanted.equilibrium / wanted.full
     ones = np.ones((target.size, 1))
-    # there is always a solution, and where one method is lost to rounding another finds it
+    # there is always a solution; where rounding stops one method, another succeeds
     for method in ("highs", "highs-ipm", "highs-ds"):
         solution = linprog(
             np.append(np.zeros(columns.shape[1]), 1.0),

@@ -1,8 +1,8 @@
 """The uncertainty of a spectrum: the draws of its master curve, each fitted like the curve itself.
 
-A draw is the curve times what its resampled smooth curve differs by from the mean of all, so that the draws lie about the fit to
-the curve, whatever bias smoothing has. What the fit itself misses the curve by, beyond noise, is an error of the model that no
-resampling shows: every draw is moved along it by a random share, of mean 0 and variance 1.
+A draw is the curve times the ratio of its resampled smooth curve to the mean of all, so that the draws lie about the fit to the
+curve, whatever the bias of smoothing. The distance of the fit from the curve beyond noise is an error of the model that no
+resampling shows: every draw is moved by that distance times a random factor of mean 0 and variance 1.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.result import SpectrumFit
 
-DOUBTED = 2.0  # times the scatter of the draws: a misfit above is warned of
+DOUBTED = 2.0  # times the scatter of the draws, above which a misfit is warned of
 TIMES_PER_DECADE = 8
-SMALL, RELUCTANCE = 0.01, 1e-6  # share of the modulus that a branch counts as if it is less; square of misfit per relative change
+SMALL, RELUCTANCE = 0.01, 1e-6  # least share of the modulus that a branch counts for; square of misfit per relative change
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,10 +46,10 @@ class CurveDraws:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectrumDraws:
-    """Draws of a spectrum on its own relaxation times: `equilibrium_modulus` (draws,) and `shear_modulus` (draws, N) in Pa.
+    """Draws of a spectrum on the same relaxation times: `equilibrium_modulus` (draws,) and `shear_modulus` (draws, N) in Pa.
 
-    `used` (draws,) says which draws of the master curve they are, as places in their order. `misfit` is the root mean square of ln
-    model over curve, `scatter` that of the draws about the curve.
+    `used` (draws,) are the places of their master curves among all draws. `misfit` is the root mean square of ln(model/curve),
+    `scatter` that of the draws about the curve.
     """
 
     used: Index
@@ -71,9 +71,9 @@ def draw_spectra(
 ) -> SpectrumDraws:
     """The spectra of all draws of the master curve with points `abscissa` (n,) and `ordinates` (c, n), which gave `fit`.
 
-    `refit` fits such points just as `fit` was found. Where it takes other relaxation times, a draw is the spectrum with its moduli
-    changed so that the relaxation modulus changes as much; and so it is for a `spectrum` that was made of that of the fit, unless
-    that is only truncated. Draws that cannot be fitted are left out; `InputError` if that is more than half. Warns where the model
+    `refit` fits such points as `fit` was fitted. Where it takes other relaxation times, a draw has the times of `fit`, and moduli
+    that change the relaxation modulus as much; so it does for a `spectrum` that was made of that of the fit by other means than
+    truncation. Draws that cannot be fitted are left out; raises `InputError` if these are more than half. Warns where the model
     misses the curve by far more than the draws scatter.
     """
     whole = fit.spectrum
@@ -99,7 +99,7 @@ def draw_spectra(
         )
     used, equilibrium, moduli, follows = (np.array(column) for column in zip(*rows, strict=True))
     time, missed = _missed(fit, curves)
-    # what noise makes a fit miss its curve by is in the draws already
+    # the draws contain the misfit that comes of noise
     square, noise = float(np.mean(missed**2)), float(np.mean(np.var(follows, axis=0)))
     missed = missed * np.sqrt(max(1 - noise / square, 0.0)) if square > 0 else missed
     misfit, scatter = float(np.sqrt(np.mean(missed**2))), float(np.sqrt(np.mean(curves.deviations(curves.abscissa)[:, 0] ** 2)))
@@ -130,7 +130,7 @@ def _starts(spectrum: Spectrum, with_these: Spectrum) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Change:
-    """How a spectrum must change for its relaxation `modulus` (k,) in Pa at `time` (k,) in s to change by given shares of it."""
+    """The changes of a spectrum that change its relaxation `modulus` (k,) in Pa at `time` (k,) in s by given shares."""
 
     time: Floats
     modulus: Floats
@@ -138,7 +138,7 @@ class _Change:
 
     @classmethod
     def of(cls, target: Spectrum, fit: SpectrumFit) -> _Change:
-        """For moduli of a `target` that stands for the spectrum of a fit: the least relative changes that do nearly all of it."""
+        """For a `target` that stands for the spectrum of a fit: the smallest relative changes of its moduli that nearly suffice."""
         tau = target.relaxation_time
         time = np.geomspace(tau[-1] / 2, 10 * tau[0], int(TIMES_PER_DECADE * np.log10(20 * tau[0] / tau[-1])) + 1)
         modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)

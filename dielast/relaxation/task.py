@@ -1,4 +1,4 @@
-"""What all fits of a spectrum share: a curve that is checked, what is asked of its spectrum, and what is reported of the fit."""
+"""The parts that all fits of a spectrum share: the checks before a fit, the fit of moduli, and the result with its warnings."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from dielast.relaxation.interconversion import answer
 from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
 from dielast.relaxation.result import Method, SpectrumFit
 
-SEEN_AWAY = 10.0  # times the time of a process: so far away it still shows, hardly farther
+SEEN_AWAY = 10.0  # times the time of a process, where it still shows on a curve
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitTask:
-    """A checked `curve` (shear), its values as `measured` (channels, n), and what is asked of its spectrum; `plateau` is the shear
+    """A checked `curve` (shear), its values as `measured` (channels, n), and the requests for its spectrum; `plateau` is the shear
     modulus that the curve ends at.
 
     `times` are the shortest and the longest time of the processes in s, None where left open; `equilibrium` and `glassy` are shear
@@ -87,8 +87,10 @@ class FitTask:
         return share_kept(self.branches, self.keep)
 
     def place(self, known: Known, past: float = 1.0, times: Ends | None = None, kept: float | None = None) -> Floats:
-        """Times of the processes for nnls in s, slowest first, by default up to so many times `past` the curve's ends; `times` and
-        `kept` are those of the task unless stated."""
+        """Times of the processes for nnls in s, slowest first, by default up to the factor `past` beyond the curve's ends.
+
+        `times` and `kept` are those of the task unless stated.
+        """
         curve, times = self.curve, self.times if times is None else times
         default, seen = (curve.time[0] / past, curve.time[-1] * past), (SEEN_AWAY, 1 / SEEN_AWAY)
         shortest, longest = range_of_times(times, default, curve.time, seen, self.kept if kept is None else kept)
@@ -113,9 +115,9 @@ class FitTask:
         truncated: bool | None = None,
         **rest: Any,
     ) -> SpectrumFit:
-        """The result, of a spectrum that may be `truncated`, and warnings of what looks wrong with it.
+        """The result for a spectrum that may be `truncated`, with a warning if it fits poorly.
 
-        `model` (channels, n), shear, is by default what the moduli answer; `rest` is what else a `SpectrumFit` holds.
+        `model` (channels, n), shear, is by default the answer of the moduli; `rest` holds further fields of `SpectrumFit`.
         """
         curve, kind = self.curve, self.curve.kind
         if model is None:
@@ -140,7 +142,7 @@ class FitTask:
         )
 
     def warn_of_equilibrium(self, equilibrium: float) -> None:
-        """Warn of an equilibrium modulus (shear, Pa), but for that of a liquid, that the end of the curve does not bear out."""
+        """Warn of an equilibrium modulus (shear, Pa) that the end of the curve contradicts, unless the material is a liquid."""
         if not self.liquid:
             warn_of_equilibrium(self.equilibrium, equilibrium, self.plateau)
 

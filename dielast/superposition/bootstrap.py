@@ -1,6 +1,6 @@
-"""The noise of a master curve, by resampling it: what would have come out of the same tests with other noise.
+"""The uncertainty of a master curve by resampling: the master curves of the same tests with other noise.
 
-How new tests are made is said in `dielast.superposition.resample`. Each draw is shifted and fitted anew, like the measurement.
+`dielast.superposition.resample` describes how new tests are made. Each draw is shifted and fitted like the measurement.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def bootstrap_master_curve(
 ) -> MasterCurveDraws:
     """Draws of the `master` curve that `build_master_curve` made of `curves` with the same arguments.
 
-    A draw depends on `seed` and its own number alone. `progress` is called with the numbers of draws done and of all. Raises
+    A draw depends on nothing but `seed` and its number. `progress` is called with the numbers of draws done and of all. Raises
     `InputError` for fewer than two draws, and `NumericsError` if less than half of them give a master curve.
     """
     if draws < 2:
@@ -101,7 +101,7 @@ def bootstrap_master_curve(
                 if progress is not None:
                     progress(draw + 1, draws)
         if not master.law.allows(values):
-            continue  # slower when warmer: no material's law
+            continue  # relaxation that is slower when warmer is no material's
         rows.append((draw, drawn.log10_shift_factor, drawn.vertical_shift, values, _on_grid(drawn, grid)))
     if 2 * len(rows) < draws:
         raise NumericsError(f"only {len(rows)} of {draws} draws give a master curve: the data are too poor for an uncertainty")

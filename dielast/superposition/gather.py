@@ -1,4 +1,4 @@
-"""Measurements as they come, checked and put into one order, whatever their kind."""
+"""Measurements of any kind, checked and put into one order."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ CONTRADICTION = 1.25  # and factor that is an error
 class Gathered:
     """All points (n,), sorted by temperature, position and ordinate; `curve` is the place in the ascending `temperature` (m,).
 
-    `abscissa` is the time in s, `offset` s less than measured, or the angular frequency in rad/s; `ordinates` (c, n) are the
-    relaxation modulus, the creep compliance, or storage and loss modulus. `position` is what the ordinates fall along: time, the
-    inverse of the frequency, and for a compliance, which rises with time, the inverse of the time. `order` (m,) lists the
-    temperatures as they were measured, which is as the curves were given.
+    `abscissa` is the time in s, which is `offset` s less than measured, or the angular frequency in rad/s. `ordinates` (c, n) are
+    the relaxation modulus, the creep compliance, or storage and loss modulus. The ordinates fall along `position`: time, the
+    inverse of the frequency, or for a compliance, which rises with time, the inverse of the time. `order` (m,) lists the
+    temperatures in the order of the curves given, which is that of the measurements.
     """
 
     kind: MeasurementKind
@@ -90,7 +90,7 @@ def _repeated(kind: MeasurementKind, temperature: Floats, curve: Index, run: Ind
 
 
 def where(curves: Sequence[Measurement], temperature: float) -> str:
-    """A temperature as messages name it: with the file it comes from, if that is known and not that of all."""
+    """A temperature as messages name it, with its file if the curves come from several."""
     sources = dict.fromkeys(curve.source for curve in curves if curve.temperature == temperature)
     known = "" not in sources and len({curve.source for curve in curves}) > 1
     return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if known else "")

@@ -1,4 +1,4 @@
-"""What the scatter of the points does not say of the shift factors: tilted curves, their parts and their smoothness."""
+"""Errors of shift factors beyond the scatter of the points: from tilted curves, from their parts, and from their smoothness."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import Weights
 
 TILT_ROUNDS = 50
-KNOT_RATIO = 1.5  # of the spacing of the knots, by which the shifts' dependence on it is told
+KNOT_RATIO = 1.5  # by which the spacing of the knots is changed, for the dependence of the shifts on it
 RESETTLING_STEPS = 3  # of the shifts after a change of points or knots
 LEFT_OUT = 1e-9  # weight of a point that is left out
-BOUND = 5.0  # standard deviations beyond which a point that was left out is no farther off
+BOUND = 5.0  # standard deviations that the distance of a point left out counts for at most
 
 
 def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Floats, float]:
@@ -46,10 +46,10 @@ def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Floats, 
 
 
 def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> tuple[Floats, tuple[float, ...]]:
-    """What comes of leaving out one part of all curves after the other: covariance (2m, 2m) of the shifts, and how far off the
-    points left out are predicted in each channel, see `MasterFit`.
+    """The covariance (2m, 2m) of the shifts as one part of all curves after the other is left out, and by how much the points left
+    out are missed in each channel, as in `MasterFit`.
 
-    Where curves do not superpose, the shift depends on what part of them it is read from, and no scatter tells that.
+    Where curves do not superpose, a shift depends on the part of the curves that it is read from, which no scatter shows.
     """
     moved, off = [], np.zeros(points.curve.size)
     scatter = _scatter(points, state.residual)
@@ -66,7 +66,7 @@ def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> 
 
 
 def smoothing_errors(points: FitPoints, prior: Prior, state: State) -> Floats:
-    """Covariance (2m, 2m) of how far the shifts depend on how smooth the curves are taken to be: with knots wider or closer."""
+    """Covariance (2m, 2m) of the shifts as the knots are set wider and closer: their dependence on the smoothness of the curves."""
     factors = (KNOT_RATIO, 1 / KNOT_RATIO)
     others = [_resettled(points, prior, state.theta, state.weights, state.spacing * factor).theta for factor in factors]
     away = np.array(others) - state.theta
@@ -82,12 +82,12 @@ def _resettled(points: FitPoints, prior: Prior, theta: Floats, weights: Weights,
 
 
 def _half_correlated(covariance: Floats) -> Floats:
-    """The covariance with half of its correlations: a few trials hardly show which combinations are free of error."""
+    """The covariance with its correlations halved: a few trials hardly show which combinations of shifts have no error."""
     return np.asarray((covariance + np.diag(np.diag(covariance))) / 2)
 
 
 def _scatter(points: FitPoints, residual: Floats) -> Floats:
-    """Variance of each point by how neighbours differ, one for each channel, and by what specimens and instruments do (n,)."""
+    """Variance (n,) of each point: that of the differences of neighbours in its channel, and that of specimens and instruments."""
     joined = points.series[1:] == points.series[:-1]
     square = np.diff(residual) ** 2 / 2
     typical = [np.median(square[joined & (points.channel[1:] == k)]) / 0.455 for k in range(points.channels)]
@@ -95,7 +95,7 @@ def _scatter(points: FitPoints, residual: Floats) -> Floats:
 
 
 def _predicted_variance(points: FitPoints, prior: Prior, state: State) -> Floats:
-    """Variance of the smooth curve at each point (n,), shifts and offsets being as uncertain as they are."""
+    """Variance (n,) of the smooth curve at each point, from the errors of its coefficients, shifts and offsets."""
     parts = linear_parts(points, state.theta, prior.free, state.weights, state.spacing)
     m, curves = points.curves, parts.curves
     answer = (parts.inverse @ parts.cross)[:, prior.free]

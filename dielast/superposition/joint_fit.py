@@ -35,7 +35,7 @@ ITERATIONS = 40
 OFFSET_ROUNDS = 6  # of the spread of the offsets to one step of the shifts
 BEGINNING = 3  # steps for each spacing of the knots
 FINER = 1  # spacings finer than that of the least criterion
-AMBIGUOUS = 0.1  # decades by which the shifts may depend on the part of the curves they are read from
+AMBIGUOUS = 0.1  # decades by which the shifts may depend on the part of the curves that they are read from
 SPACING_RATIO = 1.5  # from one spacing of the knots that is tried to the next
 SAME_START = 0.01  # decades
 
@@ -44,14 +44,14 @@ SAME_START = 0.01  # decades
 class MasterFit:
     """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curves and the residuals (n,).
 
-    `noise_stderr` (m,) is the part of the shifts' standard errors without what the shifts depend on the part of the curves they are
-    read from. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the curves' vertical offsets
-    and tilts from end to end that were allowed for but not applied: `placed` are smooth curves through the points as they lie.
-    `misfit` is what is missed beyond noise and offsets.
+    `noise_stderr` (m,) is the standard error of the shifts without the part that stands for their dependence on the part of the
+    curves that they are read from. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the
+    vertical offsets of the curves and of their tilts from end to end, which the errors allow for but which are not applied:
+    `placed` are smooth curves through the points as they lie. `misfit` is the distance of the curves beyond noise and offsets.
 
-    `score` is Akaike's criterion of the fit: of two to the same points the lower one is the better. `left_out` says for each
-    channel how well points that are left out are predicted: the mean square of what they are missed by, over the variance of the
-    prediction, of their scatter, and of what specimens and instruments do.
+    `score` is Akaike's criterion: of two fits to the same points the one with the lower score is better. `left_out` says for each
+    channel how well points that are left out are predicted: the mean square of their distance from the prediction, over the
+    variance of the prediction, of the scatter, and of specimens and instruments.
     """
 
     shift: Floats
@@ -112,7 +112,7 @@ def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertica
 
 
 def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) -> MasterFit:
-    """Fit smooth curves, and with `vertical` vertical shifts, to `points`, their shifts those of another fit `shifts`."""
+    """Fit smooth curves to `points`, and with `vertical` also vertical shifts, at the horizontal shifts of the fit `shifts`."""
     m = points.curves
     theta = np.concatenate((shifts.shift, shifts.vertical))
     movable = np.delete(np.arange(2 * m), [anchor, m + anchor])
@@ -186,7 +186,7 @@ def _fit(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, 
         best = min(range(len(tried)), key=lambda k: tried[k][0])
         if len(tried) > best + 2:
             break
-    # What smooths the curves best still bends them a little, and the shifts with them: one step finer costs next to nothing.
+    # The best smoothing still bends the curves a little, and so moves the shifts: one step finer costs next to nothing.
     return converge(points, prior, tried[min(best + FINER, len(tried) - 1)][1])
 
 

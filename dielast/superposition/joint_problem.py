@@ -17,7 +17,7 @@ from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import Weights, robust_weights
 from dielast.superposition.spline import Spline, SplineProblem
 
-LOOSE = 30.0**-2  # precision (1/decade^2) of the prior that keeps the normal matrix regular where the data say nothing
+LOOSE = 30.0**-2  # precision (1/decade^2) of the prior, so that the normal matrix stays regular where no data are
 MAX_STEP = 0.5  # decades a shift may move in one iteration
 SHORTENINGS = 8  # of a step, each to a third, before it is given up
 CONVERGED = 0.01  # standard errors
@@ -27,8 +27,8 @@ CONVERGED = 0.01  # standard errors
 class Prior:
     """Mean (2m,) and precision (2m, 2m) of all shifts, then all vertical shifts, and which of them are free.
 
-    With a `spread` the vertical shifts are random effects of that spread, and of the covariance `drift` (m, m) besides; `freedom`
-    is how many parameters the free ones count for, `evidence` what random ones add to -2 ln likelihood.
+    With a `spread` the vertical shifts are random effects of that spread and, besides, of the covariance `drift` (m, m). The free
+    parameters count for `freedom` parameters, and random effects add `evidence` to -2 ln likelihood.
     """
 
     mean: Floats
@@ -42,8 +42,8 @@ class Prior:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """The best splines for given shifts and vertical shifts `theta` (2m,); cost, gradient and normal matrix over the free ones; the
-    weights used."""
+    """The best splines for given shifts and vertical shifts `theta` (2m,), with the cost, its gradient and normal matrix over the
+    free parameters, and the weights used."""
 
     theta: Floats
     splines: tuple[Spline, ...]
@@ -82,7 +82,7 @@ class LinearParts:
 
 
 def with_spread(prior: Prior, spread: float, repeated: float = 1.0) -> Prior:
-    """The prior with vertical shifts of another spread, beside points of which so many count for one."""
+    """The prior with vertical shifts of another spread, for points of which so many `repeated` ones count for one."""
     m = prior.mean.size // 2
     precision = prior.precision.copy()
     precision[m:, m:] = repeated * precision_of(spread, m, prior.drift)
@@ -148,7 +148,7 @@ def reweigh(points: FitPoints, state: State, prior: Prior, share: Floats) -> Sta
 
 
 def akaike(state: State, evidence: float) -> float:
-    """Akaike's criterion corrected for small samples; what an outlier can add is bounded. `evidence` is what effects add."""
+    """Akaike's criterion corrected for small samples, with a bound on what an outlier adds; random effects add `evidence`."""
     n, p = state.residual.size, state.parameters
     bounded = np.minimum(state.residual**2 / state.weights.variance, 16.0)
     return float(np.sum(np.log(state.weights.variance)) + np.sum(bounded)) + evidence + 2 * p * n / max(n - p - 1, 1)

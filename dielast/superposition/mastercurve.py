@@ -69,18 +69,18 @@ def build_master_curve(
     `vertical` shifts the modulus too: "density-temperature" by b = rho_ref T_ref / (rho T), T in kelvin, with rho_ref / rho =
     1 + `thermal_expansion` (T - T_ref), where `thermal_expansion` (1/K) is that of the volume; "free" fits b with the shifts.
     Frequency sweeps are shifted `on` storage and loss "moduli" together, on "tan-delta" alone, which no vertical shift changes (b
-    is then found from the moduli so shifted), or on the "storage" modulus alone; "auto" takes what predicts points left out and has
-    most to go by.
+    is then fitted to the moduli so shifted), or on the "storage" modulus alone. "auto" takes a basis that predicts points left out,
+    both moduli if they do, else the one with the most certain shifts.
 
-    What no scatter of points tells is stated: `temperature_stderr` is the standard error in K of each temperature, by itself, which
-    moves a shift factor along the slope of log10 a over T; `drift` is the relative standard deviation by which the modulus of the
-    specimen changes from one temperature to the next, in the order in which the curves are given, a random walk whose first step is
-    that from the material to the first curve. Both are in all standard errors. Offsets of whole curves beyond a stated drift are
-    estimated, and so are tilts.
+    Two errors that the scatter of points does not show are stated. `temperature_stderr` is the standard error in K of each
+    temperature by itself, which moves a shift factor along the slope of log10 a over T. `drift` is the relative standard deviation
+    by which the modulus of the specimen changes from one temperature to the next, in the order of the curves given: a random walk,
+    of which the first step leads from the material to the first curve. Both are in all standard errors. Offsets of whole curves
+    beyond a stated drift are estimated, and so are tilts.
 
     Curves of fewer than three points apart, and single ones that share no modulus with any other, are left out with a warning.
-    Raises `InputError` for a choice that is not offered, for fewer than two temperatures, for curves of several kinds, for one that
-    is mostly zero or negative, and for groups of curves that do not overlap. Warns of each temperature whose shift the data do not
+    Raises `InputError` for an unknown choice, for fewer than two temperatures, for curves of several kinds, for a curve that is
+    mostly zero or negative, and for groups of curves that do not overlap. Warns of each temperature whose shift the data do not
     determine, of points far off the master curve, and of results that look wrong.
     """
     reference = float(reference_temperature)

@@ -20,9 +20,9 @@ NAMED = 5
 def warn_of_outliers(data: Gathered, imposed: Floats, fit: MasterFit, channels: int) -> Flags:
     """Name points that lie off the smooth curves of a fit by far more than others of their curve; returns which (c, n).
 
-    `imposed` (m,) is log10 b where it was prescribed; the first `channels` of the ordinates are what was fitted. What a point is
-    off by is taken relative to the master curve, not in its logarithm, so that readings at a noise floor, which may fall to
-    nothing, are none.
+    `imposed` (m,) is log10 b where it was prescribed; the first `channels` of the ordinates are what was fitted. The distance of
+    a point is taken relative to the master curve, not in its logarithm, so that readings at a noise floor, which may fall to zero,
+    are no outliers.
     """
     size = np.full(data.ordinates.shape, np.nan)
     log_time = data.log_time - fit.shift[data.curve]
@@ -54,8 +54,8 @@ def _warn(data: Gathered, size: Floats, far: Index) -> None:
 
 
 def _far(curve: Index, ratio: Floats) -> Floats:
-    """How many times the middle of their curve points (n,) are that are far from it in terms of its scatter, and of that of their
-    neighbours on it; NaN for the others.
+    """The ratio of each point to the middle of its curve, if the point is far from it by the scatter of the curve and that of
+    its neighbours; NaN for all other points (n,).
     """
     far = np.full(ratio.size, np.nan)
     for first, last in pairwise(np.searchsorted(curve, np.arange(int(curve[-1]) + 2)).tolist()):

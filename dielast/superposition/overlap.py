@@ -21,7 +21,7 @@ NEIGHBOURS = 3  # placed curves that a new one is compared with
 TRIAL_STEP = 0.05  # decades between shifts that are tried
 LEAST_NOISE = 0.005  # decades: a match to 1 % is good
 USUAL_OFFSET = 0.02  # decades by which two specimens may differ
-REFUTED = 12.0  # squared standard deviations at which a point speaks against a shift as much as one that fits speaks for it
+REFUTED = 12.0  # squared standard deviations at which a point counts as much against a shift as a point that fits counts for it
 
 
 def starting_shifts(
@@ -30,8 +30,8 @@ def starting_shifts(
     """log10 a of each curve, relative to the curve numbered `anchor`, from the distance of the curves at equal modulus.
 
     `temperature` (m,) in degC, ascending; the points (n,) are sorted by curve, then time. Each curve is first made to fall
-    monotonically (isotonic regression), so that noise and bumps do no harm, and the distance is a median, so that a bad
-    stretch does none either. Raises `InputError` if the curves fall into groups with no modulus in common.
+    monotonically (isotonic regression), so that noise and bumps do no harm. The distance is a median, so that a bad
+    stretch does no harm either. Raises `InputError` if the curves fall into groups with no modulus in common.
     """
     falling, bottom, top, common = _falling(temperature.size, curve, log_time, log_modulus)
     shift = np.zeros(temperature.size)
@@ -53,7 +53,7 @@ def starting_shifts(
 
 
 def find_isolated(curves: int, curve: Index, log_modulus: Floats, kind: MeasurementKind) -> dict[int, str]:
-    """Single curves, by number, that share no modulus with any other, and why they cannot be shifted; none if there are groups.
+    """Single curves, by number, that share no modulus with any other, and why they cannot be shifted; empty if there are groups.
 
     The points (n,) are sorted by curve, then time.
     """

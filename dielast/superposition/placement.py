@@ -125,7 +125,7 @@ def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
 
 
 def _astray(fit: ShiftFit, temperature: Floats, sure: Flags) -> Flags:
-    """Undetermined temperatures (m,) whose place the extrapolated law does not know better than the data; warns of them."""
+    """Undetermined temperatures (m,) at which the extrapolated law is as uncertain as the data; warns of them."""
     astray = ~sure & (_law_stderr(fit, temperature, temperature[sure]) > UNDETERMINED)
     if np.any(astray):
         places = ", ".join(f"{value:g}" for value in temperature[astray])

@@ -12,7 +12,7 @@ from dielast.superposition.condense import Condensed
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitPoints:
-    """FitPoints (n,) of `curves` curves, sorted by channel, curve and time; `variance` is the measured variance of `log_modulus`.
+    """Points (n,) of `curves` curves, sorted by channel, curve and time; `variance` is the measured variance of `log_modulus`.
 
     Every channel has a smooth curve of its own, and a vertical shift log10 b moves its points by `lift` (n,) times as much.
     """

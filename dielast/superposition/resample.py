@@ -1,11 +1,11 @@
 """New tests with other noise: what could have been measured instead.
 
-Every measured quantity, moved by the shift factors found, lies on one smooth curve. New tests are that curve plus the residuals
+Every measured quantity, moved by the fitted shift factors, lies on one smooth curve. New tests are that curve plus the residuals
 times random signs, a wild bootstrap (C. F. J. Wu, Ann. Stat. 14 (1986) 1261, DOI 10.1214/aos/1176350142): a residual stays where it
 was measured, so that noise may differ from curve to curve and along a curve. Where neighbouring residuals are correlated, new noise
-of their local size and correlation takes their place. Each curve's mean residual is resampled by itself, for specimens differ, or
-with a stated drift a random walk takes its place; curves are tilted as much as they were found to be, and every temperature is off
-by its stated standard error, which moves its curve along time.
+of their local size and correlation takes their place. The mean residual of each curve is resampled by itself, because specimens
+differ; with a stated drift a random walk takes its place. Curves are tilted by the estimated spread of tilts, and every temperature
+is off by its stated standard error, which moves its curve along time.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class Resampled:
     def _values(self, channel: _Channel, random: np.random.Generator, raised: Floats | None, tilted: Floats) -> Floats:
         """New values (n,) of curves that are `raised` (m,) and `tilted` (m,) from end to end, both in ln of the value.
 
-        Without `raised`, the curves' mean residuals say by how much they may be.
+        Without `raised`, the offsets are of the size of the curves' mean residuals.
         """
         owner, m, correlation = self.owner, channel.mean.size, channel.correlation
         fresh, offset = random.standard_normal(owner.size), random.standard_normal(m)

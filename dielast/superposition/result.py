@@ -19,8 +19,8 @@ from dielast.superposition.undetermined import Undetermined
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """What is stated of a measurement, for no scatter of its points tells it: the standard error of each temperature in K, and by
-    what share the modulus of the specimen drifts from one temperature to the next, as it was measured."""
+    """Errors that are stated because the scatter of points does not show them: the standard error of each temperature in K, and the
+    relative standard deviation of the modulus of the specimen from one temperature to the next, in the order of measurement."""
 
     temperature_stderr: float
     drift: float
@@ -53,8 +53,8 @@ class MasterCurve(TabularResult):
 
     `log10_shift_factor`, its standard error (both (m,)) and its `covariance` (m, m) are measured, relative to the reference
     temperature. Where the data do not determine a shift it is NaN, its standard error infinite, and `undetermined` says why. The
-    errors hold noise, curves that do not superpose and, where the reference temperature was not measured, what the law leaves open
-    (infinite if it is 50 K and more below all data that do not determine C2).
+    errors allow for noise, for curves that do not superpose and, where the reference temperature was not measured, for the error of
+    the law there (infinite if that is 50 K and more below all data and these do not determine C2).
     `log10_shift_factor_fit` (m,) is the fitted law; NaN for a temperature that a table lacks. `vertical_shift` (m,) is b.
     `shifted_on` says what the shifts of frequency sweeps were read from: both moduli, tan delta, or the storage modulus alone.
 
@@ -69,7 +69,7 @@ class MasterCurve(TabularResult):
     which are averages over 1/20 decade of time or frequency; those that hold one of the `outlying_points` far off the master curve
     are not counted.
 
-    `stated` is what the errors of the temperatures and the drift of the specimen were said to be. `offset_spread` and
+    `stated` are the errors of the temperatures and the drift of the specimen that were stated. `offset_spread` and
     `tilt_spread` are the estimated standard deviations, in decades of modulus, of the vertical offsets (beyond a stated drift) and
     tilts of whole curves; both are in the standard errors, and taken out of the smooth curves: `placed_ordinates` (c, k) are those
     through the points as they lie. `log10_shift_factor_slope` (m,) is that over temperature, in decades per K.

@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 
-SMALLEST = 1e-9  # decades squared: nobody measures to 0.01 %, and sharper weights would spoil the normal equations
+SMALLEST = 1e-9  # decades squared: no test is exact to 0.01 %, and sharper weights would spoil the normal equations
 BEND, ZERO = 3.0, 6.0  # standard deviations at which a point begins to lose trust, and has lost all
 
 
@@ -64,7 +64,7 @@ def channel_shares(channel: Index, residual: Floats) -> Floats:
 def noise_shares(curve: Index, residual: Floats, channel: Index) -> Floats:
     """Variance of each point's curve relative to all (n,), from the medians; one unless the difference is significant.
 
-    Each channel has a noise of its own, with which its curves are compared.
+    The curves of a channel are compared with the noise of that channel.
     """
     among = channel_shares(channel, residual)
     square = residual**2 / among

@@ -21,10 +21,10 @@ class ShiftFit:
     of the shift factors, per degree of freedom. About one where the law fits, far above one where it does not, zero for a table and
     where there are no more temperatures than parameters. Above one, the covariance has been scaled up by it.
 
-    `origin` is log10 a at the reference temperature relative to the temperature that the law was fitted about: the law's, and how
-    far the shift factors lie off it there, between neighbours in proportion. It is thus that of a measured temperature at all
-    temperatures that are. `origin_weight` (m,) is the derivative of it with respect to the shift factors, `origin_excess` the
-    variance that the misfit and a C2 that is only assumed add.
+    `origin` is log10 a at the reference temperature relative to the temperature that the law was fitted about. It is the value of
+    the law plus the distance of the shift factors from the law, interpolated between the neighbouring temperatures; at a measured
+    temperature it is thus the measured one. `origin_weight` (m,) is its derivative with respect to the shift factors, and
+    `origin_excess` the variance that is added by the misfit and by a C2 that is only assumed.
     """
 
     law: ShiftLaw
@@ -54,8 +54,8 @@ def fit_shift_law(
 
     The shift factors are relative to the temperature numbered `anchor`, where log10 a and its covariance are zero; the law is then
     moved to `reference_temperature`, which need not have been measured. Warns where the data cannot tell C1 from C2, and then takes
-    C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for any C2 that the data do
-    and that is at least 50 K about the coldest temperature.
+    C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for
+    every C2 that agrees with the data and puts the pole of the law at least 50 K below the coldest temperature.
     """
     m, base = temperature.size, float(temperature[anchor])
     kind = SHIFTS[law]

@@ -1,6 +1,6 @@
 """Cubic B-splines on even knots: value, slope, and penalised fits, their normal equations gathered by counting.
 
-SciPy has such splines, but loading scipy.interpolate takes longer than a whole master curve, which needs nothing else of it.
+SciPy has such splines, but loading scipy.interpolate takes longer than to build a whole master curve.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@ The two moduli share the shift factors, a smooth curve each. Errors of geometry 
 tan delta. The scatter that they share is therefore taken out before the fit: log G'' - beta log G' stands for log G'', with beta
 such that the scatter of the two channels is uncorrelated (beta = 0: separate errors, beta = 1: tan delta).
 
-Both moduli together say more than their ratio or one of them, if they belong to one process. Whether they do, the points say
-themselves: each part of all curves is left out in turn and predicted from the rest. What misses them is not believed, and of
-several bases that do not miss them the one with the most to go by is taken.
+If both moduli belong to one process, they determine the shifts better together than their ratio or one of them alone. Whether
+they do is tested: each part of all curves is left out in turn and predicted from the rest. A basis that does not predict the points
+left out is rejected, and of several that do the one with the most certain shifts is taken.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Basis = Literal["moduli", "tan-delta", "storage"]
 
 UNKNOWN = 0.5  # decades of standard error beyond which one shift is as bad as another
 EXACT = 1e-5  # decades below which it does not matter
-CORRELATED = 3.0  # standard errors of a correlation that is believed
+CORRELATED = 3.0  # standard errors that a correlation must measure
 OUTLIER = 3.0  # standard deviations at which a residual is cut off
 DISAGREE = 3.0  # joint standard errors,
 NOTABLE = 0.02  # and decades, by which two bases contradict each other
@@ -39,7 +39,7 @@ MISSED = 1.5  # mean square, in variances, by which left-out points are missed w
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BasisFit:
-    """A fit of all channels, storage before loss modulus, and what its shifts were taken from: `on`, points and smooth curves.
+    """A fit of all channels, storage before loss modulus, with the basis `on` which it was shifted, its points and smooth curves.
 
     `others` are the shifts from other bases, to compare with.
     """
@@ -53,7 +53,7 @@ class BasisFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OtherShifts:
-    """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases have a shape to go by."""
+    """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases determine a shift."""
 
     on: Basis
     shift: Floats
@@ -70,11 +70,11 @@ def fit_sweeps(
     on: Basis | Literal["auto"],
     drift: Floats | None = None,
 ) -> BasisFit:
-    """Fit frequency sweeps on what `on` says, or with "auto" on what predicts points left out and has most to go by.
+    """Fit frequency sweeps on the basis `on`, or with "auto" on the best one that predicts points left out.
 
     Every basis starts from the shifts of both moduli, from the starting values `start` (m,) of the storage moduli, and from where
-    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the result has the bases that were not
-    taken, too. `drift` is that of `fit_master`.
+    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the result also has the shifts
+    from the other bases. `drift` is that of `fit_master`.
     """
     m = temperature.size
     raw, ratio = points_of(data, m), loss_tangent(data, m)
@@ -123,7 +123,7 @@ def fit_sweeps(
 
 
 def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
-    """Both moduli unless they miss what is left out; else the basis that does not, or misses least, and is the most certain."""
+    """Both moduli if they predict points left out, else the most certain basis of those that do, or of all if none does."""
     if not tangent_tells:
         fits = {basis: fit for basis, fit in fits.items() if basis != "tan-delta"}
     missed = {basis: max(fit.left_out) for basis, fit in fits.items()}
@@ -142,7 +142,7 @@ def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
 
 
 def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None:
-    """Say where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
+    """Warn where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
     m = temperature.size
     relative = np.eye(m) - weight
     shift, stderr = relative @ taken.fit.shift, np.sqrt(np.diag(relative @ taken.fit.covariance[:m, :m] @ relative.T))
@@ -165,7 +165,7 @@ def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None
 
 
 def _other_of_all(other: OtherShifts, curves: Index, m: int) -> OtherShifts:
-    """Shifts of some curves as ones of all (m,), of which nothing else is comparable."""
+    """The shifts of the numbered `curves` as shifts of all m curves, of which no others are comparable."""
     shift, comparable = np.zeros(m), np.zeros(m, dtype=bool)
     covariance = np.zeros((m, m))
     shift[curves], comparable[curves], covariance[np.ix_(curves, curves)] = other.shift, other.comparable, other.covariance
@@ -186,7 +186,7 @@ def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> F
 
 
 def _only(data: Condensed, curves: Index) -> Condensed:
-    """The points of some curves, which are numbered afresh."""
+    """The points of the numbered `curves`, which are numbered afresh."""
     here = np.isin(data.curve, curves)
     new = np.searchsorted(curves, data.curve[here])
     return replace(
@@ -195,7 +195,7 @@ def _only(data: Condensed, curves: Index) -> Condensed:
 
 
 def _spread(fit: MasterFit, curves: Index, inside: Flags, elsewhere: Floats) -> MasterFit:
-    """The fit of some curves as one of all (m,): the others stay `elsewhere` (m,), with errors without bounds.
+    """The fit of the numbered `curves` as a fit of all m curves: the others stay at `elsewhere` (m,), with infinite errors.
 
     `inside` (n,) says which points the fitted curves have; the residuals of the others are NaN.
     """

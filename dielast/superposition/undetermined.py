@@ -1,4 +1,4 @@
-"""What a master curve cannot know: shift factors that the data do not determine, and results that look wrong."""
+"""Shift factors that the data do not determine, and results that look wrong."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dielast.superposition.points import FitPoints
 from dielast.superposition.spline import Spline
 
 UNDETERMINED = 0.5  # decades of standard error beyond which a shift factor is not a measurement
-DOUBTFUL = 0.05  # decades of standard error above which, with free vertical shifts, a curve must show a curvature of its own
+DOUBTFUL = 0.05  # decades of standard error above which, with free vertical shifts, a curve must show a curvature
 SIGNIFICANT = 4.0  # standard errors that a slope or a curvature must measure
 PLATEAU_RISE = 0.005  # decades of modulus over a whole curve
 PLATEAU_SLOPE = 0.05  # decades of modulus per decade of time,
@@ -23,7 +23,7 @@ LAST_STRETCH = 0.5  # over this stretch of log time at the long end
 OFFSET = 0.01  # decades
 LAW_MISFIT = 4.0  # reduced chi-square,
 LAW_MISFIT_SIGMA = 5.0  # its excess over one in standard deviations,
-LAW_MISS = 0.03  # and decades beyond which a law is said not to fit
+LAW_MISS = 0.03  # and decades beyond which a law does not fit
 ROBUST_ROUNDS = 9
 TRUSTED = 2.5  # standard deviations beyond which a point loses weight
 
@@ -41,10 +41,10 @@ def find_undetermined(
 ) -> tuple[Undetermined, ...]:
     """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
 
-    `splines` are the smooth curves of the channels of `points`, `filled` says what becomes of a temperature without a shift. A
-    straight line can be slid along itself, and noise makes every line look a little bent: a fitted standard error alone would
-    trust the bends. So slope, and with free `vertical` shifts of some error curvature, must be significant in one of the channels
-    itself. With `peaks`, as loss moduli and tan delta have them, a curvature does as well as a slope.
+    `splines` are the smooth curves of the channels of `points`, and `filled` says what becomes of a temperature without a shift. A
+    straight line can be slid along itself, and noise makes every line look a little bent, so that the standard error of the fit
+    alone is too small. One of the channels must therefore show a significant slope, or with free `vertical` shifts of notable error
+    a significant curvature. With `peaks`, as loss moduli and tan delta have them, a curvature does as well as a slope.
     """
     stderr = fit.noise_stderr
     undetermined = []
@@ -114,7 +114,7 @@ def _significance(x: Floats, y: Floats, degree: int) -> float:
 
 
 def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats) -> None:
-    """Hot must be fast: warn of the first neighbours that say otherwise beyond their errors."""
+    """Warn of the first two neighbouring temperatures of which the warmer relaxes more slowly, beyond the errors."""
     rise = np.diff(shift) - 3 * np.hypot(stderr[1:], stderr[:-1])
     for k in np.flatnonzero(rise > 1e-6)[:1]:
         warn(
@@ -124,7 +124,7 @@ def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats) -> None:
 
 
 def warn_if_law_misses(temperature: Floats, shift: Floats, stderr: Floats, by_law: Floats, misfit: float, parameters: int) -> None:
-    """Say where a law is farthest from the shift factors, if it is off by more than these can be; `misfit` as in `ShiftFit`."""
+    """Warn where a law is farthest from the shift factors, if that is more than their errors; `misfit` is that of `ShiftFit`."""
     freedom = max(temperature.size - 1 - parameters, 1)
     miss = np.abs(by_law - shift)
     if misfit > max(LAW_MISFIT, 1 + LAW_MISFIT_SIGMA * np.sqrt(2 / freedom)) and np.nanmax(miss) > LAW_MISS:
@@ -136,7 +136,7 @@ def warn_if_law_misses(temperature: Floats, shift: Floats, stderr: Floats, by_la
 
 
 def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
-    """The equilibrium modulus is read off the long end, which should be level; `curve` is that of a storage modulus for a sweep."""
+    """Warn if the long end, where the equilibrium modulus is read, is not level; `curve` is a storage modulus for a sweep."""
     stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
     slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
     if abs(slope) > PLATEAU_SLOPE:
@@ -150,7 +150,7 @@ def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
 
 
 def warn_if_offset(spread: float) -> None:
-    """Say that curves lie higher or lower than horizontal shifts explain; `spread` in decades."""
+    """Warn of curves that lie higher or lower than horizontal shifts explain; `spread` in decades."""
     if spread > OFFSET:
         warn(
             f"the curves differ vertically by about {100 * (10**spread - 1):.0f} % beyond their noise: the shift factors allow for "

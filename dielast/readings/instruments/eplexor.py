@@ -1,4 +1,4 @@
-"""Netzsch Gabo Eplexor: text export of its table, in German places with a decimal comma.
+"""Netzsch Gabo Eplexor: text export of its table, with a decimal comma where the computer is set to German.
 
 A header names the instrument; a line of names (`f`, `E'`, `E''`, `|E*|`, `tan delta`, `T`) and a line of units follow; `---` stands
 where nothing was measured.

@@ -1,7 +1,7 @@
 """Netzsch Proteus: ASCII export of the DMA 242 and others.
 
 A header of lines `#KEY: value` says the decimal mark and the separator; the line of names begins with `##` and has the units in it
-(`##Temp./°C;Time/min;E'/MPa`). With several frequencies a name says its own: `E'(1.000 Hz)/MPa`.
+(`##Temp./°C;Time/min;E'/MPa`). With several frequencies each name contains one: `E'(1.000 Hz)/MPa`.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def _split(cell: str) -> tuple[str, str]:
 
 def _one_row_a_frequency(names: Row, units: Row, readings: list[Row], source: str, decimal: str) -> tuple[Row, Row, list[Row]]:
     """Names, units and readings with columns of several frequencies, such as `E'(1.000 Hz)`, put below each other, and the
-    frequency in a column of its own."""
+    frequency in a separate column."""
     common: list[int] = []
     at_frequency: dict[str, dict[int, str]] = {}  # the columns of each frequency, and what they hold
     for k, name in enumerate(names.cells):

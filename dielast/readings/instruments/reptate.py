@@ -1,7 +1,7 @@
 """RepTate: its text files of oscillation (.osc, .tts), relaxation (.gt) and creep (.creep).
 
-The first line states parameters, `T=-10;Mw=33.6;chem=PI;`, temperatures in degC. Columns follow, their names and units above them
-parted by tabs, in which some cells may be blank, or without any: then they are RepTate's own, in SI, told by the file's ending.
+The first line states parameters, `T=-10;Mw=33.6;chem=PI;`, temperatures in degC. Columns follow, with their names and units above
+them between tabs, some of which may be blank; without names and units, the ending of the file says which columns it has, in SI.
 Rows may have fewer columns than there are names. The moduli are shear.
 """
 
@@ -19,14 +19,14 @@ NAME = "RepTate"
 
 _PARAMETERS = re.compile(r"\s*(?:[A-Za-z_]\w*\s*=[^;=\n]*;\s*)+(?:[A-Za-z_]\w*\s*=[^;=\n]*)?\s*")
 _OSCILLATION = ("w", "G'", 'G"')
-# what the columns of a file are where it does not say so
+# the columns of a file without names, by its ending
 _COLUMNS: dict[str, tuple[str, ...]] = {
     ".osc": _OSCILLATION,
     ".tts": _OSCILLATION,
     ".gt": ("t", "Gt"),
     ".creep": ("t", "strain"),
 }
-_PARAMETERS_OF_REPTATE = ("Mw", "chem", "gamma")  # parameters that tell a file without names of columns
+_PARAMETERS_OF_REPTATE = ("Mw", "chem", "gamma")  # parameters by which a file without names of columns is recognised
 _NAMES = {
     **dict.fromkeys(("w", "omega", "freq", "frequency", "angular frequency"), ("angular frequency", "rad/s")),
     **dict.fromkeys(("g'", "g'(w)"), ("G'", "Pa")),
@@ -82,7 +82,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
 
 
 def _columns(header: list[str], source: str, width: int) -> tuple[list[str], list[str]]:
-    """Names and units of the first `width` columns; of the temperature that a thermometer shows, the file's own counts."""
+    """Names and units of the first `width` columns; a column of temperatures is not used, as the file states the temperature."""
     stated = [_cells(line) for line in header]
     usual_names = _COLUMNS.get(Path(source).suffix.lower())
     if not stated and usual_names is None:
@@ -95,7 +95,7 @@ def _columns(header: list[str], source: str, width: int) -> tuple[list[str], lis
     for k in range(width):
         written, unit = (row[k] if k < len(row) else "" for row in (spelled, below))
         name, usual = _NAMES.get(plain(written), (written, "-"))
-        # what stands there again is the same
+        # a second column of a quantity gets another name
         if name in names or written == "T" or plain(written) in ("temp", "temperature"):
             name = f"{written or 'column'} {k + 1}"
         names.append(name or f"column {k + 1}")
@@ -104,7 +104,7 @@ def _columns(header: list[str], source: str, width: int) -> tuple[list[str], lis
 
 
 def _cells(line: str) -> list[str]:
-    """Names or units, between tabs, where an empty one can be seen, or between blanks."""
+    """Names or units between tabs, where some may be empty, or else between blanks."""
     text = line.lstrip("# ")
     return [cell.strip() for cell in text.split("\t")] if "\t" in text else split_cells(text, " ")
 

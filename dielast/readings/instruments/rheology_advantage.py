@@ -1,6 +1,7 @@
 """TA Instruments Rheology Advantage: text export of the AR rheometers.
 
-For each step a line of column names in its own short forms (`ang. frequency`, `osc. stress`, `G'`), a line of units, readings.
+For each step a line of column names in the short forms of this software
+(`ang. frequency`, `osc. stress`, `G'`), a line of units, readings.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off
 
 NAME = "Anton Paar Rheoplus"
 
-# a table of one's own may count its Meas. Pts. as well, but has no line of bare units in brackets below them
+# a table made by hand may have Meas. Pts. as well, but no line of bare units in brackets below them
 _MARK = re.compile(r"^\"?(Data Series Information\"?[\t;, ]*$|Meas\. Pts\.[^\n]*\n\"?[\t;, ]+\"?\[)", re.MULTILINE)
 _TABLE = "Meas. Pts."
 

@@ -1,4 +1,4 @@
-"""A step of an export as a table, and what every format's reader needs to make one."""
+"""An export of an instrument, its rows, and its steps as tables."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def stated_points(text: str) -> int | None:
 
 
 def separator_of(line: str) -> str:
-    """What parts the cells of a line of names: a tab, else a semicolon, else a comma."""
+    """The separator of the cells of a line of names: a tab, else a semicolon, else a comma."""
     return next((mark for mark in "\t;," if mark in line), "\t")
 
 
@@ -157,5 +157,5 @@ def _unit(name: str, cell: str) -> str:
     if len(text) > 1 and text[0] + text[-1] in _BRACKETS:
         text = text[1:-1].strip()
     if plain(name) in ANGULAR and text in _PER_SECOND:
-        return "rad/s"  # the column's name says which of the two it is
+        return "rad/s"  # by the name of the column, which is an angular frequency
     return text or "-"
