@@ -116,8 +116,8 @@ def range_of_times(
     least = longest * (shortest / longest) ** kept
     if seen_at[0] * least < time[0] / NEAR_END or seen_at[1] * longest > time[-1] * NEAR_END:
         warn(
-            f"relaxation times from {least:.3g} to {longest:.3g} s reach farther than the curve, from {time[0]:.3g} to "
-            f"{time[-1]:.3g} s, can tell: the spectrum is extrapolated"
+            f"relaxation times from {least:.3g} to {longest:.3g} s reach beyond what the curve, from {time[0]:.3g} to "
+            f"{time[-1]:.3g} s, determines: the spectrum is extrapolated"
         )
     return shortest, longest
 

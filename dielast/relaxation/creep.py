@@ -76,8 +76,8 @@ def fit_creep(
     share = float(retardation.fluidity * curve.time[-1] / curve.values[0, -1])
     if is_open:
         warn(
-            "the end of the curve does not tell flow from processes slower than the curve: it is taken for that of a solid, whose "
-            f"equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
+            "the end of the curve does not distinguish flow from processes slower than the curve: it is taken for that of a solid, "
+            f"whose equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
             mentions=("equilibrium_modulus",),
         )
     elif prescribed is None and equilibrium == 0 and softest.slope >= -LEVEL_SLOPE:
@@ -136,7 +136,7 @@ def _with_glassy(curve: WeightedCurve, process_time: Floats, known: Known, total
     least = LEAST_GLASSY * float(curve.size[0])
     if known[0] is None and solution.constants[0] < least:
         warn(
-            f"the curve does not tell the glassy compliance, taken to be {LEAST_GLASSY:.0%} of its first point: the branches that "
+            f"the curve does not show the glassy compliance, taken to be {LEAST_GLASSY:.0%} of its first point: the branches that "
             f"relax before {curve.time[0]:.3g} s are a guess; state glassy_modulus",
             mentions=("glassy_modulus",),
         )

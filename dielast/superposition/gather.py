@@ -85,7 +85,7 @@ def _repeated(kind: MeasurementKind, temperature: Floats, curve: Index, run: Ind
             k, count = int(np.flatnonzero(rows)[0]), int(np.count_nonzero(rows))
             many = f"; {count - 1} more such row{'s' if count > 2 else ''}" if count > 1 else ""
             place = f"{temperature[curve[k]]:g} degC: {name.replace('_', ' ')} {abscissa[k]:g} {unit}"
-            warn(f"{place} stands there twice, {outcome}{many}")
+            warn(f"{place} appears twice, {outcome}{many}")
     return np.asarray(same)
 
 

@@ -49,7 +49,7 @@ def _warn_of_several(columns: Floats, source: str) -> None:
     starts = np.flatnonzero(np.append(True, np.diff(x) > 0))
     apart = np.exp(np.maximum.reduceat(y, starts) - np.minimum.reduceat(y, starts))
     if np.any(far := apart > NO_SCATTER):
-        again = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
+        again = f"{np.count_nonzero(far)} times or frequencies appear again with values up to {apart.max():.3g} times as large"
         warn(f"{again}: are these several tests? Leave the rows of one in the file", file=source)
 
 
