@@ -12,7 +12,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from dielast.errors import InputError
-from dielast.io.result import Result
+from dielast.io.result import Result, freeze
+from dielast.io.table import plural, spoken
 from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
@@ -63,19 +64,17 @@ class Measurement(Result):
         for name in others:
             if arrays[name].size != arrays[abscissa].size:
                 raise InputError(
-                    f"{where}: {arrays[abscissa].size} {_many(abscissa)} but {arrays[name].size} {_many(name)}: "
-                    f"one {_one(name)} for each {_one(abscissa)} is needed"
+                    f"{where}: {arrays[abscissa].size} {plural(abscissa)} but {arrays[name].size} {plural(name)}: "
+                    f"one {spoken(name)} for each {spoken(abscissa)} is needed"
                 )
         for name, values in arrays.items():
             for k in np.flatnonzero(~np.isfinite(values))[:1]:
-                raise InputError(f"{where}: {_one(name)} of point {k} is {values[k]}: a finite number is needed")
+                raise InputError(f"{where}: {spoken(name)} of point {k} is {values[k]}: a finite number is needed")
         for k in np.flatnonzero(arrays[abscissa] <= 0)[:1]:
             start = f", counted from the {kind.step} step" if kind.step else ""
-            stated = f"{_one(abscissa)} of point {k} is {arrays[abscissa][k]:g} {kind.abscissa[1]}"
-            raise InputError(f"{where}: {stated}: {_many(abscissa)} must be positive{start}")
-        for name, values in arrays.items():
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
+            stated = f"{spoken(abscissa)} of point {k} is {arrays[abscissa][k]:g} {kind.abscissa[1]}"
+            raise InputError(f"{where}: {stated}: {plural(abscissa)} must be positive{start}")
+        freeze(self, arrays)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -129,14 +128,3 @@ def measurement_of(
     offset = {} if kind.over_frequency else {"time_offset": time_offset}
     measurement: Measurement = made(temperature, *columns, source, **offset)
     return measurement
-
-
-def _one(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _many(name: str) -> str:
-    one = _one(name)
-    if one.endswith("modulus"):
-        return one[:-2] + "i"
-    return one[:-1] + "ies" if one.endswith("y") else one + "s"

@@ -8,9 +8,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.result import Result, TabularResult, freeze
+from dielast.io.table import Column, Table, plural, spoken
 from dielast.numerics.arrays import Floats
+
+
+def slowest_first(spectrum: Result, times: str, strengths: str) -> None:
+    """Order the fields `times` and `strengths` of a spectrum, (N,) each, by descending time, and make them read-only.
+
+    Raises `InputError` if they differ in length, a time is not positive, a strength is negative, or either is not finite.
+    """
+    time, strength = (np.array(getattr(spectrum, name), dtype=float).reshape(-1) for name in (times, strengths))
+    if time.size != strength.size:
+        sizes = f"{time.size} {plural(times)} but {strength.size} {plural(strengths)}"
+        raise InputError(f"{sizes}: one {spoken(strengths)} for each time is needed")
+    if not np.all(np.isfinite(time) & (time > 0)):
+        raise InputError(f"every {spoken(times)} must be positive and finite")
+    if not np.all(np.isfinite(strength) & (strength >= 0)):
+        raise InputError(f"every {spoken(strengths)} must be finite and not negative")
+    order = np.argsort(-time, kind="stable")
+    freeze(spectrum, {times: time[order], strengths: strength[order]})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -24,19 +41,7 @@ class Spectrum(TabularResult):
     shear_modulus: Floats
 
     def __post_init__(self) -> None:
-        tau = np.array(self.relaxation_time, dtype=float).reshape(-1)
-        mu = np.array(self.shear_modulus, dtype=float).reshape(-1)
-        if tau.size != mu.size:
-            raise InputError(f"{tau.size} relaxation times but {mu.size} shear moduli: one modulus for each time is needed")
-        if not np.all(np.isfinite(tau) & (tau > 0)):
-            raise InputError("every relaxation time must be positive and finite")
-        if not np.all(np.isfinite(mu) & (mu >= 0)):
-            raise InputError("every shear modulus must be finite and not negative")
-        slowest_first = np.argsort(-tau, kind="stable")
-        for name, values in (("relaxation_time", tau), ("shear_modulus", mu)):
-            ordered = values[slowest_first]
-            ordered.flags.writeable = False
-            object.__setattr__(self, name, ordered)
+        slowest_first(self, "relaxation_time", "shear_modulus")
 
     def __len__(self) -> int:
         return self.relaxation_time.size

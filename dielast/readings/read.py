@@ -10,6 +10,7 @@ import numpy as np
 
 from dielast.errors import InputError, Mistakes, Problem, warn
 from dielast.io.files import Inputs
+from dielast.io.table import spoken
 from dielast.material.checks import warn_of_tension
 from dielast.material.measurement import FrequencySweep, Measurement, measurement_of
 from dielast.material.measurement_kind import MeasurementKind
@@ -143,7 +144,7 @@ def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
         for off, truth in ((2 * np.pi, "Hz"), (1 / (2 * np.pi), "rad/s")):
             if abs(np.log(factor / off)) < VISCOSITY_AGREEMENT:
                 warn(
-                    f"the complex viscosity fits if what is given as {stated[0].replace('_', ' ')} is in {truth}",
+                    f"the complex viscosity fits if what is given as {spoken(stated[0])} is in {truth}",
                     file=part.table.source,
                 )
                 return

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
+from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
 from dielast.readings.curve_recipe import CurveData
@@ -91,7 +92,7 @@ def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArra
     for role in ("frequency", "angular_frequency"):
         if role in part.columns:
             measured[role] = column(role)
-            _refuse(part, lines, measured[role] <= 0, role.replace("_", " "), "is not above zero")
+            _refuse(part, lines, measured[role] <= 0, spoken(role), "is not above zero")
     if len(measured) == 2:
         hertz, omega = measured["frequency"], measured["angular_frequency"]
         for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > FREQUENCY_AGREEMENT)[:1]:

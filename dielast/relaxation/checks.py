@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
+from dielast.io.table import plural, spoken
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.ends import End
@@ -27,7 +28,7 @@ NEAR_END = 10**0.1  # a tenth of a decade: a curve determines processes so far b
 
 def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Floats]:
     """Abscissa and ordinates of a master curve as arrays (n,), by ascending abscissa; all must be positive and of one length."""
-    names = [(name.replace("_", " "), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
+    names = [(spoken(name), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
     arrays = [np.asarray(values, dtype=float) for values in columns]
     abscissa = arrays[0]
     for (name, _), values in zip(names, arrays, strict=True):
@@ -39,9 +40,9 @@ def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[F
             more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
             raise InputError(f"{name}[{bad[0]}] = {values[bad[0]]:g} {unit}{more}: a positive, finite number is needed")
     if np.unique(abscissa).size < 2:
-        one = kind.abscissa[0].replace("_", " ")
-        several = one[:-1] + "ies" if one.endswith("y") else one + "s"
-        raise InputError(f"a curve of {abscissa.size} point(s) at a single {one}: at least two different {several} are needed")
+        name = kind.abscissa[0]
+        at_one = f"a curve of {abscissa.size} point(s) at a single {spoken(name)}"
+        raise InputError(f"{at_one}: at least two different {plural(name)} are needed")
     order = np.lexsort((*arrays[:0:-1], abscissa))
     return [values[order] for values in arrays]
 

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.table import Column, Table, spoken
 from dielast.material.measurement_kind import MeasurementKind
-from dielast.material.spectrum import Spectrum
+from dielast.material.spectrum import Spectrum, slowest_first
 from dielast.numerics.arrays import Floats, Index
 
 _HALVINGS = 64  # of a bracket in log distance: a bracket of 300 decades is then as narrow as rounding
@@ -47,20 +47,10 @@ class RetardationSpectrum(TabularResult):
         return [Column("retardation_time", "s", self.retardation_time), Column("compliance", "1/Pa", self.compliance)]
 
     def __post_init__(self) -> None:
-        time = np.array(self.retardation_time, dtype=float).reshape(-1)
-        compliance = np.array(self.compliance, dtype=float).reshape(-1)
-        if time.size != compliance.size:
-            raise InputError(f"{time.size} retardation times but {compliance.size} compliances: one for each time is needed")
-        if not np.all(np.isfinite(time) & (time > 0)):
-            raise InputError("every retardation time must be positive and finite")
-        rest = np.array([self.glassy_compliance, self.fluidity])
-        if not np.all(np.isfinite(compliance) & (compliance >= 0)) or not np.all(np.isfinite(rest) & (rest >= 0)):
-            raise InputError("compliances and the fluidity must be finite and not negative")
-        slowest_first = np.argsort(-time, kind="stable")
-        for name, values in (("retardation_time", time), ("compliance", compliance)):
-            ordered = values[slowest_first]
-            ordered.flags.writeable = False
-            object.__setattr__(self, name, ordered)
+        slowest_first(self, "retardation_time", "compliance")
+        for name in ("glassy_compliance", "fluidity"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InputError(f"the {spoken(name)} must be finite and not negative")
 
     def creep_compliance(self, time: ArrayLike) -> Floats:
         """Shear creep compliance in 1/Pa at `time` (s): J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta."""

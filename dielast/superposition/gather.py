@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from dielast.errors import InputError, warn
+from dielast.io.table import spoken
 from dielast.material.measurement import Measurement
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Flags, Floats, Index
@@ -84,7 +85,7 @@ def _repeated(kind: MeasurementKind, temperature: Floats, curve: Index, run: Ind
         if np.any(rows):
             k, count = int(np.flatnonzero(rows)[0]), int(np.count_nonzero(rows))
             many = f"; {count - 1} more such row{'s' if count > 2 else ''}" if count > 1 else ""
-            place = f"{temperature[curve[k]]:g} degC: {name.replace('_', ' ')} {abscissa[k]:g} {unit}"
+            place = f"{temperature[curve[k]]:g} degC: {spoken(name)} {abscissa[k]:g} {unit}"
             warn(f"{place} appears twice, {outcome}{many}")
     return np.asarray(same)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Frame, Table, to_frame
+from dielast.io.table import Column, Frame, Table, spoken, to_frame
 from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Floats
@@ -43,7 +43,7 @@ class _Quantity:
         if self.name == curve.kind.abscissa[0]:
             return values
         if self.name not in ordinates:
-            raise InputError(f"a master curve of {curve.measurement} has no {self.name.replace('_', ' ')}")
+            raise InputError(f"a master curve of {curve.measurement} has no {spoken(self.name)}")
         return np.asarray(values[ordinates.index(self.name)])
 
 
