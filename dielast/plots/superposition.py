@@ -38,7 +38,6 @@ def points(
     temperature: float,
     index: int,
     most: int = 40,
-    label: str | None = None,
     *,
     filled: bool = True,
 ) -> None:
@@ -55,7 +54,6 @@ def points(
         markeredgewidth=0 if filled else 0.6,
         markerfacecolor=rgba if filled else "white",
         linestyle="none",
-        label=label,
     )
 
 

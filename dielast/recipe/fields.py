@@ -156,7 +156,6 @@ Temperatures = Annotated[tuple[float, ...], Quantity(units.TEMPERATURE, above=-u
 Force = Annotated[float, Quantity(units.FORCE)]
 Stress = Annotated[float, Quantity(units.STRESS)]
 Length = Annotated[float, Quantity(units.LENGTH, above=0.0)]
-MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
 BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 

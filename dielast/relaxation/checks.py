@@ -104,7 +104,7 @@ def share_kept(branches: int, keep: int | None) -> float:
 
 
 def range_of_times(
-    wanted: Ends, default: tuple[float, float], time: Floats, seen_at: tuple[float, float], kept: float = 1.0
+    wanted: Ends, default: tuple[float, float], time: Floats, seen_at: tuple[float, float], kept: float
 ) -> tuple[float, float]:
     """Shortest and longest time of a process in s: those `wanted`, or else the `default`.
 

@@ -20,6 +20,7 @@ from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.result import SpectrumFit
 
+SEED = 1  # the same draws of a master curve give the same draws of its spectrum
 DOUBTED = 2.0  # times the scatter of the draws, above which a misfit is warned of
 TIMES_PER_DECADE = 8
 SMALL, RELUCTANCE = 0.01, 1e-6  # least share of the modulus that a branch counts for; square of misfit per relative change
@@ -67,7 +68,6 @@ def draw_spectra(
     refit: Callable[[Floats, Floats], SpectrumFit],
     *,
     spectrum: Spectrum | None = None,
-    seed: int = 1,
 ) -> SpectrumDraws:
     """The spectra of all draws of the master curve with points `abscissa` (n,) and `ordinates` (c, n), which gave `fit`.
 
@@ -108,7 +108,7 @@ def draw_spectra(
             f"the model misses the curve by {misfit:.2%} rms, far more than the {scatter:.2%} by which noise makes the curve "
             "uncertain: the draws allow for it, but stand about a spectrum that is off"
         )
-    share = stream(seed, "model error").standard_normal(len(curves.ordinates))[used]
+    share = stream(SEED, "model error").standard_normal(len(curves.ordinates))[used]
     off = np.interp(np.log(change.time), np.log(time), missed)
     equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * off)
     if spectrum is not None and _starts(whole, spectrum):

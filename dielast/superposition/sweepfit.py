@@ -68,7 +68,7 @@ def fit_sweeps(
     anchor: int,
     vertical: bool,
     on: Basis | Literal["auto"],
-    drift: Floats | None = None,
+    drift: Floats | None,
 ) -> BasisFit:
     """Fit frequency sweeps on the basis `on`, or with "auto" on the best one that predicts points left out.
 

@@ -22,8 +22,6 @@ from dielast.superposition.bootstrap import bootstrap_master_curve
 from dielast.superposition.mastercurve import MasterCurve, build_master_curve
 from dielast.superposition.undetermined import LAST_STRETCH, PLATEAU_SLOPE
 
-ONE_ALONE = "a master curve needs at least two temperatures"
-
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the tests, shift them, report."""

@@ -219,9 +219,7 @@ def tables(
     return written
 
 
-def headline(
-    result: SpectrumFit, continuous: ContinuousSpectrum | None = None, reduction: Reduction | None = None
-) -> dict[str, dict[str, Any]]:
+def headline(result: SpectrumFit, continuous: ContinuousSpectrum | None, reduction: Reduction | None) -> dict[str, dict[str, Any]]:
     """The headline numbers of a spectrum by section of the summary."""
     spectrum = result.spectrum if reduction is None else reduction.spectrum
     numbers: dict[str, dict[str, Any]] = {
@@ -260,9 +258,7 @@ def headline(
     return numbers
 
 
-def make_material(
-    result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None = None
-) -> Material:
+def make_material(result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None) -> Material:
     """The material that the simulations read: the spectrum, its shift law, and constants that no relaxation test gives."""
     return Material(
         name=constants.name,

@@ -91,7 +91,7 @@ class Export:
         *,
         points: int | None = None,
         decimal: str | None = None,
-        deformation: Deformation | None = None,
+        deformation: Deformation | None,
     ) -> ExportedStep:
         """The step called `name` from its `header`, rows of names and of units, and its rows of `readings`.
 
