@@ -118,7 +118,7 @@ def _files(card: Card) -> dict[str, str]:
         comments.append(f"Density {number(card.density)}, to be given to the solver.")
     text = _BEHAVIOUR.substitute(
         name=f"Dielast_{card.name}",
-        comments="\n".join(f'  "{_unquoted(line)} "' for line in comments),
+        comments="\n".join('  "' + line.replace('"', "'") + ' "' for line in comments),
         terms=len(card.time),
         bulk=number(card.bulk or 0.0),
         equilibrium=number(card.equilibrium),
@@ -134,10 +134,6 @@ def _files(card: Card) -> dict[str, str]:
 def _inverse_limit(spring: CardForm | None) -> str:
     """1/J_lim; 0 for a neo-Hookean spring."""
     return number(1 / (spring.constants if spring else {}).get("J_lim", math.inf))
-
-
-def _unquoted(text: str) -> str:
-    return text.replace('"', "'")
 
 
 def _listed(values: Iterable[float]) -> str:

@@ -25,8 +25,8 @@ VISCOSITY_AGREEMENT = 0.1  # in ln, of a complex viscosity, rounded as it may be
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
-    """What was read: `measurements` of one kind by ascending temperature, and where they come from."""
+class Dataset:
+    """Measurements of one kind by ascending temperature, and where they come from."""
 
     measurements: list[Measurement]
     kind: MeasurementKind
@@ -47,7 +47,7 @@ class Reading:
         return {"measurement": self.kind.name, "test": self.deformation, "format": ", ".join(self.formats), **steps}
 
 
-def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
+def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
     """The measurements that `data` describes, all of one kind, ramps dropped, and where they come from.
 
     Raises `InputError` naming file and line, column, step or temperature.
@@ -86,7 +86,7 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
         _check_viscosity(parts, readings)
         warn_if_inconsistent([sweep for sweep in measurements if isinstance(sweep, FrequencySweep)])
     formats = tuple(dict.fromkeys(part.format for part in parts))
-    return Reading(measurements, kind, deformation, formats, tuple(left_out), tuple(np.argsort(first).tolist()))
+    return Dataset(measurements, kind, deformation, formats, tuple(left_out), tuple(np.argsort(first).tolist()))
 
 
 def _one_kind(parts: list[Part]) -> MeasurementKind:

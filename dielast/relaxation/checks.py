@@ -13,7 +13,8 @@ from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.ends import End
 
-Ends = tuple[float | None, float | None]
+TimeRange = tuple[float | None, float | None]
+"""The shortest and the longest time of the processes in s, None where it is left to the curve."""
 
 TOLERATED = 0.02  # of G(t): clipping of negative moduli may change it, and the equilibrium modulus exceed its end, by so much
 ABOVE_CURVE = 0.1  # of the smoothed end: an equilibrium modulus so much above is refused, and a glassy one so much below
@@ -55,7 +56,7 @@ def check_counts(method: str, branches: int, fewest: int, keep: int | None) -> N
         raise InputError(f"cannot keep {keep} of {branches} branches", argument="keep")
 
 
-def check_ends(relaxation_time: Ends) -> None:
+def check_times(relaxation_time: TimeRange) -> None:
     """Raise `InputError` for a shortest or longest time that is not positive, or not shorter than the other."""
     for name, end in zip(("min", "max"), relaxation_time, strict=True):
         if end is not None and not 0 < end < np.inf:
@@ -98,13 +99,8 @@ def check_moduli(equilibrium: float | None, glassy: float | None, smallest: floa
         warn(f"{equilibrium:g} Pa is {excess:.1%} above the end of the curve, {smallest:.4g} Pa", argument="equilibrium_modulus")
 
 
-def share_kept(branches: int, keep: int | None) -> float:
-    """The share of the decades of evenly spaced times that is left if only the slowest `keep` branches are kept."""
-    return 1.0 if keep is None or branches < 2 else (keep - 1) / (branches - 1)
-
-
 def range_of_times(
-    wanted: Ends, default: tuple[float, float], time: Floats, seen_at: tuple[float, float], kept: float
+    wanted: TimeRange, default: tuple[float, float], time: Floats, seen_at: tuple[float, float], kept: float
 ) -> tuple[float, float]:
     """Shortest and longest time of a process in s: those `wanted`, or else the `default`.
 

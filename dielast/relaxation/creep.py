@@ -15,7 +15,7 @@ from dielast.errors import warn
 from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
-from dielast.relaxation.checks import LEVEL_SLOPE, Ends
+from dielast.relaxation.checks import LEVEL_SLOPE, TimeRange
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
@@ -33,7 +33,7 @@ def fit_creep(
     creep_compliance: ArrayLike,
     *,
     branches: int = 30,
-    retardation_time: Ends = (None, None),
+    retardation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
     keep: int | None = None,

@@ -13,7 +13,7 @@ from dielast.material.measurement_kind import RELAXATION
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 from dielast.relaxation import schwarzl_staverman as ss
-from dielast.relaxation.checks import TOLERATED, Ends, range_of_times, rms
+from dielast.relaxation.checks import TOLERATED, TimeRange, range_of_times, rms
 from dielast.relaxation.ends import short_time_end
 from dielast.relaxation.nnls import WeightedCurve
 from dielast.relaxation.result import Method, SpectrumFit
@@ -33,7 +33,7 @@ def fit_spectrum(
     method: Method = "schwarzl-staverman",
     branches: int = 30,
     polynomial_degree: int = 7,
-    relaxation_time: Ends = (None, None),
+    relaxation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
     keep: int | None = None,

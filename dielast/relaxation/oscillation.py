@@ -5,7 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from dielast.material.measurement_kind import OSCILLATION
-from dielast.relaxation.checks import Ends
+from dielast.relaxation.checks import TimeRange
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
 
@@ -18,7 +18,7 @@ def fit_oscillation(
     loss_modulus: ArrayLike,
     *,
     branches: int = 30,
-    relaxation_time: Ends = (None, None),
+    relaxation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
     keep: int | None = None,

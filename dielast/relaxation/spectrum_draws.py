@@ -98,7 +98,8 @@ def draw_spectra(
             f"only {len(rows)} of {len(curves.ordinates)} draws of the master curve can be fitted: it is too uncertain for this fit"
         )
     used, equilibrium, moduli, follows = (np.array(column) for column in zip(*rows, strict=True))
-    time, missed = _missed(fit, curves)
+    model = np.atleast_2d(fit.model)[0]
+    missed = fit.kind.stiffness_power * np.log(model / curves.centre(fit.reduced_abscissa)[0])
     # the draws contain the misfit that comes of noise
     square, noise = float(np.mean(missed**2)), float(np.mean(np.var(follows, axis=0)))
     missed = missed * np.sqrt(max(1 - noise / square, 0.0)) if square > 0 else missed
@@ -109,7 +110,7 @@ def draw_spectra(
             "uncertain: the draws allow for it, but stand about a spectrum that is off"
         )
     share = stream(SEED, "model error").standard_normal(len(curves.ordinates))[used]
-    off = np.interp(np.log(change.time), np.log(time), missed)
+    off = np.interp(np.log(change.time), np.log(fit.reduced_time), missed)
     equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * off)
     if spectrum is not None and _starts(whole, spectrum):
         moduli = moduli[:, : len(spectrum)]
@@ -155,9 +156,3 @@ class _Change:
         """Equilibrium modulus (...) and moduli (..., N) changed by shares (..., k), and not below zero."""
         more = share @ self.response.T
         return np.maximum(equilibrium + more[..., -1], 0.0), np.maximum(moduli + more[..., :-1], 0.0)
-
-
-def _missed(fit: SpectrumFit, curves: CurveDraws) -> tuple[Floats, Floats]:
-    """Times (k,) in s and ln of the model's stiffness over that of the mean draw there."""
-    model = np.atleast_2d(fit.model)[0]
-    return fit.reduced_time, fit.kind.stiffness_power * np.log(model / curves.centre(fit.reduced_abscissa)[0])

@@ -13,14 +13,13 @@ from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.checks import (
-    Ends,
+    TimeRange,
     check_counts,
-    check_ends,
     check_liquid,
     check_moduli,
+    check_times,
     fit_errors,
     range_of_times,
-    share_kept,
     sorted_points,
     warn_of_equilibrium,
 )
@@ -45,7 +44,7 @@ class FitTask:
     measured: Floats
     plateau: End
     branches: int
-    times: Ends
+    times: TimeRange
     equilibrium: float | None
     glassy: float | None
     keep: int | None
@@ -58,7 +57,7 @@ class FitTask:
         columns: Sequence[ArrayLike],
         *,
         branches: int,
-        times: Ends,
+        times: TimeRange,
         equilibrium_modulus: float | None,
         glassy_modulus: float | None,
         keep: int | None,
@@ -73,7 +72,7 @@ class FitTask:
         abscissa, *values = sorted_points(kind, columns)
         equilibrium = check_liquid(liquid, equilibrium_modulus)
         check_counts(method, branches, fewest, keep)
-        check_ends(times)
+        check_times(times)
         ascending = slice(None, None, kind.time_power)
         time, measured = (abscissa**kind.time_power)[ascending], np.stack(values)[:, ascending]
         curve = WeightedCurve(time, measured * 3.0**-kind.stiffness_power, votes(np.log10(time)), kind)
@@ -84,9 +83,9 @@ class FitTask:
     @property
     def kept(self) -> float:
         """The share of the decades of times that is left of the branches kept."""
-        return share_kept(self.branches, self.keep)
+        return 1.0 if self.keep is None or self.branches < 2 else (self.keep - 1) / (self.branches - 1)
 
-    def place(self, known: Known, past: float = 1.0, times: Ends | None = None, kept: float | None = None) -> Floats:
+    def place(self, known: Known, past: float = 1.0, times: TimeRange | None = None, kept: float | None = None) -> Floats:
         """Times of the processes for nnls in s, slowest first, by default up to the factor `past` beyond the curve's ends.
 
         `times` and `kept` are those of the task unless stated.

@@ -150,12 +150,6 @@ def _relative(covariance: Floats, weight: Floats) -> Floats:
     return np.asarray(relative @ covariance @ relative.T)
 
 
-def _with_constant(law: ShiftLaw, name: str, value: float) -> ShiftLaw:
-    """The law with another constant."""
-    changed: ShiftLaw = replace(law, **{name: value})  # type: ignore[type-var]
-    return changed
-
-
 def _law_stderr(fit: ShiftFit, temperature: Floats, known: Floats) -> Floats:
     """Standard error (m,) of the law's log10 a relative to the nearest of the `known` temperatures, from its constants; 0 for a
     table, or where the constants have no finite errors.
@@ -168,7 +162,7 @@ def _law_stderr(fit: ShiftFit, temperature: Floats, known: Floats) -> Floats:
         step = 1e-4 * abs(value) or 1e-6
         up, down = (
             _law_values(law, temperature) - _law_values(law, nearest)
-            for law in (_with_constant(fit.law, name, value + sign * step) for sign in (1, -1))
+            for law in (replace(fit.law, **{name: value + sign * step}) for sign in (1, -1))  # type: ignore[type-var]
         )
         slope[row] = (up - down) / (2 * step)
     return np.asarray(np.sqrt(np.maximum(np.einsum("pm,pq,qm->m", slope, fit.covariance, slope), 0.0)))

@@ -24,8 +24,8 @@ def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
 
     Raises `InputError` naming file and line, column or step, or if there are several temperatures.
     """
-    reading = read_all(data, inputs)
-    temperature = [one.temperature for one in reading.measurements]
+    dataset = read_all(data, inputs)
+    temperature = [one.temperature for one in dataset.measurements]
     if max(temperature) - min(temperature) > data.temperature_tolerance:
         tests = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
         raise InputError(f'{tests}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
@@ -34,12 +34,12 @@ def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
         raise InputError(
             f"the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out", file=data.file
         )
-    columns = _positive(np.concatenate([one.columns for one in reading.measurements], axis=1), data.file)
+    columns = _positive(np.concatenate([one.columns for one in dataset.measurements], axis=1), data.file)
     _warn_of_several(columns, data.file)
     at = measured if stated is None else stated
-    exported = set(reading.formats) != {TABLE}  # of a plain table the recipe says it all
-    read = {**reading.summary, "temperature_degC": at, "points": int(columns.shape[1])} if exported else None
-    return ReducedCurve(reading.kind, tuple(columns), NoShift(at), data=read)
+    exported = set(dataset.formats) != {TABLE}  # of a plain table the recipe says it all
+    read = {**dataset.summary, "temperature_degC": at, "points": int(columns.shape[1])} if exported else None
+    return ReducedCurve(dataset.kind, tuple(columns), NoShift(at), data=read)
 
 
 def _warn_of_several(columns: Floats, source: str) -> None:
