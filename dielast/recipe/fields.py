@@ -37,6 +37,13 @@ class Section(BaseModel):
     ELSEWHERE: ClassVar[Mapping[str, str]] = {}
 
 
+def _one_or_more(value: Any, read: Callable[[Any], float], needed: str) -> tuple[float, ...]:
+    """The number, or each of a list of them; `needed` is what an empty list lacks."""
+    if value == []:
+        raise InputError(f"{needed} is needed, or a list of them")
+    return tuple(map(read, value if isinstance(value, list) else [value]))
+
+
 QUANTITY, UNIT = "x-quantity", "x-unit"
 """Keys of the JSON Schema for the name of a quantity and the SI unit in which it is kept."""
 
@@ -68,9 +75,7 @@ class Quantity:
 
     def read_many(self, value: Any) -> tuple[float, ...]:
         """One number or a list of them; raises `InputError`."""
-        if value == []:
-            raise InputError(f"{self.dimension.name} is needed, or a list of them")
-        return tuple(self.read(entry) for entry in (value if isinstance(value, list) else [value]))
+        return _one_or_more(value, self.read, self.dimension.name)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read_many if self.many else self.read)
@@ -102,9 +107,7 @@ class Numbers:
 
     def read_many(self, value: Any) -> tuple[float, ...]:
         """One number or a list of them; raises `InputError`."""
-        if value == []:
-            raise InputError("a bare number is needed, or a list of them")
-        return tuple(self.read(entry) for entry in (value if isinstance(value, list) else [value]))
+        return _one_or_more(value, self.read, "a bare number")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read_many)

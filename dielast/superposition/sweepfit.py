@@ -130,8 +130,8 @@ def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
     if missed["moduli"] <= MISSED:
         return "moduli"
     good = [basis for basis in fits if missed[basis] <= MISSED]
-    doubt = {basis: _doubt(fit) + float(np.log(max(missed[basis], 1.0))) for basis, fit in fits.items()}
-    taken = min(good or list(fits), key=lambda basis: doubt[basis])
+    uncertainty = {basis: _uncertainty(fit) + float(np.log(max(missed[basis], 1.0))) for basis, fit in fits.items()}
+    taken = min(good or list(fits), key=lambda basis: uncertainty[basis])
     if taken != "moduli":
         warn(
             f"storage and loss modulus do not shift together: points that are left out are missed by {missed['moduli'] ** 0.5:.2g} "
@@ -255,13 +255,9 @@ def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
     return replace(fit, splines=both(fit.splines), placed=both(fit.placed), residual=residual)
 
 
-def _steps(fit: MasterFit) -> tuple[Floats, Floats]:
-    """The shifts from one temperature to the next (m - 1,) and their variances, whichever curve is held fast."""
+def _uncertainty(fit: MasterFit) -> float:
+    """Mean logarithm of the variances of the shifts from one temperature to the next, whichever curve is held fast."""
     m = fit.shift.size
     step = np.diff(np.eye(m), axis=0)
-    return np.diff(fit.shift), np.einsum("ij,jk,ik->i", step, fit.covariance[:m, :m], step)
-
-
-def _doubt(fit: MasterFit) -> float:
-    """Mean logarithm of the variances of the shifts."""
-    return float(np.mean(np.log(np.clip(_steps(fit)[1], EXACT**2, UNKNOWN**2))))
+    variance = np.einsum("ij,jk,ik->i", step, fit.covariance[:m, :m], step)
+    return float(np.mean(np.log(np.clip(variance, EXACT**2, UNKNOWN**2))))
