@@ -34,15 +34,19 @@ class CurveDraws:
     ordinates: Floats
 
     def centre(self, abscissa: Floats) -> Floats:
-        """The geometric mean (c, n) of all at abscissas (n,)."""
-        x, wanted = np.log(self.abscissa), np.log(abscissa)
-        return np.exp([np.interp(wanted, x, row) for row in np.mean(np.log(self.ordinates), axis=0)])
+        """The geometric mean (c, n) of all at abscissas (n,), constant beyond the ends."""
+        return np.asarray(np.exp(np.mean(self._logarithms(abscissa), axis=0)))
 
     def deviations(self, abscissa: Floats) -> Floats:
         """ln of each draw over the mean of all, (draws, c, n) at abscissas (n,), constant beyond the ends."""
-        logarithm = np.log(self.ordinates)
-        x, wanted = np.log(self.abscissa), np.log(abscissa)
-        return np.array([[np.interp(wanted, x, row) for row in draw] for draw in logarithm - np.mean(logarithm, axis=0)])
+        logarithms = self._logarithms(abscissa)
+        return np.asarray(logarithms - np.mean(logarithms, axis=0))
+
+    def _logarithms(self, abscissa: Floats) -> Floats:
+        """ln of the ordinates, straight in log-log between the points and constant beyond the ends."""
+        x, at = np.log(self.abscissa), np.log(abscissa)
+        rows = [np.interp(at, x, row) for row in np.log(self.ordinates).reshape(-1, x.size)]
+        return np.reshape(rows, (*self.ordinates.shape[:2], at.size))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +92,7 @@ def draw_spectra(
             except (InputError, NumericsError):
                 continue
         level, moduli = drawn.equilibrium_shear_modulus, drawn.spectrum.shear_modulus
-        if not _starts(drawn.spectrum, whole):
+        if not _begins_with(drawn.spectrum, whole):
             stiffer = drawn.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1
             level, moduli = change.added(fit.equilibrium_shear_modulus, whole.shear_modulus, stiffer)
         follows = np.log(np.atleast_2d(drawn.model)[0] / np.atleast_2d(fit.model)[0]) - at_points[place, 0]
@@ -112,7 +116,7 @@ def draw_spectra(
     share = stream(SEED, "model error").standard_normal(len(curves.ordinates))[used]
     off = np.interp(np.log(change.time), np.log(fit.reduced_time), missed)
     equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * off)
-    if spectrum is not None and _starts(whole, spectrum):
+    if spectrum is not None and _begins_with(whole, spectrum):
         moduli = moduli[:, : len(spectrum)]
     elif spectrum is not None:
         change = _Change.of(spectrum, fit)
@@ -123,7 +127,7 @@ def draw_spectra(
     return SpectrumDraws(used, equilibrium, moduli, misfit, scatter)
 
 
-def _starts(spectrum: Spectrum, with_these: Spectrum) -> bool:
+def _begins_with(spectrum: Spectrum, with_these: Spectrum) -> bool:
     """Whether the slowest relaxation times of a spectrum are those of another."""
     count = len(with_these)
     return len(spectrum) >= count and np.allclose(spectrum.relaxation_time[:count], with_these.relaxation_time, rtol=1e-6)
