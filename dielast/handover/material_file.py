@@ -103,8 +103,8 @@ class DielectricSection(LawSection):
         """The law that is stated, or else the first that takes all, or most, of the constants that are stated."""
         if "law" in self.model_fields_set:
             return self.law
-        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(given - {constant.file_key for constant in law.constants}))
+        stated = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(stated - {constant.file_key for constant in law.constants}))
         return law.name
 
     def for_material(self) -> float | DielectricLaw | None:

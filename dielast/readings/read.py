@@ -144,7 +144,7 @@ def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
         for off, truth in ((2 * np.pi, "Hz"), (1 / (2 * np.pi), "rad/s")):
             if abs(np.log(factor / off)) < VISCOSITY_AGREEMENT:
                 warn(
-                    f"the complex viscosity fits if what is given as {spoken(stated[0])} is in {truth}",
+                    f"the complex viscosity fits if what is stated as {spoken(stated[0])} is in {truth}",
                     file=part.table.source,
                 )
                 return

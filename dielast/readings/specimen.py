@@ -32,12 +32,12 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
     name, or the first with a usual name. Raises `InputError` naming the file if there is none, or if `columns` name several.
     """
     role_of = KNOWN_AS[quantity]
-    given = {} if columns is None else columns.by_role
-    stated = [role for role in dict.fromkeys(role_of.values()) if role in given]
+    by_role = {} if columns is None else columns.by_role
+    stated = [role for role in dict.fromkeys(role_of.values()) if role in by_role]
     if len(stated) > 1:
         raise InputError(f"columns.{' and columns.'.join(stated)} say the same: one of them is needed", file=table.source)
     if stated:
-        return stated[0], given[stated[0]]
+        return stated[0], by_role[stated[0]]
     name = next((name for name in role_of if table.has(name)), None)
     if name is None:
         roles = list(dict.fromkeys(role_of.values()))

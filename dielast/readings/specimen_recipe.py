@@ -32,8 +32,17 @@ class Specimen(Section):
         return None if self.width is None or self.thickness is None else self.width * self.thickness
 
 
-class MachineColumns(Section):
-    """Columns of a table that a testing machine wrote, where they are called otherwise."""
+class NamedColumns(Section):
+    """Names or numbers of columns, each under the role that the column has."""
+
+    @property
+    def by_role(self) -> dict[str, str | int]:
+        """The columns that are stated, by their role."""
+        return {role: column for role in type(self).model_fields if (column := getattr(self, role)) is not None}
+
+
+class MachineColumns(NamedColumns):
+    """Columns of a table that a testing machine wrote, where they have other names than usual."""
 
     time: ColumnName | None = Field(None, description='Left out: "time".')
     stretch: ColumnName | None = Field(None, description="Or strain, or extension.")
@@ -41,11 +50,6 @@ class MachineColumns(Section):
     extension: ColumnName | None = Field(None, description="A length; needs specimen.gauge_length.")
     stress: ColumnName | None = Field(None, description="Nominal; or force.")
     force: ColumnName | None = Field(None, description="Needs specimen.width and thickness.")
-
-    @property
-    def by_role(self) -> dict[str, str | int]:
-        """The columns given, by their role."""
-        return {role: column for role in type(self).model_fields if (column := getattr(self, role)) is not None}
 
 
 def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:

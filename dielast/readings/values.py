@@ -109,11 +109,11 @@ def _ordinates(
     part: Part, column: Callable[[str], Array], lines: NDArray[np.int64], per_shear: float, specimen: Specimen | None
 ) -> Array:
     """Young's moduli in Pa or tensile compliance in 1/Pa, shape (c, n); stress over strain is the paper's modulus, Sec. 2.1.1."""
-    given = part.columns
+    columns = part.columns
     if part.kind.over_frequency:
-        if "loss" in given:
+        if "loss" in columns:
             moduli = np.stack((column("storage"), column("loss")))
-        elif "storage" in given:
+        elif "storage" in columns:
             moduli = column("storage") * np.stack((np.ones(lines.size), column("tan_delta")))
         else:
             tangent = column("tan_delta")
@@ -121,13 +121,13 @@ def _ordinates(
         return np.asarray(per_shear * moduli)
     # a modulus is stress over strain, a compliance strain over stress; shear moduli are a third of Young's
     scale, plain = per_shear**part.kind.stiffness_power, part.kind.value
-    if plain in given:
+    if plain in columns:
         return np.asarray(scale * column(plain))[None]
-    if "stretch" in given:
+    if "stretch" in columns:
         strain = column("stretch") - 1
     else:
-        strain = column("strain") if "strain" in given else strain_of(column("extension"), specimen)
-    stress = column("stress") if "stress" in given else nominal_stress(column("force"), specimen)
+        strain = column("strain") if "strain" in columns else strain_of(column("extension"), specimen)
+    stress = column("stress") if "stress" in columns else nominal_stress(column("force"), specimen)
     warn_of_strain(strain)
     over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
     _warn_of_held(part, held=under[1], answer=over[1])

@@ -197,7 +197,7 @@ def test_a_complex_viscosity_shows_a_wrong_unit_of_frequency(
     expect_sweeps(read(tmp_path, file="sweep.csv", columns=columns).measurements)
     sweep_file(tmp_path, header, np.column_stack((rows[:, 0], right * scale, rows[:, 2:], viscosity)))
     what = role.replace("_", " ")
-    with pytest.warns(DielastWarning, match=f"sweep.csv: the complex viscosity fits if what is given as {what} is in {truth}"):
+    with pytest.warns(DielastWarning, match=f"sweep.csv: the complex viscosity fits if what is stated as {what} is in {truth}"):
         read(tmp_path, file="sweep.csv", columns=columns)
     sweep_file(tmp_path, header, np.column_stack((rows[:, 0], right, rows[:, 2:], viscosity / 3)))
     with pytest.warns(DielastWarning, match="complex modulus over angular frequency is 3 times the complex viscosity"):
