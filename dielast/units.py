@@ -171,11 +171,11 @@ def _weight(number: float, unit: str) -> str:
 
 def decimal_comma(text: str) -> str:
     """What to write instead of the first number in `text` with a comma in it; empty if there is none."""
-    found = _COMMA.search(text)
-    if found is None:
+    comma = _COMMA.search(text)
+    if comma is None:
         return ""
-    thousands = f" or {found[0].replace(',', '')}" if len(found[1]) == 3 else ""
-    return f"a decimal comma? write {found[0].replace(',', '.')}{thousands}"
+    thousands = f" or {comma[0].replace(',', '')}" if len(comma[1]) == 3 else ""
+    return f"a decimal comma? write {comma[0].replace(',', '.')}{thousands}"
 
 
 @lru_cache(maxsize=256)

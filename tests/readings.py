@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from dielast.io.files import Inputs
 from dielast.material.measurement import FrequencySweep, Measurement, RelaxationCurve
-from dielast.readings.read import Reading, read_all
+from dielast.readings.read import Dataset, read_all
 from dielast.readings.recipe import MeasurementData
 from dielast.recipe.validate import check
 
@@ -39,7 +39,7 @@ def model(folder: Path, **options: Any) -> MeasurementData:
     return check(MeasurementData, options, "recipe.toml: data", folder)
 
 
-def read(folder: Path, **options: Any) -> Reading:
+def read(folder: Path, **options: Any) -> Dataset:
     return read_all(model(folder, **options), Inputs(folder))
 
 

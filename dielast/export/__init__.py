@@ -1,1 +1,1 @@
-"""Material cards for finite-element codes: one module a code, each stating the code's own conventions."""
+"""Material cards for finite-element codes: one module for each code, which states the conventions of the code."""

@@ -8,8 +8,10 @@ D1 = 2/K, zero for incompressible.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number
+from dielast.export.text import number, rows_of
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
 from dielast.material.springs import CardForm
 from dielast.units import ZERO_CELSIUS
@@ -36,52 +38,36 @@ def _files(card: Card) -> dict[str, str]:
         lines += ["*DENSITY", number(card.density) + ","]
     lines += card.spring_lines(card.equilibrium if long_term else card.instantaneous)
     lines.append("*VISCOELASTIC, TIME=PRONY")
-    lines += [f"{ratio}, 0, {number(time)}" for ratio, (_, time) in zip(card.ratios_below_one(), card.branches, strict=True)]
+    lines += [f"{ratio}, 0, {number(time)}" for ratio, time in zip(card.ratios_below_one(), card.time.tolist(), strict=True)]
     return {"material.inp": "\n".join(lines + card.shift_lines()) + "\n"}
 
 
-def _moduli(card: Card) -> str:
-    return "MODULI=LONG TERM" if card.options.moduli == "long-term" else "MODULI=INSTANTANEOUS"
-
-
-def _neo_hookean(spring: CardForm, card: Card) -> list[str]:
-    """C10 = mu/2, D1."""
-    return [f"*HYPERELASTIC, NEO HOOKE, {_moduli(card)}", f"{number(spring.modulus / 2)}, {number(card.compressibility)}"]
-
-
-def _yeoh(spring: CardForm, card: Card) -> list[str]:
-    """C10, C20, C30, D1, D2, D3."""
-    series = map(number, spring.constants.values())
-    return [f"*HYPERELASTIC, YEOH, {_moduli(card)}", ", ".join((*series, number(card.compressibility), "0", "0"))]
+def _hyperelastic(card: Card, keyword: str, constants: Iterable[float], terms: int = 1, comments: Sequence[str] = ()) -> list[str]:
+    """The `constants` of a law, then as many D_i as its energy has `terms`, eight numbers on a line."""
+    moduli = "LONG TERM" if card.options.moduli == "long-term" else "INSTANTANEOUS"
+    numbers = [*constants, *card.compressibilities(terms)]
+    return [
+        *(f"** {comment}" for comment in comments),
+        f"*HYPERELASTIC, {keyword}, MODULI={moduli}",
+        *(", ".join(row) for row in rows_of(map(number, numbers), 8)),
+    ]
 
 
 def _arruda_boyce(spring: CardForm, card: Card) -> list[str]:
-    """mu (not the initial modulus), lambda_m, D."""
-    constants = (spring.constants["mu"], spring.constants["locking_stretch"], card.compressibility)
-    return [
-        *(f"** {note}" for note in spring.notes),
-        f"*HYPERELASTIC, ARRUDA-BOYCE, {_moduli(card)}",
-        ", ".join(map(number, constants)),
-    ]
-
-
-def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
-    """C10, C01, D1."""
-    constants = (*spring.constants.values(), card.compressibility)
-    return [f"*HYPERELASTIC, MOONEY-RIVLIN, {_moduli(card)}", ", ".join(map(number, constants))]
+    """mu (not the initial modulus), lambda_m."""
+    constants = spring.constants["mu"], spring.constants["locking_stretch"]
+    return _hyperelastic(card, "ARRUDA-BOYCE", constants, comments=spring.notes)
 
 
 def _ogden(spring: CardForm, card: Card) -> list[str]:
-    """mu_i, alpha_i of every term, then D_i, eight numbers on a line; mu_i = mu_p alpha_p/2."""
+    """mu_i, alpha_i of every term; mu_i = mu_p alpha_p/2."""
     terms = ogden_terms(spring)
-    values = [value for modulus, exponent in terms for value in (modulus * exponent / 2, exponent)]
-    values += [card.compressibility, *[0.0] * (len(terms) - 1)]
-    return [
-        "** Ogden: W = sum 2 mu_i/alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), so that mu_i = mu_p alpha_p/2 of the form",
-        "** mu_p/alpha_p, and the mu_i add up to the initial shear modulus",
-        f"*HYPERELASTIC, OGDEN, N={len(terms)}, {_moduli(card)}",
-        *(", ".join(map(number, values[start : start + 8])) for start in range(0, len(values), 8)),
-    ]
+    constants = [value for modulus, exponent in terms for value in (modulus * exponent / 2, exponent)]
+    comments = (
+        "Ogden: W = sum 2 mu_i/alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), so that mu_i = mu_p alpha_p/2 of the form",
+        "mu_p/alpha_p, and the mu_i add up to the initial shear modulus",
+    )
+    return _hyperelastic(card, f"OGDEN, N={len(terms)}", constants, len(terms), comments)
 
 
 def _model_data(card: Card) -> list[str]:
@@ -115,10 +101,10 @@ def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
 CODE = Code(
     "abaqus",
     {
-        "neo-hookean": _neo_hookean,
-        "yeoh": _yeoh,
+        "neo-hookean": lambda spring, card: _hyperelastic(card, "NEO HOOKE", [spring.modulus / 2]),  # C10
+        "yeoh": lambda spring, card: _hyperelastic(card, "YEOH", spring.constants.values(), 3),
         "arruda-boyce": _arruda_boyce,
-        "mooney-rivlin": _mooney_rivlin,
+        "mooney-rivlin": lambda spring, card: _hyperelastic(card, "MOONEY-RIVLIN", spring.constants.values()),
         "ogden": _ogden,
     },
     {"wlf": _wlf, "arrhenius": _arrhenius},

@@ -8,17 +8,18 @@ temperatures. d = 2/K, zero for incompressible.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import chain
+
 from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number
+from dielast.export.text import number, rows_of
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
 from dielast.material.springs import CardForm
 
 
 def _files(card: Card) -> dict[str, str]:
     """`material.mac`."""
-    pairs = [
-        text for ratio, (_, time) in zip(card.ratios_below_one(), card.branches, strict=True) for text in (ratio, number(time))
-    ]
+    pairs = chain(*zip(card.ratios_below_one(), map(number, card.time.tolist()), strict=True))
     comments = [
         "Material card for ANSYS Mechanical APDL, written by dielast; read it in /PREP7 with /INPUT,material,mac",
         *card.notes,
@@ -33,64 +34,39 @@ def _files(card: Card) -> dict[str, str]:
     if card.density is not None:
         lines.append(f"MP,DENS,DIELAST_MAT,{number(card.density)}")
     lines += [*card.spring_lines(card.instantaneous), f"TB,PRONY,DIELAST_MAT,1,{len(card.time)},SHEAR"]
-    lines += [f"TBDATA,{start + 1},{','.join(pairs[start : start + 6])}" for start in range(0, len(pairs), 6)]
+    lines += _data(pairs)
     return {"material.mac": "\n".join(lines + card.shift_lines()) + "\n"}
 
 
-def _neo_hookean(spring: CardForm, card: Card) -> list[str]:
-    return [
-        "! neo-Hookean: mu, d",
-        "TB,HYPER,DIELAST_MAT,1,2,NEO",
-        f"TBDATA,1,{number(spring.modulus)},{number(card.compressibility)}",
-    ]
+def _hyperelastic(card: Card, keyword: str, count: int, comment: str, constants: Iterable[float], terms: int = 1) -> list[str]:
+    """The `constants` of a law, then as many d_i as its energy has `terms`; `count` is what TB,HYPER states beside the keyword."""
+    numbers = [*constants, *card.compressibilities(terms)]
+    return [f"! {comment}", f"TB,HYPER,DIELAST_MAT,1,{count},{keyword}", *_data(map(number, numbers))]
+
+
+def _data(numbers: Iterable[str]) -> list[str]:
+    """TBDATA with six numbers on a line."""
+    return [f"TBDATA,{6 * line + 1},{','.join(row)}" for line, row in enumerate(rows_of(numbers, 6))]
 
 
 def _gent(spring: CardForm, card: Card) -> list[str]:
-    return [
-        "! Gent: mu, J_m, d",
-        "TB,HYPER,DIELAST_MAT,1,3,GENT",
-        f"TBDATA,1,{number(spring.modulus)},{number(spring.constants['J_lim'])},{number(card.compressibility)}",
-    ]
+    return _hyperelastic(card, "GENT", 3, "Gent: mu, J_m, d", [spring.modulus, spring.constants["J_lim"]])
 
 
 def _yeoh(spring: CardForm, card: Card) -> list[str]:
-    series = ",".join(map(number, spring.constants.values()))
-    return [
-        "! Yeoh: C10, C20, C30, d1, d2, d3",
-        "TB,HYPER,DIELAST_MAT,1,3,YEOH",
-        f"TBDATA,1,{series},{number(card.compressibility)},0,0",
-    ]
+    return _hyperelastic(card, "YEOH", 3, "Yeoh: C10, C20, C30, d1, d2, d3", spring.constants.values(), 3)
 
 
 def _arruda_boyce(spring: CardForm, card: Card) -> list[str]:
-    constants = (spring.constants["mu"], spring.constants["locking_stretch"], card.compressibility)
-    return [
-        *(f"! {note}" for note in spring.notes),
-        "! Arruda-Boyce: mu, lambda_L, d",
-        "TB,HYPER,DIELAST_MAT,1,3,BOYCE",
-        f"TBDATA,1,{','.join(map(number, constants))}",
-    ]
-
-
-def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
-    constants = (*spring.constants.values(), card.compressibility)
-    return [
-        "! Mooney-Rivlin: C10, C01, d",
-        "TB,HYPER,DIELAST_MAT,1,2,MOONEY",
-        f"TBDATA,1,{','.join(map(number, constants))}",
-    ]
+    constants = spring.constants["mu"], spring.constants["locking_stretch"]
+    notes = [f"! {note}" for note in spring.notes]
+    return notes + _hyperelastic(card, "BOYCE", 3, "Arruda-Boyce: mu, lambda_L, d", constants)
 
 
 def _ogden(spring: CardForm, card: Card) -> list[str]:
-    """mu_i, alpha_i of every term, then d_i, six numbers on a line."""
     terms = ogden_terms(spring)
-    values = [number(value) for term in terms for value in term]
-    values += [number(card.compressibility), *["0"] * (len(terms) - 1)]
-    return [
-        "! Ogden: mu_i, alpha_i, then d_i; W = sum mu_i/alpha_i (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3)",
-        f"TB,HYPER,DIELAST_MAT,1,{len(terms)},OGDEN",
-        *(f"TBDATA,{start + 1},{','.join(values[start : start + 6])}" for start in range(0, len(values), 6)),
-    ]
+    comment = "Ogden: mu_i, alpha_i, then d_i; W = sum mu_i/alpha_i (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3)"
+    return _hyperelastic(card, "OGDEN", len(terms), comment, chain(*terms), len(terms))
 
 
 def _wlf(law: WLF, card: Card) -> list[str]:
@@ -113,10 +89,12 @@ CODE = Code(
     "ansys",
     {
         "gent": _gent,
-        "neo-hookean": _neo_hookean,
+        "neo-hookean": lambda spring, card: _hyperelastic(card, "NEO", 2, "neo-Hookean: mu, d", [spring.modulus]),
         "yeoh": _yeoh,
         "arruda-boyce": _arruda_boyce,
-        "mooney-rivlin": _mooney_rivlin,
+        "mooney-rivlin": lambda spring, card: _hyperelastic(
+            card, "MOONEY", 2, "Mooney-Rivlin: C10, C01, d", spring.constants.values()
+        ),
         "ogden": _ogden,
     },
     {"wlf": _wlf, "arrhenius": _arrhenius},

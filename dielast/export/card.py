@@ -28,8 +28,8 @@ def spring_names() -> tuple[str, ...]:
 def export_card(material: Material, form: str, options: CardOptions | None = None) -> dict[str, str]:
     """The material as text files (name -> ASCII text) for the finite-element code `form`, one of `CODES`.
 
-    Every card states its conventions and what it leaves out. Raises `InputError` with the option to change
-    for what the code cannot carry and the options do not allow to be replaced.
+    Every card states its conventions and what it leaves out. Raises `InputError` with the option to change where the code cannot
+    represent the material and the options do not allow a replacement.
     """
     if form not in CODES:
         raise InputError(f"{shown(form)}: one of {', '.join(CODES.names)} is needed", argument="formats")

@@ -1,4 +1,4 @@
-"""What a finite-element code can carry, and a material as a card of the code states it."""
+"""What a finite-element code can represent, and a material as a card of the code states it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dielast.export.text import number, temperature
 from dielast.material.shift import ShiftLaw
 from dielast.material.springs import CardForm, SpringLaw
 
-LARGEST_LOSS = 1e-7  # of the equilibrium modulus, where a code takes one minus the sum of ratios for it
+LARGEST_LOSS = 1e-7  # of the equilibrium modulus, in a code that takes it for one minus the sum of ratios
 Lines = list[str]
 
 
@@ -24,8 +24,8 @@ Lines = list[str]
 class Code:
     """A finite-element code, and how its files are written.
 
-    `springs` and `shifts` hold the code's own spring and shift laws by name, each with the function that writes its lines: of the
-    `CardForm` and the card, and of the shift law and the card. `write` makes the files (name -> ASCII text) of a card.
+    `springs` and `shifts` hold the spring and shift laws of the code by name, each with the function that writes its lines, given
+    the `CardForm` or the shift law, and the card. `write` makes the files (name -> ASCII text) of a card.
     `most_terms`: the largest number of branches. `flows`: whether a material may lack an equilibrium modulus. `separate_limits`:
     whether the branches may have other constants than the equilibrium spring. `poisson_ratio`: at time zero, where the code must
     have a bulk modulus and none is stated; None where a card can be incompressible. `absolute`: shift laws that are written for
@@ -89,6 +89,10 @@ class Card:
         """2/K, zero for an incompressible card."""
         return 0.0 if self.bulk is None else 2 / self.bulk
 
+    def compressibilities(self, terms: int) -> list[float]:
+        """The same for a volumetric energy of so many `terms`, of which all but the first are zero."""
+        return [self.compressibility, *[0.0] * (terms - 1)]
+
     @property
     def branches(self) -> list[tuple[float, float]]:
         """Modulus and relaxation time of every branch."""
@@ -96,7 +100,7 @@ class Card:
 
     @property
     def default_bulk(self) -> list[str]:
-        """A comment on a bulk modulus that nobody stated."""
+        """A comment on a bulk modulus that the options do not state."""
         stated = self.options.bulk_modulus is not None or self.options.poisson_ratio is not None
         return [] if stated else [f"by default from Poisson's ratio {self.code.poisson_ratio:g} at time zero."]
 

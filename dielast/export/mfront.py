@@ -9,13 +9,13 @@ the one at the middle of the increment.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from string import Template
 
 import numpy as np
 
 from dielast.export.code import Card, Code
-from dielast.export.text import number
+from dielast.export.text import number, rows_of
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable
 from dielast.material.springs import CardForm
 from dielast.units import ZERO_CELSIUS
@@ -118,7 +118,7 @@ def _files(card: Card) -> dict[str, str]:
         comments.append(f"Density {number(card.density)}, to be given to the solver.")
     text = _BEHAVIOUR.substitute(
         name=f"Dielast_{card.name}",
-        comments="\n".join(f'  "{_unquoted(line)} "' for line in comments),
+        comments="\n".join('  "' + line.replace('"', "'") + ' "' for line in comments),
         terms=len(card.time),
         bulk=number(card.bulk or 0.0),
         equilibrium=number(card.equilibrium),
@@ -136,12 +136,8 @@ def _inverse_limit(spring: CardForm | None) -> str:
     return number(1 / (spring.constants if spring else {}).get("J_lim", math.inf))
 
 
-def _unquoted(text: str) -> str:
-    return text.replace('"', "'")
-
-
-def _listed(values: Sequence[float]) -> str:
-    return ",\n".join("      " + ", ".join(map(number, values[start : start + 4])) for start in range(0, len(values), 4))
+def _listed(values: Iterable[float]) -> str:
+    return ",\n".join("      " + ", ".join(row) for row in rows_of(map(number, values), 4))
 
 
 def _temperatures(law: ShiftLaw) -> list[str]:

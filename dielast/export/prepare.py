@@ -1,7 +1,7 @@
-"""A material made ready for what a code can carry.
+"""A material in the form that a code can represent.
 
-Nothing is approximated in silence: what a code cannot carry is an `InputError` that begins with the recipe key to change, or is
-allowed by an option and then named in the card.
+Nothing is approximated in silence: a property that a code cannot represent is an `InputError` with the recipe key to change, or is
+replaced if an option allows that, and the card then says so.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NOTE_WIDTH = 120  # characters of a line of notes
 
 
 def prepare(material: Material, code: Code, options: CardOptions) -> Card:
-    """The material as `code` can carry it; raises `InputError`, a problem for each option to change, where it cannot."""
+    """The material as `code` can represent it; raises `InputError` with a problem for each option to change where it cannot."""
     wrong = Mistakes()
     options = replace(options, units=code.units or options.units)
     units = UNITS[options.units]
@@ -150,8 +150,8 @@ def _check_alike(first: SpringLaw, rest: SpringLaw, one: CardForm, other: CardFo
     for name in [name for name in values if name in others and hasattr(CardOptions, name)]:
         value = values[name]
         raise InputError(f"{code.name} has one {name} {alone}, not {value} and {others[name]}: state one, {instead}", argument=name)
-    said = f"{code.name} has one set of constants {alone}, not {_described(first)} and {_described(rest)}"
-    raise InputError(f"{said}: make them alike in the material file, {instead}", argument="hyperelastic")
+    alike = f"{code.name} has one set of constants {alone}, not {_described(first)} and {_described(rest)}"
+    raise InputError(f"{alike}: make them alike in the material file, {instead}", argument="hyperelastic")
 
 
 def _check_exponents(form: CardForm, code: Code) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Iterable
+from itertools import islice
 
 from dielast.units import ZERO_CELSIUS
 
@@ -11,6 +13,12 @@ from dielast.units import ZERO_CELSIUS
 def number(value: float) -> str:
     """15 significant digits, fewer where that would take more than the 20 characters that Abaqus reads."""
     return next(text for digits in range(15, 0, -1) if len(text := f"{value:.{digits}g}") <= 20)
+
+
+def rows_of(numbers: Iterable[str], width: int) -> list[tuple[str, ...]]:
+    """The numbers in rows of at most so many."""
+    rest = iter(numbers)
+    return list(iter(lambda: tuple(islice(rest, width)), ()))
 
 
 def temperature(value: float, scale: str) -> str:
@@ -26,6 +34,6 @@ def identifier(name: str) -> str:
 
 
 def plain(text: str) -> str:
-    """Text that no code's comment stumbles over: printable ASCII, no backslash, no double hyphen."""
+    """Text that is safe in the comments of every code: printable ASCII, no backslash, no double hyphen."""
     shown = "".join(mark if mark.isascii() and mark.isprintable() and mark != "\\" else "?" for mark in text)
     return re.sub(r"-(?=-)", "- ", shown)[:100]

@@ -1,8 +1,9 @@
-"""Tables of a material file that state a law and its constants, made of what the laws of a family say of themselves."""
+"""Tables of a material file that state a law and its constants, with keys made of the registered laws of a family."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import chain
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, create_model, model_validator
@@ -10,13 +11,18 @@ from pydantic import Field, create_model, model_validator
 from dielast.material.law import Constant, Law, Registry
 from dielast.recipe.fields import Numbers, OneOf, Quantity, Section
 
-Kind = TypeVar("Kind", bound="LawSection")
+Kind = TypeVar("Kind", bound="FamilySection")
 
 
-class LawSection(Section):
-    """A table that states a law of one family and its constants."""
+class FamilySection(Section):
+    """A table that states laws of one family and their constants."""
 
     FAMILY: ClassVar[Registry[Any]]
+
+
+class LawSection(FamilySection):
+    """A table that states one law and its constants."""
+
     law: Annotated[str, OneOf(tuple)]
 
     @model_validator(mode="after")
@@ -25,7 +31,7 @@ class LawSection(Section):
         return self
 
     def check(self) -> None:
-        """`InputError` if the law cannot be had."""
+        """`InputError` if the law cannot be made of its constants."""
         self.stated()
 
     def law_stated(self) -> str:
@@ -45,28 +51,20 @@ class LawSection(Section):
         return {key: getattr(self, key) for key in law_constants(self.FAMILY)}
 
 
-def law_section(section: type[Kind], family: Registry[Any], default: str | None, description: str) -> type[Kind]:
-    """The `section` with the key `law`, one of the `family`, and a key for every constant of these laws.
+def law_section(section: type[Kind], family: Registry[Any], default: str | None, **descriptions: str) -> type[Kind]:
+    """The `section` with keys that name a law of the `family`, each with its description, and a key for every constant of the laws.
 
     `default` is the law where none is stated; None: the law must be stated.
     """
     law = Annotated[str, OneOf(lambda: family.names)]
-    fields: dict[str, Any] = {"law": (law, Field(... if default is None else default, description=description))}
-    fields |= constant_fields(family)
+    first = ... if default is None else default
+    fields: dict[str, Any] = {key: (law, Field(first, description=text)) for key, text in descriptions.items()}
+    for key, constants in law_constants(family).items():
+        text = " ".join(dict.fromkeys(constant.description for constant in constants))
+        fields[key] = (_annotation(constants) | None, Field(None, description=text))
     made = create_model(section.__name__, __base__=section, __doc__=section.__doc__, __module__=section.__module__, **fields)
     made.FAMILY = family
     return made
-
-
-def constant_fields(family: Registry[Any]) -> dict[str, Any]:
-    """A field for every constant of the laws of a family, by its key."""
-    return {
-        key: (
-            _annotation(constants) | None,
-            Field(None, description=" ".join(dict.fromkeys(constant.description for constant in constants))),
-        )
-        for key, constants in law_constants(family).items()
-    }
 
 
 def stated_law(law: Law, default: str | None = None) -> dict[str, Any]:
@@ -76,22 +74,17 @@ def stated_law(law: Law, default: str | None = None) -> dict[str, Any]:
 
 def law_constants(family: Registry[Any]) -> dict[str, list[Constant]]:
     """The constants of all laws of a family by their keys; laws may share a key."""
-    found: dict[str, list[Constant]] = {}
-    for constant in _every(family):
-        found.setdefault(constant.file_key, []).append(constant)
-    return found
-
-
-def _every(family: Registry[Any]) -> Iterator[Constant]:
-    for law in family:
-        yield from law.constants
+    by_key: dict[str, list[Constant]] = {}
+    for constant in chain.from_iterable(law.constants for law in family):
+        by_key.setdefault(constant.file_key, []).append(constant)
+    return by_key
 
 
 def _annotation(constants: Sequence[Constant]) -> Any:
     """The type of a key that states these constants, each of another law."""
     constant = constants[0]
     if constant.dimension is None:
-        if len({each.many for each in constants}) > 1:
+        if len({constant.many for constant in constants}) > 1:
             return Annotated[tuple[float, ...], Numbers(constant.at_least, constant.above)]
         number = Annotated[float, Field(gt=constant.above, ge=constant.at_least)]
         return list[number] if constant.many else number

@@ -1,4 +1,4 @@
-"""Draws on their way from `mastercurve` through `spectrum` to the simulations, as files."""
+"""Files of draws: those that `mastercurve` writes and `spectrum` reads, and the draws of a material made of them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
-from dielast.io.table import Column, Table, number_columns
+from dielast.io.table import Column, Table
 from dielast.io.toml import parse_toml
 from dielast.material.material import Material
 from dielast.material.measurement_kind import MeasurementKind
@@ -65,18 +65,16 @@ class ReadDraws:
 
 
 def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDraws | None:
-    """The draws in the folder that `mastercurve` wrote the `curve` into; none if its summary speaks of none."""
+    """The draws in the folder of the master curve `curve`; None if its summary has no section on uncertainty."""
     name = f"{folder}/summary.toml"
     if "uncertainty" not in parse_toml(inputs.read(name), name):
         return None
     name = f"{folder}/{LAWS}"
     headers = curve.shift.drawn_headers()
-    number, *constants = number_columns(inputs.read(name), name, ["draw", *headers])
-    for row in np.flatnonzero(~(np.isfinite(number) & (number == np.floor(number))))[:1]:
+    number, *constants = finite_columns(inputs.read(name), name, ["draw", *headers])
+    for row in np.flatnonzero(number != np.floor(number))[:1]:
         raise InputError(f'column "draw": {number[row]:g} is not a whole number', file=name, row=row + 2)
     rows = np.array(constants).reshape(len(headers), number.size).T
-    for row, column in np.argwhere(~np.isfinite(rows))[:1]:
-        raise InputError(f'column "{headers[column]}": a number is needed', file=name, row=row + 2)
     if number.size < 2:
         raise InputError(f"{number.size} draws: at least 2 are needed", file=name)
     shifts = []
@@ -100,7 +98,7 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DrawnMaterials:
-    """The draws of a material as a table, and what the summary says of them."""
+    """The draws of a material as a table, and their section of the summary."""
 
     table: Table
     headline: dict[str, Any]

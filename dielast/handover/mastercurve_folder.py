@@ -81,9 +81,9 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
 
     def measured() -> tuple[Array, Array]:
         name = f"{folder}/shift-factors.csv"
-        temperature, factor = number_columns(inputs.read(name), name, ["temperature [degC]", "log10_shift_factor [1]"])
-        for row in np.flatnonzero(~np.isfinite(temperature))[:1]:
-            raise InputError('column "temperature [degC]": a number is needed', file=name, row=row + 2)
+        content = inputs.read(name)
+        (temperature,) = finite_columns(content, name, ["temperature [degC]"])
+        (factor,) = number_columns(content, name, ["log10_shift_factor [1]"])  # empty where the data do not determine it
         return temperature, factor
 
     if shift["law"] not in SHIFTS:

@@ -22,12 +22,12 @@ EQUILIBRIUM = "equilibrium_shear_modulus"
 
 def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Table:
     """The table of draws of one material, which share their number of branches; `number` (draws,) says which draw each is."""
-    laws = [each.shift.drawn() for each in materials]
-    moduli = np.array([each.spectrum.shear_modulus for each in materials])
-    times = np.array([each.spectrum.relaxation_time for each in materials])
+    laws = [material.shift.drawn() for material in materials]
+    moduli = np.array([material.spectrum.shear_modulus for material in materials])
+    times = np.array([material.spectrum.relaxation_time for material in materials])
     return [
         Column("draw", None, number),
-        Column(EQUILIBRIUM, "Pa", np.array([each.equilibrium_modulus for each in materials])),
+        Column(EQUILIBRIUM, "Pa", np.array([material.equilibrium_modulus for material in materials])),
         *(Column(name, unit, np.array([law[name, unit] for law in laws])) for name, unit in laws[0]),
         *(Column(f"shear_modulus_{k + 1}", "Pa", column) for k, column in enumerate(moduli.T)),
         *(Column(f"relaxation_time_{k + 1}", "s", column) for k, column in enumerate(times.T)),

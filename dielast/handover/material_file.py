@@ -12,7 +12,7 @@ from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
 from dielast.handover.law_section import LawSection, law_section, stated_law
-from dielast.handover.scaling_section import ScalingSection, scaling_section, stated_scaling
+from dielast.handover.scaling_section import SCALING_KEYS, ScalingSection, stated_scaling
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS, Breakdown
@@ -92,7 +92,7 @@ class ShiftSection(LawSection):
         return law
 
     def check(self) -> None:
-        """`InputError` if the law cannot be had at any reference temperature."""
+        """`InputError` if the law cannot be made at any reference temperature."""
         self.at(0.0)
 
 
@@ -100,11 +100,11 @@ class DielectricSection(LawSection):
     """Permittivity, absolute or relative to that of vacuum."""
 
     def law_stated(self) -> str:
-        """The law that is stated, or the first that takes all constants, or most of them: their keys tell it."""
+        """The law that is stated, or else the first that takes all, or most, of the constants that are stated."""
         if "law" in self.model_fields_set:
             return self.law
-        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(given - {constant.file_key for constant in law.constants}))
+        stated = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(stated - {constant.file_key for constant in law.constants}))
         return law.name
 
     def for_material(self) -> float | DielectricLaw | None:
@@ -179,22 +179,21 @@ def material_file() -> type[MaterialFile]:
 
 @lru_cache(maxsize=1)
 def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
-    spring = "Law of the spring; left out: gent."
     sections = {
-        "equilibrium": law_section(Equilibrium, SPRINGS, "gent", spring),
-        "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", "Law of the springs of all branches; left out: gent."),
-        "shift": law_section(ShiftSection, SHIFTS, None, "How relaxation times change with temperature."),
+        "equilibrium": law_section(Equilibrium, SPRINGS, "gent", law="Law of the spring; left out: gent."),
+        "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", law="Law of the springs of all branches; left out: gent."),
+        "shift": law_section(ShiftSection, SHIFTS, None, law="How relaxation times change with temperature."),
         "dielectric": law_section(
             DielectricSection,
             DIELECTRICS,
             "constant",
-            "Law of the permittivity; left out: that of the keys beside it.",
+            law="Law of the permittivity; left out: that of the keys beside it.",
         ),
-        "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
-        "damage": law_section(DamageSection, DAMAGES, "inverse-power", "Law of the damage; left out: inverse-power."),
-        "temperature": scaling_section(ScalingSection, MODULI, "constant"),
+        "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", law="Law of the field; left out: table."),
+        "damage": law_section(DamageSection, DAMAGES, "inverse-power", law="Law of the damage; left out: inverse-power."),
+        "temperature": law_section(ScalingSection, MODULI, "constant", **SCALING_KEYS),
     }
-    # fields stand where they stand in the file: what a model states again keeps its place
+    # a field that a model states again keeps its place, so that the keys stay in the order of the file
     fields: dict[str, Any] = {
         name: (section | None if name in OPTIONAL else section, copy(MaterialFile.model_fields[name]))
         for name, section in sections.items()

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.io.table import Frame, Table, to_frame
 
@@ -41,6 +43,13 @@ class TabularResult(Result):
     def to_frame(self) -> Frame:
         """The table as a pandas data frame, whose columns are called as in the files: `name [unit]`."""
         return to_frame(self.columns())
+
+
+def freeze(result: Result, arrays: Mapping[str, NDArray[np.float64]]) -> None:
+    """Give fields of a frozen result these `arrays`, which become read-only; for `__post_init__`."""
+    for name, values in arrays.items():
+        values.flags.writeable = False
+        object.__setattr__(result, name, values)
 
 
 def _short(value: Any) -> str:

@@ -51,6 +51,19 @@ def split_header(header: str) -> tuple[str, str | None]:
     return match["name"], next(unit for unit in (match["square"], match["round"], match["slash"]) if unit is not None).strip()
 
 
+def spoken(name: str) -> str:
+    """The name of a column as a message or an axis has it."""
+    return name.replace("_", " ")
+
+
+def plural(name: str) -> str:
+    """The same for several of the quantity."""
+    text = spoken(name)
+    if text.endswith("modulus"):
+        return text[:-2] + "i"
+    return text[:-1] + "ies" if text.endswith("y") else text + "s"
+
+
 def case_table(temperature: Sequence[float], cases: Sequence[Mapping[str, NDArray[np.float64]]]) -> Table:
     """The table of several cases at their `temperature` (degC), one below the other; each has its columns (rows,) by header."""
     counts = [next(iter(case.values())).size for case in cases]

@@ -85,7 +85,7 @@ class MeasuredTable:
             for spelling, text in ways:
                 matches = [index for index, cell in enumerate(spelling) if cell and same(cell) == same(text)]
                 if len(matches) > 1:
-                    raise InputError(f'column "{wanted}" for {role} stands there {len(matches)} times', file=self.source)
+                    raise InputError(f'column "{wanted}" for {role} appears {len(matches)} times', file=self.source)
                 if matches:
                     return matches[0]
         # as the file spells them, but with their units from a row below

@@ -146,13 +146,13 @@ def warn_of_strain(strain: ArrayLike) -> None:
     typical = float(np.median(values)) if values.size else 0.0
     if typical <= 0.3:
         return
-    said, per_cent = f"the strain is {typical:.3g}, that is {100 * typical:.3g} %", "in per cent, which its unit must say"
+    stated, per_cent = f"the strain is {typical:.3g}, that is {100 * typical:.3g} %", "in per cent, which its unit must say"
     if 1 < typical < 2:
-        warn(f"{said}: is it a stretch, so that the strain is {typical - 1:.3g}, or {per_cent}?")
+        warn(f"{stated}: is it a stretch, so that the strain is {typical - 1:.3g}, or {per_cent}?")
     elif typical >= 1:
-        warn(f"{said}: is it {per_cent}?")
+        warn(f"{stated}: is it {per_cent}?")
     else:
-        warn(f"{said}: stress over strain is the relaxation modulus at small strain only; or is it {per_cent}?")
+        warn(f"{stated}: stress over strain is the relaxation modulus at small strain only; or is it {per_cent}?")
 
 
 def warn_of_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:

@@ -108,11 +108,11 @@ class Law:
 
         Raises `InputError` for a constant that is missing, and for a key that is no constant of this law.
         """
-        given = {key for key, value in stated.items() if value is not None}
+        named = {key for key, value in stated.items() if value is not None}
         needed = {constant.file_key for constant in cls.constants if constant.is_needed}
-        if needed - given:
-            raise InputError(f'law "{cls.name}" needs {" and ".join(sorted(needed - given))}')
-        if others := given - {constant.file_key for constant in cls.constants}:
+        if needed - named:
+            raise InputError(f'law "{cls.name}" needs {" and ".join(sorted(needed - named))}')
+        if others := named - {constant.file_key for constant in cls.constants}:
             raise InputError(f'law "{cls.name}" does not take {" and ".join(sorted(others))}')
         return {constant.name: constant.value(stated.get(constant.file_key)) for constant in cls.constants}
 

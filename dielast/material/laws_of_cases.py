@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.material.law import Law
+from dielast.numerics.arrays import Floats, Index
 
-Floats = NDArray[np.float64]
-Cases = NDArray[np.intp]
 Kind = TypeVar("Kind", bound=Law)
 
 
@@ -24,8 +22,8 @@ class LawsOfCases(Generic[Kind]):
     """
 
     laws: tuple[Kind, ...]
-    number: Cases
-    place: Cases
+    number: Index
+    place: Index
 
     @classmethod
     def of(cls, stated: Sequence[Kind | None], cases: int) -> LawsOfCases[Kind]:
@@ -44,11 +42,11 @@ class LawsOfCases(Generic[Kind]):
     def __bool__(self) -> bool:
         return bool(self.laws)
 
-    def take(self, cases: Cases) -> LawsOfCases[Kind]:
+    def take(self, cases: Index) -> LawsOfCases[Kind]:
         """The same for some of the cases."""
         return replace(self, number=self.number[cases], place=self.place[cases])
 
-    def ask(self, cases: Cases, answer: Callable[[Kind, Cases], Floats], without: float) -> Floats:
+    def ask(self, cases: Index, answer: Callable[[Kind, Index], Floats], without: float) -> Floats:
         """The `answer` (k,) of the laws of `cases` (k,), given a law and the columns (m,) of `cases` that it is of, its constants
         (m,); `without` for a case that has no law.
         """
@@ -62,12 +60,12 @@ class LawsOfCases(Generic[Kind]):
 
 def _stacked(laws: Sequence[Kind]) -> Kind:
     """One law of the class of all, with their constants as arrays (k,)."""
-    values = {own.name: [getattr(law, own.name) for law in laws] for own in laws[0].constants}
-    arrays = {name: None if set(each) == {None} else np.array(each, dtype=float) for name, each in values.items()}
+    values = {constant.name: [getattr(law, constant.name) for law in laws] for constant in laws[0].constants}
+    arrays = {name: None if set(column) == {None} else np.array(column, dtype=float) for name, column in values.items()}
     return replace(laws[0], **arrays)  # type: ignore[type-var]
 
 
-def _of_places(law: Kind, place: Cases) -> Kind:
+def _of_places(law: Kind, place: Index) -> Kind:
     """The law with the constants at these places (m,)."""
-    values = {own.name: getattr(law, own.name) for own in law.constants}
+    values = {constant.name: getattr(law, constant.name) for constant in law.constants}
     return replace(law, **{name: value[place] for name, value in values.items() if value is not None})  # type: ignore[type-var]

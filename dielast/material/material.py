@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.io.result import Result
 from dielast.material.breakdown import Breakdown, BreakdownLaw
@@ -15,6 +15,7 @@ from dielast.material.modulus import CONSTANT_MODULUS, ModulusLaw
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, SpringLaw
+from dielast.numerics.arrays import Floats
 
 __all__ = ["NEO_HOOKEAN", "VACUUM_PERMITTIVITY", "Breakdown", "Material"]
 
@@ -58,7 +59,7 @@ class Material(Result):
             return None
         return self.permittivity if isinstance(self.permittivity, DielectricLaw) else ConstantPermittivity(self.permittivity)
 
-    def relaxation_time(self, temperature: ArrayLike) -> NDArray[np.float64]:
+    def relaxation_time(self, temperature: ArrayLike) -> Floats:
         """Relaxation times in s at `temperature` (degC) of any shape; the branches are a new last axis.
 
         Raises `InputError` where the shift law does.

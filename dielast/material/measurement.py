@@ -10,14 +10,13 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.io.result import Result
+from dielast.io.result import Result, freeze
+from dielast.io.table import plural, spoken
 from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
+from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -48,11 +47,11 @@ class Measurement(Result):
         return 0.0
 
     @property
-    def columns(self) -> Array:
+    def columns(self) -> Floats:
         """Abscissa and ordinates, (1 + c, n)."""
         return np.stack([getattr(self, name) for name in self.names()])
 
-    def with_columns(self, columns: Array) -> Self:
+    def with_columns(self, columns: Floats) -> Self:
         """The measurement with other values (1 + c, n)."""
         return replace(self, **dict(zip(self.names(), columns, strict=True)))
 
@@ -65,19 +64,17 @@ class Measurement(Result):
         for name in others:
             if arrays[name].size != arrays[abscissa].size:
                 raise InputError(
-                    f"{where}: {arrays[abscissa].size} {_many(abscissa)} but {arrays[name].size} {_many(name)}: "
-                    f"one {_one(name)} for each {_one(abscissa)} is needed"
+                    f"{where}: {arrays[abscissa].size} {plural(abscissa)} but {arrays[name].size} {plural(name)}: "
+                    f"one {spoken(name)} for each {spoken(abscissa)} is needed"
                 )
         for name, values in arrays.items():
             for k in np.flatnonzero(~np.isfinite(values))[:1]:
-                raise InputError(f"{where}: {_one(name)} of point {k} is {values[k]}: a finite number is needed")
+                raise InputError(f"{where}: {spoken(name)} of point {k} is {values[k]}: a finite number is needed")
         for k in np.flatnonzero(arrays[abscissa] <= 0)[:1]:
             start = f", counted from the {kind.step} step" if kind.step else ""
-            found = f"{_one(abscissa)} of point {k} is {arrays[abscissa][k]:g} {kind.abscissa[1]}"
-            raise InputError(f"{where}: {found}: {_many(abscissa)} must be positive{start}")
-        for name, values in arrays.items():
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
+            stated = f"{spoken(abscissa)} of point {k} is {arrays[abscissa][k]:g} {kind.abscissa[1]}"
+            raise InputError(f"{where}: {stated}: {plural(abscissa)} must be positive{start}")
+        freeze(self, arrays)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -89,8 +86,8 @@ class RelaxationCurve(Measurement):
     """
 
     KIND = RELAXATION
-    time: Array
-    modulus: Array
+    time: Floats
+    modulus: Floats
     source: str = ""
     time_offset: float = 0.0
 
@@ -103,8 +100,8 @@ class CreepCurve(Measurement):
     """
 
     KIND = CREEP
-    time: Array
-    compliance: Array
+    time: Floats
+    compliance: Floats
     source: str = ""
     time_offset: float = 0.0
 
@@ -117,28 +114,15 @@ class FrequencySweep(Measurement):
     """
 
     KIND = OSCILLATION
-    angular_frequency: Array
-    storage_modulus: Array
-    loss_modulus: Array
+    angular_frequency: Floats
+    storage_modulus: Floats
+    loss_modulus: Floats
     source: str = ""
 
 
-def measurement_of(
-    kind: MeasurementKind, temperature: float, columns: Array, source: str = "", time_offset: float = 0.0
-) -> Measurement:
+def measurement_of(kind: MeasurementKind, temperature: float, columns: Floats, source: str, time_offset: float) -> Measurement:
     """The measurement of a `kind` with abscissa and ordinates `columns` (1 + c, n)."""
     made: Any = next(known for known in (RelaxationCurve, CreepCurve, FrequencySweep) if known.KIND is kind)
     offset = {} if kind.over_frequency else {"time_offset": time_offset}
     measurement: Measurement = made(temperature, *columns, source, **offset)
     return measurement
-
-
-def _one(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _many(name: str) -> str:
-    one = _one(name)
-    if one.endswith("modulus"):
-        return one[:-2] + "i"
-    return one[:-1] + "ies" if one.endswith("y") else one + "s"

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
+
 KindName = Literal["relaxation", "oscillation", "creep"]
 
 
@@ -28,9 +28,9 @@ class MeasurementKind:
     Three numbers stand for case distinctions: time is the abscissa to the power of `time_power`, a stiffness is an ordinate to the
     power of `stiffness_power`, and an ordinate falls along the abscissa to the power of `falling_power`, their product.
 
-    `processes(time, own_time)` is what processes of unit strength with the times `own_time` (m,) answer, (channels, n, m), and
-    `constants(time)` what the unit constants answer, (constants, channels, n); both at `time` (n,) in s, which for an oscillation
-    is one over the angular frequency.
+    `processes(time, process_time)` is the answer (channels, n, m) of processes of unit strength with the times `process_time` (m,),
+    and `constants(time)` that of unit constants, (constants, channels, n). Both are taken at `time` (n,) in s, which is one over
+    the angular frequency of an oscillation.
     """
 
     name: KindName
@@ -57,8 +57,8 @@ class MeasurementKind:
     """and what to check where curves do not superpose."""
     time_power: int
     stiffness_power: int
-    processes: Callable[[Array, Array], Array]
-    constants: Callable[[Array], Array]
+    processes: Callable[[Floats, Floats], Floats]
+    constants: Callable[[Floats], Floats]
 
     @property
     def falling_power(self) -> int:
@@ -80,15 +80,15 @@ _OVER_TIME = {"ends": ("short", "long"), "regions": ("short times", "long times"
 _RAMP = "check that time is counted from the %s step and that no ramp is left in (ramp, discard_before)"
 
 
-def _decay(time: Array, relaxation_time: Array) -> Array:
+def _decay(time: Floats, relaxation_time: Floats) -> Floats:
     return np.exp(-time[:, None] / relaxation_time)[None]
 
 
-def _retard(time: Array, retardation_time: Array) -> Array:
+def _retard(time: Floats, retardation_time: Floats) -> Floats:
     return -np.expm1(-time[:, None] / retardation_time)[None]
 
 
-def _oscillate(time: Array, relaxation_time: Array) -> Array:
+def _oscillate(time: Floats, relaxation_time: Floats) -> Floats:
     phase = relaxation_time / time[:, None]  # angular frequency times relaxation time
     loss = 1 / (phase + 1 / phase)
     return np.stack([phase * loss, loss])

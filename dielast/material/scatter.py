@@ -7,21 +7,19 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
+from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
-
-Array = NDArray[np.float64]
 
 
 class Scatter(Protocol):
     """How a positive quantity scatters."""
 
-    def factors(self, quantile: Array) -> Array:
+    def factors(self, quantile: Floats) -> Floats:
         """Factors on the stated value, of the shape of `quantile`, which lies between 0 and 1."""
 
 
@@ -35,7 +33,7 @@ class NormalScatter:
         if not 0 <= self.relative < 1:
             raise InputError(f"a relative scatter of {self.relative:g}: it must be at least 0 and below 1")
 
-    def factors(self, quantile: Array) -> Array:
+    def factors(self, quantile: Floats) -> Floats:
         """Factors on the stated value."""
         if self.relative == 0:
             return np.ones_like(quantile)
@@ -57,7 +55,7 @@ class WeibullScatter:
         if not (np.isfinite(self.shape) and self.shape > 0):
             raise InputError(f"a Weibull shape of {self.shape:g}: it must be positive")
 
-    def factors(self, quantile: Array) -> Array:
+    def factors(self, quantile: Floats) -> Floats:
         """Factors on the stated value."""
         return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15))) ** (1 / self.shape))
 
@@ -67,8 +65,8 @@ class Sample(TabularResult):
     """Draws of films: a material each, and factors (draws,) on the breakdown field and on the undeformed thickness."""
 
     materials: tuple[Material, ...]
-    breakdown_factor: Array
-    thickness_factor: Array
+    breakdown_factor: Floats
+    thickness_factor: Floats
 
     def aged(self) -> tuple[Material, ...]:
         """The material of each draw with the factor on its breakdown field also on the field of its damage: a film that is stronger
@@ -88,10 +86,10 @@ class Sample(TabularResult):
 
     def columns(self) -> Table:
         """One film a row, with the number of its material among those drawn from."""
-        numbers = {id(own): number for number, own in enumerate({id(own): own for own in self.materials}.values())}
+        numbers = {id(material): number for number, material in enumerate({id(one): one for one in self.materials}.values())}
         return [
             Column("draw", None, np.arange(len(self))),
-            Column("material", None, np.array([numbers[id(own)] for own in self.materials])),
+            Column("material", None, np.array([numbers[id(material)] for material in self.materials])),
             Column("breakdown_factor", "1", self.breakdown_factor),
             Column("thickness_factor", "1", self.thickness_factor),
         ]
@@ -127,7 +125,7 @@ def fewest_draws(level: float) -> int:
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
 
 
-def interval(values: Array, level: float) -> tuple[Array, Array]:
+def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     """Lower and upper bound (...) of an interval that holds one more draw with probability `level`, from `values` (draws, ...).
 
     The bounds are order statistics, never between two draws, so that infinite values (what has not happened) are in order. NaN is
@@ -137,8 +135,8 @@ def interval(values: Array, level: float) -> tuple[Array, Array]:
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)
     first = np.floor(tail + 1e-9).astype(int) - 1
-    told = first >= 0
+    enough = first >= 0
     first = np.maximum(first, 0)
     low = np.take_along_axis(ordered, first[None], axis=0)[0]
     high = np.take_along_axis(ordered, np.maximum(count - 1 - first, 0)[None], axis=0)[0]
-    return np.where(told, low, np.nan), np.where(told, high, np.nan)
+    return np.where(enough, low, np.nan), np.where(enough, high, np.nan)

@@ -5,11 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.result import Result, TabularResult, freeze
+from dielast.io.table import Column, Table, plural, spoken
+from dielast.numerics.arrays import Floats
+
+
+def slowest_first(spectrum: Result, times: str, strengths: str) -> None:
+    """Order the fields `times` and `strengths` of a spectrum, (N,) each, by descending time, and make them read-only.
+
+    Raises `InputError` if they differ in length, a time is not positive, a strength is negative, or either is not finite.
+    """
+    time, strength = (np.array(getattr(spectrum, name), dtype=float).reshape(-1) for name in (times, strengths))
+    if time.size != strength.size:
+        sizes = f"{time.size} {plural(times)} but {strength.size} {plural(strengths)}"
+        raise InputError(f"{sizes}: one {spoken(strengths)} for each time is needed")
+    if not np.all(np.isfinite(time) & (time > 0)):
+        raise InputError(f"every {spoken(times)} must be positive and finite")
+    if not np.all(np.isfinite(strength) & (strength >= 0)):
+        raise InputError(f"every {spoken(strengths)} must be finite and not negative")
+    order = np.argsort(-time, kind="stable")
+    freeze(spectrum, {times: time[order], strengths: strength[order]})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -19,23 +37,11 @@ class Spectrum(TabularResult):
     Raises `InputError` if the lists differ in length, a time is not positive, a modulus is negative, or either is not finite.
     """
 
-    relaxation_time: NDArray[np.float64]
-    shear_modulus: NDArray[np.float64]
+    relaxation_time: Floats
+    shear_modulus: Floats
 
     def __post_init__(self) -> None:
-        tau = np.array(self.relaxation_time, dtype=float).reshape(-1)
-        mu = np.array(self.shear_modulus, dtype=float).reshape(-1)
-        if tau.size != mu.size:
-            raise InputError(f"{tau.size} relaxation times but {mu.size} shear moduli: one modulus for each time is needed")
-        if not np.all(np.isfinite(tau) & (tau > 0)):
-            raise InputError("every relaxation time must be positive and finite")
-        if not np.all(np.isfinite(mu) & (mu >= 0)):
-            raise InputError("every shear modulus must be finite and not negative")
-        slowest_first = np.argsort(-tau, kind="stable")
-        for name, values in (("relaxation_time", tau), ("shear_modulus", mu)):
-            ordered = values[slowest_first]
-            ordered.flags.writeable = False
-            object.__setattr__(self, name, ordered)
+        slowest_first(self, "relaxation_time", "shear_modulus")
 
     def __len__(self) -> int:
         return self.relaxation_time.size
@@ -50,7 +56,7 @@ class Spectrum(TabularResult):
             raise InputError(f"cannot keep {keep} of {len(self)} branches")
         return Spectrum(self.relaxation_time[:keep], self.shear_modulus[:keep])
 
-    def relaxation_modulus(self, time: ArrayLike, equilibrium_modulus: float = 0.0) -> NDArray[np.float64]:
+    def relaxation_modulus(self, time: ArrayLike, equilibrium_modulus: float = 0.0) -> Floats:
         """Shear relaxation modulus in Pa at `time` (s), G(t) = mu_eq + sum mu_k exp(-t/tau_k), Eq. 17 of DOI 10.1115/1.4030850.
 
         `equilibrium_modulus` is the shear modulus mu_eq in Pa. Young's modulus of an incompressible solid is three times as much.
@@ -58,12 +64,12 @@ class Spectrum(TabularResult):
         t = np.asarray(time, dtype=float)
         return np.asarray(equilibrium_modulus + np.exp(-t[..., None] / self.relaxation_time) @ self.shear_modulus)
 
-    def storage_modulus(self, angular_frequency: ArrayLike, equilibrium_modulus: float = 0.0) -> NDArray[np.float64]:
+    def storage_modulus(self, angular_frequency: ArrayLike, equilibrium_modulus: float = 0.0) -> Floats:
         """Shear storage modulus in Pa at `angular_frequency` w (rad/s): mu_eq + sum mu_k (w tau_k)^2 / (1 + (w tau_k)^2)."""
         phase = np.asarray(angular_frequency, dtype=float)[..., None] * self.relaxation_time
         return np.asarray(equilibrium_modulus + phase**2 / (1 + phase**2) @ self.shear_modulus)
 
-    def loss_modulus(self, angular_frequency: ArrayLike) -> NDArray[np.float64]:
+    def loss_modulus(self, angular_frequency: ArrayLike) -> Floats:
         """Shear loss modulus in Pa at `angular_frequency` w (rad/s): sum mu_k w tau_k / (1 + (w tau_k)^2)."""
         phase = np.asarray(angular_frequency, dtype=float)[..., None] * self.relaxation_time
         return np.asarray(phase / (1 + phase**2) @ self.shear_modulus)

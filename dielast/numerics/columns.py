@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Cases = NDArray[np.intp]
+from dielast.numerics.arrays import Flags, Floats, Index
+
+__all__ = ["Cases", "Flags", "Floats", "paired", "where"]
+
+Cases = Index
 
 
 def paired(columns: Cases) -> Cases:

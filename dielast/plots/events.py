@@ -28,7 +28,7 @@ Band = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class View:
     """The axes of all panels: columns for x and y, the factors into the units shown, and which of them are logarithmic."""
 
     x: str
@@ -41,19 +41,19 @@ class Frame:
         return np.isfinite(x) & np.isfinite(y) & ((x > 0) | (not self.log[0])) & ((y > 0) | (not self.log[1]))
 
 
-def draw_bands(panels: Sequence[Axes], arranged: Arrangement, frame: Frame, bands: Sequence[Band | None]) -> str | None:
+def draw_bands(panels: Sequence[Axes], arranged: Arrangement, view: View, bands: Sequence[Band | None]) -> str | None:
     """The bands; what the legend says of them besides their name, or None if none is seen."""
     seen = opened = False
-    place = np.log10 if frame.log[1] else np.asarray
+    place = np.log10 if view.log[1] else np.asarray
     for axes, panel in zip(panels, arranged.panels, strict=True):
         for case in panel.cases:
             band, look = bands[case], arranged.looks[case]
             if band is None:
                 continue
             along, low, high = band
-            known = frame.seen(along, low)
+            known = view.seen(along, low)
             within = known & np.isfinite(high)
-            across, down, up = along * frame.factors[0], low * frame.factors[1], high * frame.factors[1]
+            across, down, up = along * view.factors[0], low * view.factors[1], high * view.factors[1]
             filled: Any = {"color": look["color"], "alpha": SHADE, "linewidth": 0.0}
             axes.fill_between(across, down, np.where(within, up, np.nan), where=within, **filled)
             axes.update_datalim(np.column_stack([across[within], up[within]]))
@@ -73,7 +73,7 @@ def draw_bands(panels: Sequence[Axes], arranged: Arrangement, frame: Frame, band
 
 
 def draw_marks(
-    panels: Sequence[Axes], arranged: Arrangement, frame: Frame, marks: Sequence[Mark], spans: Sequence[Span | None]
+    panels: Sequence[Axes], arranged: Arrangement, view: View, marks: Sequence[Mark], spans: Sequence[Span | None]
 ) -> dict[str, bool]:
     """The events; whether a bar is seen through any of each name, in the order of a legend."""
     happened: dict[str, bool] = {}
@@ -81,12 +81,12 @@ def draw_marks(
     drawn = [(mark, spans[index] if index < len(spans) else None) for index, mark in enumerate(marks) if mark[0] in of_case]
     for (case, name, across, up), _ in drawn:
         colour = arranged.looks[case]["color"]
-        of_case[case].plot(across * frame.factors[0], up * frame.factors[1], linestyle="none", **_event_look(name, colour))
+        of_case[case].plot(across * view.factors[0], up * view.factors[1], linestyle="none", **_event_look(name, colour))
         happened.setdefault(name, False)
     for (case, name, _, up), span in drawn:
         if span is not None and np.isfinite(span[0]):
             colour = arranged.looks[case]["color"]
-            happened[name] |= _span(of_case[case], span, frame.factors[0], up * frame.factors[1], colour, frame.log[0])
+            happened[name] |= _span(of_case[case], span, view.factors[0], up * view.factors[1], colour, view.log[0])
     return {name: happened[name] for name in names() if name in happened}
 
 

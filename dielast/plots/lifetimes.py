@@ -81,7 +81,7 @@ class Drawn:
         return np.asarray((self.time == 0) | (self.low == 0))
 
 
-def arrange(result: FailureMap, most: int = MOST_LINES) -> list[Panel]:
+def arrange(result: FailureMap, most: int) -> list[Panel]:
     """The films over panels, at `most` so many in each: all in one if they are few, else a panel for each temperature, or for each
     prestretch if these are fewer.
     """

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.plots.events import Band, Frame, Mark, Span, draw_bands, draw_marks, event_handle
+from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.quantities import axis_of
 from dielast.plots.style import (
@@ -87,29 +87,29 @@ def plot_cases(
     bands = [*bands, *[None] * (len(cases) - len(bands))]
     with style():
         arranged = arrange(labels, swept, sum(band is not None for band in bands))
-        frame, names = _frame(cases, measured, x, y, scales)
+        view, names = _view(cases, measured, x, y, scales)
         handles = _legend(arranged, labels, measured)
         more = len({name for _, name, _, _ in marks}) + any(band is not None for band in bands)
         rows = grid_of([*handles, *[Line2D([], []) for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
         below = 0.15 * rows if len(handles) + more > 1 or len(cases) > 1 else 0.0
-        figure, panels = _panels(arranged, title, below, _alike(arranged, frame, cases))
+        figure, panels = _panels(arranged, title, below, _alike(arranged, view, cases))
         for axes, panel in zip(panels, arranged.panels, strict=True):
             parts = typeset(panel.title).replace(" ", FIXED).replace(f",{FIXED}", ", ")
             axes.set_title(textwrap.fill(parts, ROOM[arranged.across]).replace(FIXED, " "), loc="left", fontsize=7, pad=3)
             for case in panel.cases:
                 failure = failed[case] if case < len(failed) else None
-                _line(axes, frame, cases[case], arranged.looks[case], arranged.width, failure)
+                _line(axes, view, cases[case], arranged.looks[case], arranged.width, failure)
             for index, points in enumerate(measured):
                 if points.case in panel.cases:
                     marker = _points(index, arranged.looks[points.case]["color"])
-                    axes.plot(points.x * frame.factors[0], points.y * frame.factors[1], linestyle="none", **marker)
-        banded = draw_bands(panels, arranged, frame, bands)
-        happened = draw_marks(panels, arranged, frame, marks, spans)
-        for which, logarithmic in zip("xy", frame.log, strict=True):
+                    axes.plot(points.x * view.factors[0], points.y * view.factors[1], linestyle="none", **marker)
+        banded = draw_bands(panels, arranged, view, bands)
+        happened = draw_marks(panels, arranged, view, marks, spans)
+        for which, logarithmic in zip("xy", view.log, strict=True):
             if logarithmic:
                 for axes in panels:
                     log_axis(axes, which)
-        if frame.log[0] and (begins := _beginning(cases, measured, frame)) is not None:
+        if view.log[0] and (begins := _beginning(cases, measured, view)) is not None:
             panels[0].set_xlim(left=begins)
         _name_axes(panels, arranged.across, names)
         handles += [event_handle(name, bar, len(cases) == 1, arranged) for name, bar in happened.items()]
@@ -126,9 +126,9 @@ def plot_cases(
     return figure
 
 
-def _frame(
+def _view(
     cases: Sequence[Mapping[str, Array]], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
-) -> tuple[Frame, tuple[str, str]]:
+) -> tuple[View, tuple[str, str]]:
     """The axes for these columns, and what they are called."""
     along = [[case[header] for case in cases] for header in (x, y)]
     across, up = axis_of(x, [*along[0], *(points.x for points in measured)]), axis_of(y, [*along[1], *(p.y for p in measured)])
@@ -136,29 +136,29 @@ def _frame(
     log_x, log_y = (
         scale == "log" and any(bool(np.any(column > 0)) for column in values) for scale, values in zip(scales, along, strict=True)
     )
-    return Frame(x, y, (across[1], up[1]), (log_x, log_y)), (across[0], up[0])
+    return View(x, y, (across[1], up[1]), (log_x, log_y)), (across[0], up[0])
 
 
-def _beginning(cases: Sequence[Mapping[str, Array]], measured: Sequence[Measured], frame: Frame) -> float | None:
+def _beginning(cases: Sequence[Mapping[str, Array]], measured: Sequence[Measured], view: View) -> float | None:
     """Where a log axis of x begins: a little before anything is measured or happens, None if nothing does."""
     firsts = [float(points.x[points.x > 0].min()) for points in measured if np.any(points.x > 0)]
     for case in cases:
-        across, up = case[frame.x], case[frame.y]
-        seen = frame.seen(across, up) & (across > 0)
+        across, up = case[view.x], case[view.y]
+        seen = view.seen(across, up) & (across > 0)
         if np.any(seen):
             moved = np.abs(up[seen] - up[seen][0]) > STILL * np.ptp(up[seen])
             firsts.append(float(across[seen][np.argmax(moved)]) if moved.any() else np.inf)
     first = min(firsts, default=np.inf)
-    return frame.factors[0] * first / BEFORE if np.isfinite(first) else None
+    return view.factors[0] * first / BEFORE if np.isfinite(first) else None
 
 
-def _alike(arranged: Arrangement, frame: Frame, cases: Sequence[Mapping[str, Array]]) -> bool:
+def _alike(arranged: Arrangement, view: View, cases: Sequence[Mapping[str, Array]]) -> bool:
     """Whether the panels can share one y axis without one of them being a flat line."""
-    if frame.log[1] or len(arranged.panels) == 1:
+    if view.log[1] or len(arranged.panels) == 1:
         return True
     spans = []
     for panel in arranged.panels:
-        values = np.concatenate([cases[case][frame.y] for case in panel.cases])
+        values = np.concatenate([cases[case][view.y] for case in panel.cases])
         spans.append(float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else np.inf)
     return min(spans) > LEAST_SHARE * max((span for span in spans if np.isfinite(span)), default=0.0)
 
@@ -185,10 +185,10 @@ def _name_axes(panels: Sequence[Axes], across: int, names: tuple[str, str]) -> N
             axes.set_ylabel(names[1])
 
 
-def _line(axes: Axes, frame: Frame, case: Mapping[str, Array], look: Look, width: float, failed: int | None) -> None:
+def _line(axes: Axes, view: View, case: Mapping[str, Array], look: Look, width: float, failed: int | None) -> None:
     """The line of a case, dimmed from the row at which it failed; few points have markers, without which one alone is not seen."""
-    across, up = case[frame.x], case[frame.y]
-    seen = frame.seen(across, up)
+    across, up = case[view.x], case[view.y]
+    seen = view.seen(across, up)
     marker: Any = {}
     if np.count_nonzero(seen) <= MOST_MARKED:
         marker = {"marker": "o", "markersize": 3.0}
@@ -198,8 +198,8 @@ def _line(axes: Axes, frame: Frame, case: Mapping[str, Array], look: Look, width
     for part, more in parts:
         here = seen[part]
         axes.plot(
-            np.where(here, across[part], np.nan)[_trimmed(here)] * frame.factors[0],
-            np.where(here, up[part], np.nan)[_trimmed(here)] * frame.factors[1],
+            np.where(here, across[part], np.nan)[_trimmed(here)] * view.factors[0],
+            np.where(here, up[part], np.nan)[_trimmed(here)] * view.factors[1],
             linewidth=width,
             **marker,
             **look,

@@ -48,9 +48,9 @@ def plot_spectrum(
         if reduction is not None:
             few = reduction.spectrum
             kept = few.shear_modulus > 0
-            own, moduli = few.relaxation_time[kept], MEGA * few.shear_modulus[kept]
-            lines.vlines(own, floor, moduli, color=COLOURS[3], linewidth=0.8)
-            lines.plot(own, moduli, "D", color=COLOURS[3], markersize=4.0, label=f"reduced to {len(few)}")
+            time, moduli = few.relaxation_time[kept], MEGA * few.shear_modulus[kept]
+            lines.vlines(time, floor, moduli, color=COLOURS[3], linewidth=0.8)
+            lines.plot(time, moduli, "D", color=COLOURS[3], markersize=4.0, label=f"reduced to {len(few)}")
         _draw_fit(curve, result, reference_temperature)
         if reduction is not None:
             _draw_reduced(curve, result, reduction)

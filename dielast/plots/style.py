@@ -69,11 +69,9 @@ def style() -> Iterator[None]:
         yield
 
 
-def panels(
-    count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7, width: float = 1.0
-) -> tuple[Figure, list[Axes]]:
-    """A figure with `count` panels in a row, each of so many column widths, below a title; call within `style()`."""
-    figure = sheet(title, width * count, height)
+def panels(count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7) -> tuple[Figure, list[Axes]]:
+    """A figure with `count` panels in a row, each one column wide, below a title; call within `style()`."""
+    figure = sheet(title, count, height)
     return figure, list(figure.subplots(1, count, squeeze=False, width_ratios=widths)[0])
 
 
@@ -168,7 +166,7 @@ def row_legend(owner: Figure | Axes, handles: Sequence[Artist], columns: int, **
     return legend
 
 
-def grid_of(handles: Sequence[Artist], widths: float = 1.0) -> tuple[int, int]:
+def grid_of(handles: Sequence[Artist], widths: float) -> tuple[int, int]:
     """Rows and columns of a legend below a figure of so many column widths."""
     longest = max((len(str(handle.get_label())) for handle in handles), default=0) + 8
     columns = max(1, min(int(4 * widths), len(handles), int((LONGEST_LABEL + 12) * widths) // longest))

@@ -38,24 +38,22 @@ def points(
     temperature: float,
     index: int,
     most: int = 40,
-    label: str | None = None,
     *,
     filled: bool = True,
 ) -> None:
     """Draw at most `most` of the points that a log axis can hold, in the colour of their temperature."""
     position, value = position[value > 0], value[value > 0]
     chosen = spread(np.log10(position), most)
-    own = colour.to_rgba(np.array(temperature))
+    rgba = colour.to_rgba(np.array(temperature))
     axes.plot(
         position[chosen],
         value[chosen],
         MARKERS[index % len(MARKERS)],
-        color=own,
+        color=rgba,
         markersize=2.6,
         markeredgewidth=0 if filled else 0.6,
-        markerfacecolor=own if filled else "white",
+        markerfacecolor=rgba if filled else "white",
         linestyle="none",
-        label=label,
     )
 
 
@@ -73,9 +71,9 @@ def legend_above(axes: Axes, entries: Sequence[Artist], result: MasterCurve) -> 
     if result.temperature.size <= MOST_IN_LEGEND:
         places = (result.temperature - result.temperature[0]) / max(float(np.ptp(result.temperature)), 1e-300)
         for index, (temperature, place) in enumerate(zip(result.temperature, places, strict=True)):
-            own, marker = TEMPERATURES(float(place)), MARKERS[index % len(MARKERS)]
+            rgba, marker = TEMPERATURES(float(place)), MARKERS[index % len(MARKERS)]
             label = degrees(float(temperature))
-            entries.append(Line2D([], [], color=own, marker=marker, markersize=3, linestyle="none", label=label))
+            entries.append(Line2D([], [], color=rgba, marker=marker, markersize=3, linestyle="none", label=label))
     spacing = {"columnspacing": 1.0, "handletextpad": 0.2, "borderaxespad": 0.2}
     axes.legend(handles=entries, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(entries), **spacing)
 

@@ -15,9 +15,9 @@ class CurveColumns(Columns):
 
     @property
     def by_role(self) -> dict[str, str | int]:
-        """The columns given, by their role; where nothing else is measured, the modulus is called modulus."""
-        given = super().by_role
-        return given if given.keys() - {"temperature", "set", "time"} else {**given, "modulus": "modulus"}
+        """The columns that are stated, by their role; where nothing else is measured, the modulus is called modulus."""
+        columns = super().by_role
+        return columns if columns.keys() - {"temperature", "set", "time"} else {**columns, "modulus": "modulus"}
 
 
 class CurveData(MeasuredData):

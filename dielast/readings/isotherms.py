@@ -1,4 +1,4 @@
-"""Readings parted into isothermal sets, and the sets into the runs they were measured in."""
+"""Readings divided into isothermal sets, and the sets into the runs of the test."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ SHORTEST = 3  # points of a run
 def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, tolerance: float) -> list[tuple[float, Index]]:
     """The temperature in degC and the rows of each run, by ascending temperature; all arguments of shape (n,).
 
-    Rows with a `label` of zero or more belong to the set of that label; the others are parted where, sorted by temperature, a gap
-    is wider than `tolerance` (K). A set's temperature is the mean of its readings. Raises `InputError` if the readings of a set
+    Rows with a `label` of zero or more belong to the set of that label; the others are sorted by temperature and divided at gaps
+    wider than `tolerance` (K). A set's temperature is the mean of its readings. Raises `InputError` if the readings of a set
     spread over more than four tolerances.
     """
     sets = [np.flatnonzero(label == value) for value in np.unique(label[label >= 0])]
@@ -45,10 +45,10 @@ def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, 
             "temperatures",
             f"run into one another: no two are more than temperature_tolerance = {tolerance:g} K apart",
         )
-    found = [(_level(temperature[members]), members) for members in sets]
+    runs = [(_level(temperature[members]), members) for members in sets]
     for members in parted:
-        found += [(_level(temperature[members]), run) for run in _runs(np.sort(members), abscissa, source)]
-    return sorted(found, key=lambda entry: entry[0])
+        runs += [(_level(temperature[members]), run) for run in _runs(np.sort(members), abscissa, source)]
+    return sorted(runs, key=lambda run: run[0])
 
 
 def temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
@@ -69,12 +69,12 @@ def _check_spread(readings: Array, tolerance: float, what: str, why: str) -> Non
 
 
 def _level(readings: Array) -> float:
-    """The mean of a set's readings, as a thermostat's scatter; where they do not scatter, it must not add rounding."""
+    """The mean of a set's readings, which scatter as the thermostat does; equal readings are returned as they are, unrounded."""
     return float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
 
 
 def _runs(rows: Index, abscissa: Array, source: Index) -> list[Index]:
-    """The `rows` of one temperature as the runs they were measured in: another file, or an abscissa that starts anew, is another.
+    """The `rows` of one temperature by run: a new one begins with a new file, or where the abscissa starts anew.
 
     Points in no order at all are one run.
     """

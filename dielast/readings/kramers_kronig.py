@@ -1,12 +1,12 @@
-"""Whether the two moduli of a frequency sweep can belong to one material, and whether its frequencies are what they are said to be.
+"""Whether the two moduli of a frequency sweep can belong to one material, and whether its frequencies are in the stated unit.
 
 Storage and loss modulus of a causal linear material determine each other. To a good approximation the relation is local: the phase
 angle is pi/2 times the slope of log |E*| over log omega: H. C. Booij and G. P. J. M. Thoone, Rheol. Acta 21 (1982) 15. Swapped
 columns, and two moduli in different units, break it.
 
-It says nothing on the scale of the frequency: omega enters by its logarithm alone, so that a sweep whose Hz are rad/s in truth is
-as consistent as before. That takes a second quantity that depends on time: a complex viscosity, |eta*| = |E*| / omega (see
-`viscosity_factor`), or a column with the other frequency.
+The relation does not depend on the scale of the frequency, as only slopes over log omega enter: a sweep in rad/s that is labelled
+Hz is as consistent as before. To check the scale takes a second quantity that depends on time: a complex viscosity,
+|eta*| = |E*| / omega (see `viscosity_factor`), or a column with the other frequency.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ Array = NDArray[np.float64]
 
 SIGNIFICANT_ANGLE = 0.2  # rad; below, slope and phase are too small to be compared
 CONTRADICTION = 0.5  # of the larger of the two angles; good sweeps have less than 0.1
-EXPLAINED = 0.35  # the same, where the right explanation has been found
+EXPLAINED = 0.35  # the same, with the right explanation
 ENOUGH_POINTS = 5
 UNIT_FACTORS = (-9, -6, -3, 3, 6, 9)  # decades between Pa, kPa, MPa and GPa
 
 
 def warn_if_inconsistent(sweeps: Sequence[FrequencySweep]) -> None:
-    """Warn where storage and loss moduli of all `sweeps` together cannot belong to one material, and say why if it shows."""
+    """Warn where storage and loss moduli of all `sweeps` together cannot belong to one material, and say why if that shows."""
     data = [_sorted(sweep) for sweep in sweeps]
     if _contradiction(data) <= CONTRADICTION:
         return
@@ -50,7 +50,7 @@ def warn_if_inconsistent(sweeps: Sequence[FrequencySweep]) -> None:
 
 
 def _sorted(sweep: FrequencySweep) -> tuple[Array, Array, Array]:
-    """Frequency and the two moduli by ascending frequency, without noise below zero and without repeated frequencies."""
+    """Frequency and the two moduli by ascending frequency, without values below zero and repeated frequencies."""
     good = (sweep.storage_modulus > 0) & (sweep.loss_modulus > 0)
     omega, first = np.unique(sweep.angular_frequency[good], return_index=True)
     return omega, sweep.storage_modulus[good][first], sweep.loss_modulus[good][first]
@@ -67,14 +67,14 @@ def _contradiction(data: Sequence[tuple[Array, Array, Array]]) -> float:
         larger = np.maximum(expected, measured)
         worth = larger > SIGNIFICANT_ANGLE
         differences.append(np.abs(expected - measured)[worth] / larger[worth])
-    found = np.concatenate(differences)
-    return float(np.median(found)) if found.size >= ENOUGH_POINTS else 0.0
+    relative = np.concatenate(differences)
+    return float(np.median(relative)) if relative.size >= ENOUGH_POINTS else 0.0
 
 
 def viscosity_factor(sweep: FrequencySweep, complex_viscosity: Array) -> float:
     """What the frequencies must be multiplied with to agree with a complex viscosity (n,) in Pa s: median |E*| / (omega |eta*|).
 
-    One where all is right, 1 / (2 pi) where rad/s were taken for Hz, 2 pi the other way round. The viscosity is three times the
+    One in the right unit, 1 / (2 pi) where rad/s were taken for Hz, 2 pi the other way round. The viscosity is three times the
     shear viscosity, as the moduli are Young's. Raises `InputError` if the lengths differ or no viscosity is positive.
     """
     viscosity = np.asarray(complex_viscosity, dtype=float)

@@ -10,6 +10,7 @@ import numpy as np
 
 from dielast.errors import InputError, Mistakes, Problem, warn
 from dielast.io.files import Inputs
+from dielast.io.table import spoken
 from dielast.material.checks import warn_of_tension
 from dielast.material.measurement import FrequencySweep, Measurement, measurement_of
 from dielast.material.measurement_kind import MeasurementKind
@@ -24,8 +25,8 @@ VISCOSITY_AGREEMENT = 0.1  # in ln, of a complex viscosity, rounded as it may be
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
-    """What was read: `measurements` of one kind by ascending temperature, and where they come from."""
+class Dataset:
+    """Measurements of one kind by ascending temperature, and where they come from."""
 
     measurements: list[Measurement]
     kind: MeasurementKind
@@ -46,7 +47,7 @@ class Reading:
         return {"measurement": self.kind.name, "test": self.deformation, "format": ", ".join(self.formats), **steps}
 
 
-def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
+def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
     """The measurements that `data` describes, all of one kind, ramps dropped, and where they come from.
 
     Raises `InputError` naming file and line, column, step or temperature.
@@ -54,8 +55,8 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
     parts: list[Part] = []
     left_out: list[str] = []
     for index, name in enumerate(data.names):
-        found, others = parts_of(inputs.read(name), name, index, data)
-        parts += found
+        file_parts, others = parts_of(inputs.read(name), name, index, data)
+        parts += file_parts
         left_out += others
     kind, deformation = _one_kind(parts), _one_deformation(parts, data)
     for part in parts:
@@ -85,16 +86,16 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Reading:
         _check_viscosity(parts, readings)
         warn_if_inconsistent([sweep for sweep in measurements if isinstance(sweep, FrequencySweep)])
     formats = tuple(dict.fromkeys(part.format for part in parts))
-    return Reading(measurements, kind, deformation, formats, tuple(left_out), tuple(np.argsort(first).tolist()))
+    return Dataset(measurements, kind, deformation, formats, tuple(left_out), tuple(np.argsort(first).tolist()))
 
 
 def _one_kind(parts: list[Part]) -> MeasurementKind:
     first = {part.kind: part for part in reversed(parts)}
     if len(first) > 1:
         kinds = list(dict.fromkeys(part.kind for part in parts))
-        found = " and ".join(f'{kind.tests} ({first[kind].table.source}, "{first[kind].step}")' for kind in kinds)
+        tests = " and ".join(f'{kind.tests} ({first[kind].table.source}, "{first[kind].step}")' for kind in kinds)
         named = " or ".join(f'"{kind.name}"' for kind in kinds)
-        raise InputError(f"there are {found}: one kind makes a master curve: say measurement = {named}")
+        raise InputError(f"there are {tests}: one kind makes a master curve: say measurement = {named}")
     return parts[0].kind
 
 
@@ -106,8 +107,8 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
         if deformation is None:
             raise InputError('the export does not say what modulus it is: say test = "tension" or "shear"', file=part.table.source)
     if len(deformations) > 1:
-        found = " and ".join(f"{deformation} ({part.table.source})" for deformation, part in deformations.items())
-        raise InputError(f'there are tests in {found}: leave one out, or say test = "tension" or "shear"')
+        tests = " and ".join(f"{deformation} ({part.table.source})" for deformation, part in deformations.items())
+        raise InputError(f'there are tests in {tests}: leave one out, or say test = "tension" or "shear"')
     return str(parts[0].deformation)
 
 
@@ -126,24 +127,24 @@ def _check_columns(part: Part, data: MeasuredData) -> None:
 
 
 def _warn_of_tension(part: Part) -> None:
-    """A plain table is taken for one of tension unless the recipe says otherwise."""
+    """Warn where a plain table, which counts as one of tension unless the recipe says otherwise, looks like one of shear."""
     if not part.is_export:
         used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
         warn_of_tension(used, part.table.source)
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
-    """Warn where a complex viscosity says that the frequencies are not what they are said to be; |eta*| = |E*| / omega."""
+    """Warn where a complex viscosity shows that the frequencies are in another unit than stated; |eta*| = |E*| / omega."""
     for part, reading in zip(parts, readings, strict=True):
         if not np.any(reading.viscosity > 0):
             continue
         sweep = FrequencySweep(float(reading.temperature[0]), reading.abscissa, reading.ordinates[0], reading.ordinates[1])
         factor = viscosity_factor(sweep, reading.viscosity)
-        said = [role for role in ("frequency", "angular_frequency") if role in part.columns]
+        stated = [role for role in ("frequency", "angular_frequency") if role in part.columns]
         for off, truth in ((2 * np.pi, "Hz"), (1 / (2 * np.pi), "rad/s")):
             if abs(np.log(factor / off)) < VISCOSITY_AGREEMENT:
                 warn(
-                    f"the complex viscosity fits if what is given as {said[0].replace('_', ' ')} is in {truth}",
+                    f"the complex viscosity fits if what is stated as {spoken(stated[0])} is in {truth}",
                     file=part.table.source,
                 )
                 return

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
-from dielast.readings.specimen_recipe import Specimen, unmeasured
+from dielast.readings.specimen_recipe import NamedColumns, Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of
 from dielast.recipe.fields import (
     ColumnName,
     InputFile,
     InputFiles,
     PositiveTime,
-    Section,
     Share,
     Step,
     Temperature,
@@ -63,7 +63,7 @@ MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "c
 """What differs between tension and shear."""
 
 
-class Columns(Section):
+class Columns(NamedColumns):
     """Columns of a relaxation or creep test over time, or of a frequency sweep."""
 
     temperature: ColumnName | None = Field(None, description="Temperature, where a file holds several.")
@@ -89,66 +89,61 @@ class Columns(Section):
     )
 
     @property
-    def by_role(self) -> dict[str, str | int]:
-        """The columns given, by their role."""
-        return {role: column for role in (*ROLES, "set") if (column := getattr(self, role)) is not None}
-
-    @property
     def measurement(self) -> KindName:
         """What the columns say was measured; strain and stress are taken for relaxation unless the recipe says creep."""
-        given = self.by_role
-        if any(role in given for role in OVER_FREQUENCY):
+        columns = self.by_role
+        if any(role in columns for role in OVER_FREQUENCY):
             return "oscillation"
-        return "creep" if "compliance" in given else "relaxation"
+        return "creep" if "compliance" in columns else "relaxation"
 
     @model_validator(mode="after")
     def _one_measurement(self) -> Self:
-        given = self.by_role
-        over_time = [role for role in OVER_TIME if role in given]
-        over_frequency = [role for role in OVER_FREQUENCY if role in given]
+        columns = self.by_role
+        over_time = [role for role in OVER_TIME if role in columns]
+        over_frequency = [role for role in OVER_FREQUENCY if role in columns]
         if over_time and over_frequency:
             raise InputError(
                 f"{' and '.join(over_time)} are of a test over time, {' and '.join(over_frequency)} of a frequency sweep: "
                 "one kind of measurement makes a master curve"
             )
         if over_frequency:
-            _check_sweep(given)
+            _check_sweep(columns)
         else:
-            _check_over_time(given)
+            _check_over_time(columns)
         first: dict[str | int, str] = {}
-        for role, column in given.items():
+        for role, column in columns.items():
             if first.setdefault(column, role) != role:
                 raise InputError(f'{first[column]} and {role} are the same column, "{column}"')
         return self
 
 
-def _check_over_time(given: dict[str, str | int]) -> None:
+def _check_over_time(columns: Collection[str]) -> None:
     strains, stresses = (
-        [role for role in pair if role in given] for pair in (("strain", "stretch", "extension"), ("stress", "force"))
+        [role for role in pair if role in columns] for pair in (("strain", "stretch", "extension"), ("stress", "force"))
     )
     for pair in (strains, stresses):
         if len(pair) > 1:
             raise InputError(f"{' and '.join(pair)} say the same: one of them is needed")
     if len(strains) != len(stresses):
         raise InputError("strain (or stretch, or extension) and stress (or force) go together")
-    found = [role for role in ("modulus", *stresses, "compliance") if role in given]
-    if not found:
+    stiffness = [role for role in ("modulus", *stresses, "compliance") if role in columns]
+    if not stiffness:
         raise InputError(
             "either modulus, or strain and stress, is needed (or extension and force); for creep compliance; "
             "for a sweep storage and loss over frequency or angular_frequency"
         )
-    if len(found) > 1:
-        raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(found)}")
+    if len(stiffness) > 1:
+        raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(stiffness)}")
 
 
-def _check_sweep(given: dict[str, str | int]) -> None:
-    measured = [role for role in ("storage", "loss", "tan_delta", "complex_modulus") if role in given]
+def _check_sweep(columns: Collection[str]) -> None:
+    measured = [role for role in ("storage", "loss", "tan_delta", "complex_modulus") if role in columns]
     if measured == ["tan_delta"]:
         raise InputError("tan_delta says nothing of a modulus: storage or complex_modulus is needed with it")
     if set(measured) not in MODULI:
         ways = "storage and loss, or storage and tan_delta, or complex_modulus and tan_delta"
         raise InputError(f"{ways}, are needed" + (f", not {' and '.join(measured)}" if measured else ""))
-    if "frequency" not in given and "angular_frequency" not in given:
+    if "frequency" not in columns and "angular_frequency" not in columns:
         raise InputError("frequency (in Hz) or angular_frequency (in rad/s) is needed")
 
 
@@ -196,6 +191,11 @@ class MeasuredData(TextTable):
         raise NotImplementedError
 
     @property
+    def roles(self) -> Collection[str]:
+        """The roles of the columns that are stated."""
+        return () if self.columns is None else self.columns.by_role
+
+    @property
     def first_time(self) -> float:
         """Points before this time in s, as measured, are dropped; at 0 none are."""
         return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
@@ -216,22 +216,20 @@ class MeasuredData(TextTable):
 
     @model_validator(mode="after")
     def _one_measurement(self) -> Self:
-        found = self.columns.measurement if self.columns is not None else None
-        given = self.columns.by_role if self.columns is not None else {}
-        stressed = "stress" in given or "force" in given
-        if self.measurement is not None and found not in (None, self.measurement) and not stressed:
-            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{found}"')
+        by_columns = self.columns.measurement if self.columns is not None else None
+        stressed = not {"stress", "force"}.isdisjoint(self.roles)
+        if self.measurement is not None and by_columns not in (None, self.measurement) and not stressed:
+            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{by_columns}"')
         if self.measurement == "oscillation" and stressed:
             raise InputError('measurement = "oscillation", but strain and stress are columns of a test over time')
-        kind = self.measurement or found
+        kind = self.measurement or by_columns
         if kind == "oscillation" and (self.ramp is not None or self.discard_before > 0):
             raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
         return self
 
     @model_validator(mode="after")
     def _a_specimen_of_tension(self) -> Self:
-        given = self.columns.by_role if self.columns is not None else {}
-        machine = [role for role in ("stretch", "extension", "force") if role in given]
+        machine = [role for role in ("stretch", "extension", "force") if role in self.roles]
         if machine and self.test == "shear":
             raise InputError(
                 f"{' and '.join(machine)} are of a test in tension: of one in shear, state strain and stress, or modulus"

@@ -28,25 +28,25 @@ def nominal_stress(force: Array, specimen: Specimen | None) -> Array:
 
 
 def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None) -> tuple[str, str | int]:
-    """As what a table holds a `quantity`, "stretch" or "stress", and the column: one that the recipe's `columns` name, or the first
-    that is called so. Raises `InputError` naming the file if there is none, or if `columns` name several.
+    """The role in which a table holds a `quantity`, "stretch" or "stress", and its column: the one that the recipe's `columns`
+    name, or the first with a usual name. Raises `InputError` naming the file if there is none, or if `columns` name several.
     """
-    known = KNOWN_AS[quantity]
-    given = {} if columns is None else columns.by_role
-    stated = [role for role in dict.fromkeys(known.values()) if role in given]
+    role_of = KNOWN_AS[quantity]
+    by_role = {} if columns is None else columns.by_role
+    stated = [role for role in dict.fromkeys(role_of.values()) if role in by_role]
     if len(stated) > 1:
         raise InputError(f"columns.{' and columns.'.join(stated)} say the same: one of them is needed", file=table.source)
     if stated:
-        return stated[0], given[stated[0]]
-    found = next((name for name in known if table.has(name)), None)
-    if found is None:
-        roles = list(dict.fromkeys(known.values()))
+        return stated[0], by_role[stated[0]]
+    name = next((name for name in role_of if table.has(name)), None)
+    if name is None:
+        roles = list(dict.fromkeys(role_of.values()))
         there = ", ".join(f'"{name}"' for name in table.names)
         keys = f"columns.{', columns.'.join(roles[:-1])} or columns.{roles[-1]}"
         raise InputError(
             f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: say {keys}", file=table.source
         )
-    return known[found], found
+    return role_of[name], name
 
 
 def read_as(
@@ -76,7 +76,7 @@ def read_as(
     return values
 
 
-# what columns are called that hold a quantity, and as what they hold it: the user's names, then those of dielast's own results
+# the role of a column that holds a quantity by its name: names of users, then those of dielast's results
 KNOWN_AS = {
     "stretch": {name: name for name in ("stretch", "strain", "extension")} | {"stretch_1": "stretch"},
     "stress": {"force": "force", "stress": "stress", "nominal_stress_1": "stress"},
@@ -85,8 +85,8 @@ DIMENSION = {"stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress":
 
 
 def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
-    """What to write where a column is plainly of another quantity than that of its `role`, such as a force for a stress; None if
-    its unit does not tell.
+    """What to write instead where the unit of a column is plainly that of another quantity than its `role`, such as a force for a
+    stress; None where the unit does not show that.
     """
     try:
         index = table.find(wanted, role)
@@ -96,9 +96,9 @@ def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
     kind = kind_of(unit) if unit is not None else None
     if kind is None:
         return None
-    said = f'column "{table.names[index]}" [{unit}] is {kind.name}'
+    column = f'column "{table.names[index]}" [{unit}] is {kind.name}'
     if (instead := _INSTEAD.get((role, kind.unit))) is not None:
-        return f"{said}, not {_A[role]}: {instead.format(column=as_toml(wanted))}"
+        return f"{column}, not {_A[role]}: {instead.format(column=as_toml(wanted))}"
     return None
 
 

@@ -1,4 +1,4 @@
-"""Specimens of testing machines, and the columns that a machine writes: what turns extension and force into stretch and stress."""
+"""Specimens of testing machines, by which extension and force become stretch and stress, and the columns that a machine writes."""
 
 from __future__ import annotations
 
@@ -32,8 +32,17 @@ class Specimen(Section):
         return None if self.width is None or self.thickness is None else self.width * self.thickness
 
 
-class MachineColumns(Section):
-    """Columns of a table that a testing machine wrote, where they are called otherwise."""
+class NamedColumns(Section):
+    """Names or numbers of columns, each under the role that the column has."""
+
+    @property
+    def by_role(self) -> dict[str, str | int]:
+        """The columns that are stated, by their role."""
+        return {role: column for role in type(self).model_fields if (column := getattr(self, role)) is not None}
+
+
+class MachineColumns(NamedColumns):
+    """Columns of a table that a testing machine wrote, where they have other names than usual."""
 
     time: ColumnName | None = Field(None, description='Left out: "time".')
     stretch: ColumnName | None = Field(None, description="Or strain, or extension.")
@@ -42,14 +51,9 @@ class MachineColumns(Section):
     stress: ColumnName | None = Field(None, description="Nominal; or force.")
     force: ColumnName | None = Field(None, description="Needs specimen.width and thickness.")
 
-    @property
-    def by_role(self) -> dict[str, str | int]:
-        """The columns given, by their role."""
-        return {role: column for role in type(self).model_fields if (column := getattr(self, role)) is not None}
-
 
 def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:
-    """What `specimen` lacks for extension or force among `roles`, as what to write instead; None if it lacks nothing."""
+    """What the recipe must state of the `specimen` for extension or force among `roles`, as a message; None if it lacks nothing."""
     lacking = [
         (role, what)
         for role, what, known in (

@@ -28,7 +28,7 @@ TABLE = "table"
 
 _OVER_TIME = ((RELAXATION, "relax"), (CREEP, "creep"))  # and what a step of such a test is called
 _NOTHING = ("", "n/a", "n.a.", "nan")
-_SWEPT = 1.5  # between highest and lowest frequency: less is a sweep of something else
+_SWEPT = 1.5  # ratio of highest to lowest frequency: with less, another quantity is swept
 _TEMPERATURE = re.compile(r"(?<!\d)([+-]?\d++(?:[.,]\d++)?)\s*+°\s*C")
 
 
@@ -50,7 +50,7 @@ class Part:
 
     @property
     def is_export(self) -> bool:
-        """Whether an instrument wrote it: rows where nothing was measured are then nobody's mistake."""
+        """Whether an instrument wrote the part: rows where nothing was measured are then no mistake of the user."""
         return self.format != TABLE
 
     def rows(self, roles: Sequence[str]) -> NDArray[np.bool_]:
@@ -62,7 +62,7 @@ class Part:
         return rows
 
     def filled(self, role: str) -> NDArray[np.bool_]:
-        """Which rows hold more than a sign for nothing measured in the column of `role`, shape (rows,)."""
+        """Which rows hold a reading in the column of `role`, not a sign that nothing was measured, shape (rows,)."""
         cells = self.table.cells[self.table.find(self.columns[role], role)]
         return np.array([cell.strip("-").casefold() not in _NOTHING for cell in cells], dtype=bool)
 
@@ -95,13 +95,13 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
     parts, left_out = [], []
     for number, step in enumerate(steps, start=1):
         chosen = data.steps is None or any(_is_meant(entry, number, step.name) for entry in data.steps)
-        found = _measured(step, data, data.steps is not None) if chosen else None
-        if found is None:
+        measured = _measured(step, data, data.steps is not None) if chosen else None
+        if measured is None:
             if chosen and data.steps is not None:
                 raise InputError(_what_is_there(step), file=source)
             left_out.append(step.name)
             continue
-        kind, columns = found
+        kind, columns = measured
         if not kind.over_frequency and number > 1:
             _refuse_running_clock(step, steps[number - 2], columns)
         parts.append(Part(step.table, columns, kind, file, known.NAME, step.deformation, step.name))
@@ -133,12 +133,12 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
 
 
 def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Columns | None, temperature: float) -> Part:
-    """The part of one temperature; columns that the recipe does not name are told by their names."""
-    found = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
-    if found is None:
+    """The part of one temperature; columns that the recipe does not name are recognised by their names."""
+    measured = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
+    if measured is None:
         there = ", ".join(f'"{name}"' for name in table.names)
         raise InputError(f"columns are needed: at {temperature:g} degC there are {there}", file=table.source)
-    kind, roles = found
+    kind, roles = measured
     return Part(table, roles, kind, file, TABLE, "tension", temperature=temperature)
 
 
@@ -176,25 +176,25 @@ def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured 
         return None
     if data.columns is not None:
         return _stated(data, data.columns)
-    found = columns_by_role(step.table)
+    by_role = columns_by_role(step.table)
     name = step.name.casefold()
     possible: dict[MeasurementKind, Sequence[str]] = {}
-    moduli = next((roles for roles in MODULI if roles <= found.keys()), None)
-    swept = [role for role in ("frequency", "angular_frequency") if role in found]
-    if moduli and swept and _varies(step.table, found[swept[0]] - 1):
+    moduli = next((roles for roles in MODULI if roles <= by_role.keys()), None)
+    swept = [role for role in ("frequency", "angular_frequency") if role in by_role]
+    if moduli and swept and _varies(step.table, by_role[swept[0]] - 1):
         possible[OSCILLATION] = [*swept, *moduli, "complex_viscosity"]
-    for kind, hint in _OVER_TIME if "time" in found else ():
+    for kind, hint in _OVER_TIME if "time" in by_role else ():
         hinted = hint in name and "recover" not in name
-        if kind.value in found and (hinted or OSCILLATION not in possible):
+        if kind.value in by_role and (hinted or OSCILLATION not in possible):
             possible[kind] = ["time", kind.value]
-        elif {"strain", "stress"} <= found.keys() and (hinted or (chosen and data.measurement == kind.name)):
+        elif {"strain", "stress"} <= by_role.keys() and (hinted or (chosen and data.measurement == kind.name)):
             possible[kind] = ["time", "strain", "stress"]
     wanted = [KINDS[data.measurement]] if data.measurement else list(possible)
     if data.measurement is None and len(possible) > 1:
         wanted = [kind for kind in possible if kind.name[:5] in name] or wanted
     for kind in wanted:
         if kind in possible:
-            return kind, {role: found[role] for role in ("temperature", *possible[kind]) if role in found}
+            return kind, {role: by_role[role] for role in ("temperature", *possible[kind]) if role in by_role}
     return None
 
 
@@ -204,7 +204,7 @@ def _varies(table: MeasuredTable, index: int) -> bool:
 
 
 def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Mapping[str, str | int]) -> None:
-    """A clock that is the test's, not the step's, would make every time of a step too long."""
+    """Raise `InputError` where the time runs on from the step before: every time of the step would be too long."""
     table = step.table
     index = table.find(columns["time"], "time")
     name = table.names[index]

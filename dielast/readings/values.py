@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
+from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
 from dielast.readings.curve_recipe import CurveData
@@ -75,7 +76,7 @@ def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tup
 
 
 def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray[np.bool_]:
-    """Which of `rows` count: from the first time on that the recipe names, and in an export from when the step was made."""
+    """Which of `rows` count: those from the recipe's first time on, and in an export those after the step."""
     time = part.table.column(part.columns["time"], "time", ROLES["time"], rows)
     kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
     lines = part.table.lines[rows]
@@ -86,14 +87,14 @@ def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray
 
 
 def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArray[np.int64]) -> Array:
-    """Angular frequency in rad/s; where both are there they must agree, since nothing tells which of them is right."""
-    found = {}
+    """Angular frequency in rad/s; where the table has both frequencies they must agree, as nothing shows which is right."""
+    measured = {}
     for role in ("frequency", "angular_frequency"):
         if role in part.columns:
-            found[role] = column(role)
-            _refuse(part, lines, found[role] <= 0, role.replace("_", " "), "is not above zero")
-    if len(found) == 2:
-        hertz, omega = found["frequency"], found["angular_frequency"]
+            measured[role] = column(role)
+            _refuse(part, lines, measured[role] <= 0, spoken(role), "is not above zero")
+    if len(measured) == 2:
+        hertz, omega = measured["frequency"], measured["angular_frequency"]
         for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > FREQUENCY_AGREEMENT)[:1]:
             raise InputError(
                 f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
@@ -101,18 +102,18 @@ def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArra
                 file=part.table.source,
                 line=lines[k],
             )
-    return found["angular_frequency"] if "angular_frequency" in found else 2 * np.pi * found["frequency"]
+    return measured["angular_frequency"] if "angular_frequency" in measured else 2 * np.pi * measured["frequency"]
 
 
 def _ordinates(
     part: Part, column: Callable[[str], Array], lines: NDArray[np.int64], per_shear: float, specimen: Specimen | None
 ) -> Array:
     """Young's moduli in Pa or tensile compliance in 1/Pa, shape (c, n); stress over strain is the paper's modulus, Sec. 2.1.1."""
-    given = part.columns
+    columns = part.columns
     if part.kind.over_frequency:
-        if "loss" in given:
+        if "loss" in columns:
             moduli = np.stack((column("storage"), column("loss")))
-        elif "storage" in given:
+        elif "storage" in columns:
             moduli = column("storage") * np.stack((np.ones(lines.size), column("tan_delta")))
         else:
             tangent = column("tan_delta")
@@ -120,13 +121,13 @@ def _ordinates(
         return np.asarray(per_shear * moduli)
     # a modulus is stress over strain, a compliance strain over stress; shear moduli are a third of Young's
     scale, plain = per_shear**part.kind.stiffness_power, part.kind.value
-    if plain in given:
+    if plain in columns:
         return np.asarray(scale * column(plain))[None]
-    if "stretch" in given:
+    if "stretch" in columns:
         strain = column("stretch") - 1
     else:
-        strain = column("strain") if "strain" in given else strain_of(column("extension"), specimen)
-    stress = column("stress") if "stress" in given else nominal_stress(column("force"), specimen)
+        strain = column("strain") if "strain" in columns else strain_of(column("extension"), specimen)
+    stress = column("stress") if "stress" in columns else nominal_stress(column("force"), specimen)
     warn_of_strain(strain)
     over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
     _warn_of_held(part, held=under[1], answer=over[1])
@@ -135,7 +136,7 @@ def _ordinates(
 
 
 def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
-    """Warn where what the test holds, the strain of relaxation or the stress of creep, changes, and its answer does not."""
+    """Warn where the strain of a relaxation test or the stress of a creep test changes, and the other of the two does not."""
     spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
     if spread[0] > CHANGES > HELD > spread[1]:
         constant, other = ("stress", "creep") if part.kind is RELAXATION else ("strain", "relaxation")
@@ -168,7 +169,7 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
 
 
 def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None:
-    """Rows of an export that hold some of what is needed and lack the rest."""
+    """Warn of rows of an export that hold only a part of the readings needed."""
     if not part.is_export:
         return
     partly = np.any([part.filled(role) for role in roles if role not in ("temperature", "time")], axis=0) & ~rows
@@ -192,7 +193,7 @@ def _refuse(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_], role
 
 
 def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_]) -> None:
-    """A few values at a noise floor may be zero or negative; a file that is so for the most part is not what it is said to be."""
+    """Raise `InputError` where most values are zero or negative: only a few can be a noise floor."""
     if 2 * np.count_nonzero(wrong) > wrong.size:
         many = part.kind.values
         first, count = lines[np.flatnonzero(wrong)[0]], np.count_nonzero(wrong)

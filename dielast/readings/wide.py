@@ -1,4 +1,4 @@
-"""Wide tables: columns of their own for each temperature, taken apart into a table for each."""
+"""Wide tables, which have separate columns for each temperature, divided into a table for each temperature."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from dielast.io.text_table import MeasuredTable
 def by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> list[tuple[float, MeasuredTable]]:
     """A table for each temperature in degC that headers of `table`, or the row above them, state, in their order.
 
-    Each holds the columns of its temperature and those without any, such as one time for all, and the rows in which the former
-    hold something; names have lost their temperature. `unit` is that of bare numbers in headers, None where these are no
-    temperatures; `nameless` is what a column is called whose header is a temperature and no more. Raises `InputError` where a dash
-    before a temperature may be a sign or not.
+    Each holds the columns of its temperature and those without a temperature, such as one time for all, and the rows in which the
+    former hold something; the names no longer contain the temperature. `unit` is that of bare numbers in headers, None where these
+    are no temperatures; `nameless` is the name of a column with a header that is nothing but a temperature. Raises `InputError`
+    where a dash before a temperature may be a sign or not.
     """
     spelled = table.spelled or table.names
     above = table.over or (None,) * len(table.names)
     names, units, temperature = list(table.names), list(table.units), list(above)
     if not table.spelled:  # a row of temperatures and no other
-        names = [name if own is None else nameless for name, own in zip(names, above, strict=True)]
+        names = [name if level is None else nameless for name, level in zip(names, above, strict=True)]
     for k, header in enumerate(spelled):
         with located(file=table.source):
-            found = temperature_in(header, unit)
-        if found is None:
+            stated = temperature_in(header, unit)
+        if stated is None:
             continue
-        temperature[k], rest = found
-        names[k], own = split_header(rest if rest[:1].isalpha() else f"{nameless} {rest}")
-        if own is not None or units[k] is None or units[k] == split_header(header)[1]:
-            units[k] = own
-    shared = [k for k, own in enumerate(temperature) if own is None and (names[k] or any(table.cells[k]))]
+        temperature[k], rest = stated
+        names[k], unit_of_header = split_header(rest if rest[:1].isalpha() else f"{nameless} {rest}")
+        if unit_of_header is not None or units[k] is None or units[k] == split_header(header)[1]:
+            units[k] = unit_of_header
+    shared = [k for k, level in enumerate(temperature) if level is None and (names[k] or any(table.cells[k]))]
     parts: list[tuple[float, MeasuredTable]] = []
-    for level in dict.fromkeys(own for own in temperature if own is not None):
+    for level in dict.fromkeys(level for level in temperature if level is not None):
         columns = [k for k, there in enumerate(temperature) if there == level and (names[k] or any(table.cells[k]))]
         rows = np.flatnonzero([any(cells) for cells in zip(*(table.cells[k] for k in columns), strict=True)])
         if not rows.size:

@@ -37,6 +37,13 @@ class Section(BaseModel):
     ELSEWHERE: ClassVar[Mapping[str, str]] = {}
 
 
+def _one_or_more(value: Any, read: Callable[[Any], float], needed: str) -> tuple[float, ...]:
+    """The number, or each of a list of them; `needed` is what an empty list lacks."""
+    if value == []:
+        raise InputError(f"{needed} is needed, or a list of them")
+    return tuple(map(read, value if isinstance(value, list) else [value]))
+
+
 QUANTITY, UNIT = "x-quantity", "x-unit"
 """Keys of the JSON Schema for the name of a quantity and the SI unit in which it is kept."""
 
@@ -68,9 +75,7 @@ class Quantity:
 
     def read_many(self, value: Any) -> tuple[float, ...]:
         """One number or a list of them; raises `InputError`."""
-        if value == []:
-            raise InputError(f"{self.dimension.name} is needed, or a list of them")
-        return tuple(self.read(entry) for entry in (value if isinstance(value, list) else [value]))
+        return _one_or_more(value, self.read, self.dimension.name)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read_many if self.many else self.read)
@@ -102,9 +107,7 @@ class Numbers:
 
     def read_many(self, value: Any) -> tuple[float, ...]:
         """One number or a list of them; raises `InputError`."""
-        if value == []:
-            raise InputError("a bare number is needed, or a list of them")
-        return tuple(self.read(entry) for entry in (value if isinstance(value, list) else [value]))
+        return _one_or_more(value, self.read, "a bare number")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read_many)
@@ -156,7 +159,6 @@ Temperatures = Annotated[tuple[float, ...], Quantity(units.TEMPERATURE, above=-u
 Force = Annotated[float, Quantity(units.FORCE)]
 Stress = Annotated[float, Quantity(units.STRESS)]
 Length = Annotated[float, Quantity(units.LENGTH, above=0.0)]
-MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
 BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 
@@ -185,16 +187,16 @@ def is_path(field: FieldInfo) -> bool:
 
 def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
     """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension."""
-    found = []
+    quantities = []
     for value in values:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             return None
         try:
-            found.append(units.recognise(value) if isinstance(value, str) else (float(value), "1"))
+            quantities.append(units.recognise(value) if isinstance(value, str) else (float(value), "1"))
         except InputError:
             return None
-    units_found = {unit for _, unit in found}
-    return ([number for number, _ in found], units_found.pop()) if len(units_found) == 1 else None
+    scales = {unit for _, unit in quantities}
+    return ([number for number, _ in quantities], scales.pop()) if len(scales) == 1 else None
 
 
 def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path], bool]) -> str:
@@ -232,7 +234,7 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
         return (names,)
     base = Path(names).anchor
     try:
-        found = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
+        matches = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
     except (
         OSError,  # a name that is too long
         ValueError,  # ** as a part of a name
@@ -240,9 +242,9 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
         RecursionError,  # hundreds of folders within each other
     ) as error:
         raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
-    if not found:
+    if not matches:
         raise InputError(f"{shown(names)}: no file matches")
-    return tuple(found if base else (os.path.relpath(path, folder) for path in found))
+    return tuple(matches if base else (os.path.relpath(path, folder) for path in matches))
 
 
 def _name_or_number(noun: str, name: Any) -> str | int:

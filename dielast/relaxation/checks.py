@@ -5,32 +5,31 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
+from dielast.io.table import plural, spoken
 from dielast.material.measurement_kind import MeasurementKind
+from dielast.numerics.arrays import Floats
 from dielast.relaxation.ends import End
 
-Array = NDArray[np.float64]
-Ends = tuple[float | None, float | None]
+TimeRange = tuple[float | None, float | None]
+"""The shortest and the longest time of the processes in s, None where it is left to the curve."""
 
-TOLERATED = 0.02  # of G(t): what clipping negative moduli may change; and the equilibrium modulus above the curve without a word
-ABOVE_CURVE = (
-    0.1  # of the curve's smoothed end: an equilibrium modulus that lies higher is refused; likewise a glassy one that is lower
-)
-BELOW_CURVE = (
-    0.1  # of the end of a curve that has levelled off, continued by DECADES_BEYOND: an equilibrium modulus below is doubted
-)
+TOLERATED = 0.02  # of G(t): clipping of negative moduli may change it, and the equilibrium modulus exceed its end, by so much
+ABOVE_CURVE = 0.1  # of the smoothed end: an equilibrium modulus so much above is refused, and a glassy one so much below
+# of the end of a levelled curve, continued by DECADES_BEYOND: a stated equilibrium modulus so much below is warned of
+BELOW_CURVE = 0.1
 DECADES_BEYOND = 2.0
-LOOKS_LIKE_SHEAR = (2.5, 3.5)  # ratio of the two that looks like Young's against shear
+LOOKS_LIKE_SHEAR = (2.5, 3.5)  # ratio of two moduli that looks like Young's over shear
 LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
 POOR_FIT = 0.10  # relative rms
-NEAR_END = 10**0.1  # a tenth of a decade: that close to its end, a curve still tells
+NEAR_END = 10**0.1  # a tenth of a decade: a curve determines processes so far beyond its end
 
 
-def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Array]:
-    """Abscissa and ordinates of a master curve as arrays (n,), by the abscissa; all must be positive and of one length."""
-    names = [(name.replace("_", " "), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
+def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Floats]:
+    """Abscissa and ordinates of a master curve as arrays (n,), by ascending abscissa; all must be positive and of one length."""
+    names = [(spoken(name), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
     arrays = [np.asarray(values, dtype=float) for values in columns]
     abscissa = arrays[0]
     for (name, _), values in zip(names, arrays, strict=True):
@@ -42,23 +41,23 @@ def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[A
             more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
             raise InputError(f"{name}[{bad[0]}] = {values[bad[0]]:g} {unit}{more}: a positive, finite number is needed")
     if np.unique(abscissa).size < 2:
-        one = kind.abscissa[0].replace("_", " ")
-        several = one[:-1] + "ies" if one.endswith("y") else one + "s"
-        raise InputError(f"a curve of {abscissa.size} point(s) at a single {one}: at least two different {several} are needed")
+        name = kind.abscissa[0]
+        at_one = f"a curve of {abscissa.size} point(s) at a single {spoken(name)}"
+        raise InputError(f"{at_one}: at least two different {plural(name)} are needed")
     order = np.lexsort((*arrays[:0:-1], abscissa))
     return [values[order] for values in arrays]
 
 
 def check_counts(method: str, branches: int, fewest: int, keep: int | None) -> None:
-    """How many branches are wanted, and how many of them to keep."""
+    """Raise `InputError` for too few branches, or for a number to keep that is not among them."""
     if branches < fewest:
         raise InputError(f"{branches}: {method} needs at least {fewest}", argument="branches")
     if keep is not None and not 1 <= keep <= branches:
         raise InputError(f"cannot keep {keep} of {branches} branches", argument="keep")
 
 
-def check_ends(relaxation_time: Ends) -> None:
-    """The shortest and the longest time wanted, where stated."""
+def check_times(relaxation_time: TimeRange) -> None:
+    """Raise `InputError` for a shortest or longest time that is not positive, or not shorter than the other."""
     for name, end in zip(("min", "max"), relaxation_time, strict=True):
         if end is not None and not 0 < end < np.inf:
             raise InputError(f"{name} = {end:g} s: a positive, finite time is needed", argument="relaxation_time")
@@ -68,14 +67,14 @@ def check_ends(relaxation_time: Ends) -> None:
 
 
 def check_liquid(liquid: bool, equilibrium: float | None) -> float | None:
-    """The equilibrium modulus that is known: zero of a liquid."""
+    """The stated equilibrium modulus, which is zero for a liquid; raises `InputError` for any other of a liquid."""
     if liquid and equilibrium:
         raise InputError(f"{equilibrium:g} Pa: that of a liquid is 0", argument="equilibrium_modulus")
     return 0.0 if liquid else equilibrium
 
 
 def check_moduli(equilibrium: float | None, glassy: float | None, smallest: float, largest: float) -> None:
-    """The moduli prescribed, beside the `smallest` and the `largest` of the curve; all Young's, Pa."""
+    """Raise `InputError` for moduli that contradict each other, or the `smallest` or `largest` of the curve; all Young's, Pa."""
     if equilibrium is not None and not 0 <= equilibrium < np.inf:
         raise InputError(f"{equilibrium:g} Pa: it must be finite and not negative (0 is a melt)", argument="equilibrium_modulus")
     if glassy is not None and not 0 < glassy < np.inf:
@@ -100,24 +99,22 @@ def check_moduli(equilibrium: float | None, glassy: float | None, smallest: floa
         warn(f"{equilibrium:g} Pa is {excess:.1%} above the end of the curve, {smallest:.4g} Pa", argument="equilibrium_modulus")
 
 
-def share_kept(branches: int, keep: int | None) -> float:
-    """How much of the decades of so many evenly spaced times is left if only the slowest are kept."""
-    return 1.0 if keep is None or branches < 2 else (keep - 1) / (branches - 1)
-
-
 def range_of_times(
-    wanted: Ends, default: tuple[float, float], time: Array, seen_at: tuple[float, float], kept: float = 1.0
+    wanted: TimeRange, default: tuple[float, float], time: Floats, seen_at: tuple[float, float], kept: float
 ) -> tuple[float, float]:
-    """Shortest and longest time of a process in s; warns where the times at which these two are seen, in units of their own, are
-    off the curve, but for the shorter ones of which only a share, `kept`, of the decades is left."""
+    """Shortest and longest time of a process in s: those `wanted`, or else the `default`.
+
+    A process shows on the curve at `seen_at` (for the shortest and the longest) times its time; warns where that is off the curve.
+    Of the decades of times only the share `kept` counts, from the longest on.
+    """
     shortest, longest = (float(usual if end is None else end) for end, usual in zip(wanted, default, strict=True))
     if shortest >= longest:
         raise InputError(f"no relaxation time lies between min = {shortest:.3g} s and max = {longest:.3g} s: state both")
     least = longest * (shortest / longest) ** kept
     if seen_at[0] * least < time[0] / NEAR_END or seen_at[1] * longest > time[-1] * NEAR_END:
         warn(
-            f"relaxation times from {least:.3g} to {longest:.3g} s reach farther than the curve, from {time[0]:.3g} to "
-            f"{time[-1]:.3g} s, can tell: the spectrum is extrapolated"
+            f"relaxation times from {least:.3g} to {longest:.3g} s reach beyond what the curve, from {time[0]:.3g} to "
+            f"{time[-1]:.3g} s, determines: the spectrum is extrapolated"
         )
     return shortest, longest
 
@@ -130,7 +127,7 @@ def warn_of_equilibrium(known: float | None, fitted: float, plateau: End) -> Non
             f"modulus of {3 * fitted:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
             mentions=("equilibrium_modulus",),
         )
-    # A curve that has levelled off shows its equilibrium modulus, but for some decades of its last slope.
+    # A curve that has levelled off ends near its equilibrium modulus: no lower than a few decades of its last slope lead.
     level, equilibrium = 3 * plateau.modulus, 3 * fitted
     doubtful = (1 - BELOW_CURVE) * level * 10 ** (DECADES_BEYOND * plateau.slope)
     if known is None or -plateau.slope > LEVEL_SLOPE or equilibrium >= doubtful:
@@ -144,13 +141,13 @@ def warn_of_equilibrium(known: float | None, fitted: float, plateau: End) -> Non
     )
 
 
-def rms(values: Array) -> float:
+def rms(values: Floats) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
-def fit_errors(error: Array, time: Array, shortest_kept: float | None) -> tuple[float, float]:
-    """Rms and greatest magnitude of relative errors (channels, n) at `time`; of a truncated spectrum, where it is meant to hold."""
+def fit_errors(error: Floats, time: Floats, shortest_kept: float | None) -> tuple[float, float]:
+    """Rms and greatest magnitude of relative errors (channels, n); of a truncated spectrum from its shortest relaxation time on."""
     if shortest_kept is not None:
         error = error[:, time >= shortest_kept]
         if error.size == 0:

@@ -1,8 +1,8 @@
 """The continuous relaxation spectrum H(ln tau) behind a fitted curve.
 
 G(t) = G_e + int H exp(-t/tau) d ln tau, and alike for storage and loss modulus, with H >= 0 on a grid finer than the curve can
-resolve. Of the many H that serve the curve equally well the smoothness chosen by cross-validation picks one: Tikhonov
-regularisation of the second differences, as in the discrete fit (see `dielast.relaxation.nnls`).
+resolve. Many H fit the curve equally well; the one with the smoothness of least cross-validation is taken, by Tikhonov
+regularisation of the second differences as in the discrete fit (see `dielast.relaxation.nnls`).
 """
 
 from __future__ import annotations
@@ -10,31 +10,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.numerics.arrays import Floats
 from dielast.relaxation.ends import votes
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
 
-Array = NDArray[np.float64]
-
-LEAST_SMOOTHING = 1e-2  # no measurement is so exact that less would tell anything: without noise, less breaks H up into lines
-MOST_PIECES = 4  # separate processes, of which a material may have some
-PAST_ENDS = (0.5, 1.0)  # decades by which H reaches past the curve's shortest and longest time: such processes still show
+LEAST_SMOOTHING = 1e-2  # less breaks H up into lines where there is no noise, and no measurement is so exact
+MOST_PIECES = 4  # separate processes that a material may have
+PAST_ENDS = (0.5, 1.0)  # decades by which H reaches past the curve's shortest and longest time, where processes still show
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ContinuousSpectrum(TabularResult):
     """`density` H (Pa, shear) per unit of ln tau at `relaxation_time` (s), both (n,), slowest first and evenly spaced in log time.
 
-    Each value stands for a cell of `width` (in ln tau) around its time. `rms_relative_error` is how well H gives the curve back.
+    Each value stands for a cell of `width` (in ln tau) around its time. `rms_relative_error` is that of the curve that H gives.
     """
 
-    relaxation_time: Array
-    density: Array
+    relaxation_time: Floats
+    density: Floats
     width: float
     smoothing: float
     rms_relative_error: float
@@ -45,7 +43,7 @@ class ContinuousSpectrum(TabularResult):
 
     @property
     def integral(self) -> float:
-        """int H d ln tau in Pa, what the sum of a discrete spectrum's moduli stands for."""
+        """int H d ln tau in Pa, which corresponds to the sum of a discrete spectrum's moduli."""
         return float(self.density.sum() * self.width)
 
 
@@ -53,8 +51,8 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     """H(ln tau) of the curve that `fit` was made of, with its equilibrium modulus, from half a decade before its first time to a
     decade past its last.
 
-    Warns where H falls apart into many pieces. Raises `InputError` for a creep curve, which gives no relaxation spectrum but by
-    way of a discrete one.
+    Warns where H falls apart into many pieces. Raises `InputError` for a creep curve, which gives a relaxation
+    spectrum only by way of a discrete one.
     """
     if fit.retardation is not None:
         raise InputError("a creep curve has no continuous relaxation spectrum of its own: only its discrete one is converted")

@@ -1,32 +1,31 @@
 """From a creep compliance, shifted to one temperature, to the discrete relaxation spectrum, by way of the retardation spectrum.
 
-No curve of finite length tells a fluid from a solid whose slowest processes take far longer, and noise alone gives every other
-solid a small fluidity. A material is therefore taken for a solid unless its flow is significant, by an F test at equal smoothing:
-beside processes on the curve first, and then, since those that are slower also rise in proportion to time, beside processes of up
-to ten times its length.
+No curve of finite length distinguishes a fluid from a solid with far slower processes, and noise alone gives half of all solids a
+small fluidity. A material is therefore taken for a solid unless its flow is significant by an F test at equal smoothing. It must be
+so beside processes within the length of the curve and then beside processes of up to ten times that length, because the compliance
+of slower processes also rises in proportion to time.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
-from dielast.relaxation.checks import LEVEL_SLOPE, Ends
+from dielast.numerics.arrays import Floats
+from dielast.relaxation.checks import LEVEL_SLOPE, TimeRange
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
 
-Array = NDArray[np.float64]
-
-LEAST_GLASSY = 0.01  # of the first compliance: a glassy compliance found smaller than this is not to be told from none
-FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises as steeply is that of a melt, and needs no word
-LEAST_CHANCE = 1e-4  # that noise alone makes a solid's flow as significant
+LEAST_GLASSY = 0.01  # of the first compliance: a smaller glassy compliance is as good as none
+FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises as steeply is plainly that of a melt
+LEAST_CHANCE = 1e-4  # that noise alone makes the flow of a solid as significant
 EXACT = 1e-9  # relative error of values as tables hold them
-SLOWER = 10.0  # times the length of the curve: processes so slow still show on it
+SLOWER = 10.0  # times the length of the curve, where processes still show on it
 
 
 def fit_creep(
@@ -34,7 +33,7 @@ def fit_creep(
     creep_compliance: ArrayLike,
     *,
     branches: int = 30,
-    retardation_time: Ends = (None, None),
+    retardation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
     keep: int | None = None,
@@ -47,12 +46,12 @@ def fit_creep(
     as the data ask for, and converted exactly (`relaxation_from_retardation`); processes of no strength drop out, and a material
     that flows has one branch more. `retardation_time` holds the shortest and the longest in s, chosen as in `fit_spectrum` where
     left out. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and `glassy_modulus` that at the
-    shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no
-    equilibrium modulus, and no plateau is asked of it. `keep` truncates to the slowest branches. `flows` says
-    whether there is a fluidity where `equilibrium_modulus` does not; left out, there is if the curve demands it.
+    shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no equilibrium modulus and needs no plateau.
+    `keep` truncates to the slowest branches. `flows` says whether there is a fluidity where `equilibrium_modulus` is not stated; by
+    default there is one if it is significant.
 
-    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not tell
-    whether the material flows, and where it does not tell the glassy compliance: the fastest branch is then a guess.
+    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not show
+    whether the material flows, and where it does not show the glassy compliance, so that the fastest branch is a guess.
     """
     task = FitTask.of(
         CREEP,
@@ -65,20 +64,20 @@ def fit_creep(
         liquid=liquid,
     )
     curve, softest, prescribed = task.curve, task.plateau, task.equilibrium
-    own_time, known, total, is_open = _what_to_fit(task, flows)
-    solution = _with_glassy(curve, own_time, known, total)
-    retardation = RetardationSpectrum(own_time, solution.strength, *solution.constants.tolist())
+    process_time, known, total, is_open = _what_to_fit(task, flows)
+    solution = _with_glassy(curve, process_time, known, total)
+    retardation = RetardationSpectrum(process_time, solution.strength, *solution.constants.tolist())
     if solution.strength.any() or retardation.fluidity > 0:
         spectrum, equilibrium = relaxation_from_retardation(retardation)
     else:  # an elastic solid
-        spectrum, equilibrium = Spectrum(own_time, np.zeros(own_time.size)), 1 / retardation.glassy_compliance
+        spectrum, equilibrium = Spectrum(process_time, np.zeros(process_time.size)), 1 / retardation.glassy_compliance
     if prescribed is not None:
         equilibrium = prescribed
     share = float(retardation.fluidity * curve.time[-1] / curve.values[0, -1])
     if is_open:
         warn(
-            "the end of the curve does not tell flow from processes slower than the curve: it is taken for that of a solid, whose "
-            f"equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
+            "the end of the curve does not distinguish flow from processes slower than the curve: it is taken for that of a solid, "
+            f"whose equilibrium modulus of {3 * equilibrium:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
             mentions=("equilibrium_modulus",),
         )
     elif prescribed is None and equilibrium == 0 and softest.slope >= -LEVEL_SLOPE:
@@ -98,48 +97,48 @@ def fit_creep(
     return task.finish("nnls", spectrum, equilibrium, model, truncated, smoothing=solution.smoothing, retardation=kept)
 
 
-def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Array, Known, Total | None, bool]:
-    """Retardation times (s, slowest first), the constants that are known, a sum to keep to, and whether flow is left open."""
+def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Floats, Known, Total | None, bool]:
+    """Retardation times (s, slowest first), the known constants, a prescribed sum, and whether the curve leaves flow open."""
     curve, equilibrium = task.curve, task.equilibrium
     glassy_compliance = None if task.glassy is None else 1 / task.glassy
     fluid, solid = (glassy_compliance, None), (glassy_compliance, 0.0)
     if equilibrium is not None and equilibrium > 0:  # a solid's compliances add up to the one after infinite time
         return task.place(solid, kept=1.0), solid, Total(1 / equilibrium, (1.0, 0.0)), False
-    own_time = task.place(fluid, kept=1.0)
+    process_time = task.place(fluid, kept=1.0)
     if equilibrium == 0 or flows:
-        return own_time, fluid, None, False
-    if flows is False or not _demands_flow(curve, own_time, glassy_compliance):
-        return own_time, solid, None, False
+        return process_time, fluid, None, False
+    if flows is False or not _demands_flow(curve, process_time, glassy_compliance):
+        return process_time, solid, None, False
     if task.times[1] is None:
         slower = task.place(solid, times=(task.times[0], SLOWER * float(curve.time[-1])), kept=1.0)
         if not _demands_flow(curve, slower, glassy_compliance):
             return slower, solid, None, True
-    return own_time, fluid, None, False
+    return process_time, fluid, None, False
 
 
-def _demands_flow(curve: WeightedCurve, own_time: Array, glassy_compliance: float | None) -> bool:
+def _demands_flow(curve: WeightedCurve, process_time: Floats, glassy_compliance: float | None) -> bool:
     """Whether a fluidity beside processes at these times (s) improves the fit by more than noise can."""
     from scipy.special import stdtr
 
-    fluid = fit_strengths(curve, own_time, (glassy_compliance, None))
+    fluid = fit_strengths(curve, process_time, (glassy_compliance, None))
     if fluid.constants[1] == 0:
         return False
-    solid = fit_strengths(curve, own_time, (glassy_compliance, 0.0), smoothing=fluid.smoothing)
+    solid = fit_strengths(curve, process_time, (glassy_compliance, 0.0), smoothing=fluid.smoothing)
     freedom = max(fluid.freedom, 1e-6)
     variance = max(fluid.misfit / freedom, EXACT**2)
     improvement = max(solid.objective - fluid.objective, 0.0)
     return float(stdtr(freedom, -np.sqrt(improvement / variance))) < LEAST_CHANCE
 
 
-def _with_glassy(curve: WeightedCurve, own_time: Array, known: Known, total: Total | None) -> Solution:
-    """The strengths, of a glassy compliance that the curve may not tell."""
-    solution = fit_strengths(curve, own_time, known, total)
+def _with_glassy(curve: WeightedCurve, process_time: Floats, known: Known, total: Total | None) -> Solution:
+    """The strengths; warns where the curve does not show the glassy compliance, which is then prescribed."""
+    solution = fit_strengths(curve, process_time, known, total)
     least = LEAST_GLASSY * float(curve.size[0])
     if known[0] is None and solution.constants[0] < least:
         warn(
-            f"the curve does not tell the glassy compliance, taken to be {LEAST_GLASSY:.0%} of its first point: the branches that "
+            f"the curve does not show the glassy compliance, taken to be {LEAST_GLASSY:.0%} of its first point: the branches that "
             f"relax before {curve.time[0]:.3g} s are a guess; state glassy_modulus",
             mentions=("glassy_modulus",),
         )
-        solution = fit_strengths(curve, own_time, (least, known[1]), total)
+        solution = fit_strengths(curve, process_time, (least, known[1]), total)
     return solution

@@ -1,26 +1,25 @@
-"""What a relaxation curve says before any model: how its points are spread over log time, and where its two ends lie."""
+"""The two ends of a relaxation curve, and the weights of its points by how they are spread over log time; no model yet."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
-# A hair more than round figures, so that round spacings of the points are not at the mercy of rounding.
+# A little more than round figures, so that rounding does not decide about points at round spacings.
 _NEIGHBOURHOOD = 0.025 + 1e-6  # decades to either side: twenty votes a decade, about the width of one relaxation process
 _END = 1.0 + 1e-6  # decades at either end of the curve from which its modulus there is taken
 _LAST = 0.25 + 1e-6
 
 
-def votes(log10_time: Array) -> Array:
+def votes(log10_time: Floats) -> Floats:
     """Weight of each point of ascending `log10_time`, both of shape (n,): one over the number of points within 0.025 decade of it.
 
-    Where the sampling is dense, a least-squares fit then approaches an integral over log time, so that a linearly sampled test
-    does not drown its first seconds in its last hour. Points farther apart than that count one each, however wide the gap beside
-    them, so that a straggler at the end of the curve gains no power from being alone (as it would with trapezoidal weights).
+    Where the sampling is dense, a least-squares fit then approaches an integral over log time: in a linearly sampled test, the last
+    hour does not outweigh the first seconds. Points farther apart than that count one each, however wide the gap beside them, so
+    that a single point at the end of the curve gains no weight from being alone, as it would with trapezoidal weights.
     """
     first = np.searchsorted(log10_time, log10_time - _NEIGHBOURHOOD, side="left")
     last = np.searchsorted(log10_time, log10_time + _NEIGHBOURHOOD, side="right")
@@ -34,18 +33,18 @@ class End(NamedTuple):
     slope: float
 
 
-def short_time_end(log10_time: Array, modulus: Array) -> End:
+def short_time_end(log10_time: Floats, modulus: Floats) -> End:
     """The largest modulus of a relaxation curve, smoothed: a straight line in log-log through its first decade, where it starts."""
     return _end(log10_time, modulus, at=float(log10_time[0]))
 
 
-def long_time_end(log10_time: Array, modulus: Array) -> End:
+def long_time_end(log10_time: Floats, modulus: Floats) -> End:
     """The smallest modulus of a relaxation curve, smoothed: a straight line in log-log through its last decade, where it ends."""
     return _end(log10_time, modulus, at=float(log10_time[-1]))
 
 
-def least_modulus(log10_time: Array, modulus: Array) -> float:
-    """What a relaxation curve surely falls to: the modulus of its end, or its mean over the last quarter decade if that is more.
+def least_modulus(log10_time: Floats, modulus: Floats) -> float:
+    """A modulus that a relaxation curve falls to in any case: that of its end, or the mean of the last quarter decade if larger.
 
     Where the last decade bends towards a plateau, a straight line through it ends below the curve.
     """
@@ -54,7 +53,7 @@ def least_modulus(log10_time: Array, modulus: Array) -> float:
     return max(long_time_end(log10_time, modulus).modulus, mean)
 
 
-def _end(log10_time: Array, modulus: Array, at: float) -> End:
+def _end(log10_time: Floats, modulus: Floats, at: float) -> End:
     near = np.abs(log10_time - at) <= _END
     x, y, weight = log10_time[near], np.log10(modulus[near]), votes(log10_time[near])
     x_mean, y_mean = np.average(x, weights=weight), np.average(y, weights=weight)
@@ -64,6 +63,6 @@ def _end(log10_time: Array, modulus: Array, at: float) -> End:
     return End(float(10 ** (y_mean + slope * (at - x_mean))), slope)
 
 
-def extremes(log10_time: Array, modulus: Array) -> tuple[float, float]:
+def extremes(log10_time: Floats, modulus: Floats) -> tuple[float, float]:
     """The smallest and the largest modulus of a curve, noise apart."""
     return least_modulus(log10_time, modulus), short_time_end(log10_time, modulus).modulus

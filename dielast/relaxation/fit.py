@@ -6,13 +6,14 @@ from typing import get_args
 
 import numpy as np
 from numpy.polynomial import Chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
 from dielast.material.measurement_kind import RELAXATION
 from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats
 from dielast.relaxation import schwarzl_staverman as ss
-from dielast.relaxation.checks import TOLERATED, Ends, range_of_times, rms
+from dielast.relaxation.checks import TOLERATED, TimeRange, range_of_times, rms
 from dielast.relaxation.ends import short_time_end
 from dielast.relaxation.nnls import WeightedCurve
 from dielast.relaxation.result import Method, SpectrumFit
@@ -20,7 +21,6 @@ from dielast.relaxation.task import FitTask
 
 __all__ = ["Method", "SpectrumFit", "fit_spectrum"]
 
-Array = NDArray[np.float64]
 
 ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
 POOR_POLYNOMIAL = 0.05  # relative rms
@@ -33,7 +33,7 @@ def fit_spectrum(
     method: Method = "schwarzl-staverman",
     branches: int = 30,
     polynomial_degree: int = 7,
-    relaxation_time: Ends = (None, None),
+    relaxation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
     keep: int | None = None,
@@ -48,10 +48,10 @@ def fit_spectrum(
     `relaxation_time` holds the shortest and the longest in s; left out, schwarzl-staverman takes the range in which t = 2 tau stays
     on the curve, and nnls places the end inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a melt) is
     by default read from the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa), that at the shortest times,
-    is three times the sum of all moduli, the equilibrium one too, so that mu_neq of Eq. 20 is the rest; by default
+    is three times the sum of all shear moduli with the equilibrium modulus, so that mu_neq of Eq. 20 is the rest; by default
     schwarzl-staverman takes the curve's largest modulus, smoothed, or H at the shortest relaxation time beside the equilibrium
     modulus if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4). A
-    `liquid` has no equilibrium modulus, and no plateau is asked of it.
+    `liquid` has no equilibrium modulus and needs no plateau.
 
     Raises `InputError` for points or arguments that allow no fit, and where a modulus is negative by more than 2 % of G(t);
     warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau, of a plateau far above the given
@@ -97,13 +97,13 @@ def _schwarzl_staverman(task: FitTask, degree: int) -> SpectrumFit:
     return task.finish("schwarzl-staverman", spectrum, equilibrium, clipped_branches=clipped, polynomial_rms_relative_error=error)
 
 
-def _nonequilibrium(curve: WeightedCurve, equilibrium: float, cumulative: Array) -> float:
-    """mu_neq from the curve. Where it falls from its first point on, faster processes than that are in it: then H is more."""
+def _nonequilibrium(curve: WeightedCurve, equilibrium: float, cumulative: Floats) -> float:
+    """mu_neq from the curve. Where the curve falls from its first point on, faster processes add to it, and H is larger."""
     largest = short_time_end(np.log10(curve.time), curve.size).modulus
     return max(largest - equilibrium, float(cumulative[-1]))
 
 
-def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Array, time: Array) -> Array:
+def _cumulative(polynomial: Chebyshev, equilibrium: float, tau: Floats, time: Floats) -> Floats:
     with np.errstate(over="ignore", invalid="ignore"):
         cumulative = ss.CumulativeSpectrum(polynomial, equilibrium)(tau)
     if not np.all(np.isfinite(cumulative)):
@@ -126,7 +126,7 @@ def _polynomial_error(polynomial: Chebyshev, curve: WeightedCurve) -> float:
     return error
 
 
-def _clipped(tau: Array, moduli: Array, branches: int, time: Array, model: Array) -> int:
+def _clipped(tau: Floats, moduli: Floats, branches: int, time: Floats, model: Floats) -> int:
     """Number of negative moduli; refuses where setting them to zero changes G(t) too much."""
     negative = moduli < -ROUNDING * float(model.max())
     if not negative.any():
@@ -134,15 +134,15 @@ def _clipped(tau: Array, moduli: Array, branches: int, time: Array, model: Array
     count = int(negative.sum())
     change = np.exp(-time[:, None] / tau[negative]) @ -moduli[negative] / model
     at = int(np.argmax(change))
-    found = f"{count} of {tau.size} moduli came out negative (the slowest at a relaxation time of {tau[negative][0]:.3g} s)"
+    clipped = f"{count} of {tau.size} moduli came out negative (the slowest at a relaxation time of {tau[negative][0]:.3g} s)"
     effect = f"G({time[at]:.3g} s) by {change[at]:.2%}"
     if change[at] > TOLERATED:
         last, first = negative[-1] and moduli.size == branches, negative[0]
         remedy = "a larger glassy_modulus, " if last else "a lower equilibrium_modulus, " if first else ""
         raise InputError(
-            f"{found}, and setting them to zero would change {effect}: try another polynomial_degree, narrower relaxation times, "
+            f"{clipped}, and setting them to zero would change {effect}: try another polynomial_degree, narrower relaxation times, "
             f'{remedy}or method = "nnls"',
             mentions=("polynomial_degree", "method", "glassy_modulus", "equilibrium_modulus"),
         )
-    warn(f"{found} and were set to zero, which changes {effect}")
+    warn(f"{clipped} and were set to zero, which changes {effect}")
     return count

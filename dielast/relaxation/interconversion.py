@@ -9,7 +9,7 @@ Mathematical structure of the theories of viscoelasticity, Hermann 1953):
 Either bracket is c + sum w_k/(p_k + z), in z = s with poles p = 1/lambda (and 0 for the flow), or in z = 1/s with poles p = tau.
 The poles of its reciprocal are its zeros z = -x, one between any two of its own poles and one beyond the last. Each is sought as
 a distance from its nearest pole, by bisection in the logarithm of that distance between bounds that enclose it, so that neither
-poles many decades apart nor a zero right beside a pole cost digits; all strengths come out positive.
+poles many decades apart nor a zero right beside a pole lose digits; all strengths are positive.
 """
 
 from __future__ import annotations
@@ -17,17 +17,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.table import Column, Table, spoken
 from dielast.material.measurement_kind import MeasurementKind
-from dielast.material.spectrum import Spectrum
+from dielast.material.spectrum import Spectrum, slowest_first
+from dielast.numerics.arrays import Floats, Index
 
-Array = NDArray[np.float64]
-
-_HALVINGS = 64  # of a bracket in log distance: what 1e300 times a distance spans comes down to rounding
+_HALVINGS = 64  # of a bracket in log distance: a bracket of 300 decades is then as narrow as rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -38,8 +37,8 @@ class RetardationSpectrum(TabularResult):
     Raises `InputError` if the lists differ in length, a time is not positive, or anything else is negative or not finite.
     """
 
-    retardation_time: Array
-    compliance: Array
+    retardation_time: Floats
+    compliance: Floats
     glassy_compliance: float
     fluidity: float = 0.0
 
@@ -48,22 +47,12 @@ class RetardationSpectrum(TabularResult):
         return [Column("retardation_time", "s", self.retardation_time), Column("compliance", "1/Pa", self.compliance)]
 
     def __post_init__(self) -> None:
-        own = np.array(self.retardation_time, dtype=float).reshape(-1)
-        compliance = np.array(self.compliance, dtype=float).reshape(-1)
-        if own.size != compliance.size:
-            raise InputError(f"{own.size} retardation times but {compliance.size} compliances: one for each time is needed")
-        if not np.all(np.isfinite(own) & (own > 0)):
-            raise InputError("every retardation time must be positive and finite")
-        rest = np.array([self.glassy_compliance, self.fluidity])
-        if not np.all(np.isfinite(compliance) & (compliance >= 0)) or not np.all(np.isfinite(rest) & (rest >= 0)):
-            raise InputError("compliances and the fluidity must be finite and not negative")
-        slowest_first = np.argsort(-own, kind="stable")
-        for name, values in (("retardation_time", own), ("compliance", compliance)):
-            ordered = values[slowest_first]
-            ordered.flags.writeable = False
-            object.__setattr__(self, name, ordered)
+        slowest_first(self, "retardation_time", "compliance")
+        for name in ("glassy_compliance", "fluidity"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InputError(f"the {spoken(name)} must be finite and not negative")
 
-    def creep_compliance(self, time: ArrayLike) -> Array:
+    def creep_compliance(self, time: ArrayLike) -> Floats:
         """Shear creep compliance in 1/Pa at `time` (s): J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta."""
         t = np.asarray(time, dtype=float)
         retarded = -np.expm1(-t[..., None] / self.retardation_time) @ self.compliance
@@ -73,8 +62,8 @@ class RetardationSpectrum(TabularResult):
 def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spectrum, float]:
     """The relaxation spectrum and the equilibrium shear modulus (Pa; 0 if the material flows) of the same material.
 
-    It has one process for each of another time in `retardation`, and one more if the material flows. Raises `InputError` without a
-    glassy compliance: no modulus would be finite.
+    It has one process for each different retardation time, and one more if the material flows. Raises `InputError` without a glassy
+    compliance: no modulus would be finite.
     """
     glassy = retardation.glassy_compliance
     if glassy <= 0:
@@ -100,20 +89,20 @@ def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float =
     return RetardationSpectrum(zeros, compliance, 1 / total, fluidity)
 
 
-def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Array) -> Array:
-    """What a solid of that `spectrum` and `equilibrium_modulus` (shear, Pa) shows in a test of that `kind`, shear, (channels, n).
+def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Floats) -> Floats:
+    """The answer (channels, n) of a solid of the `spectrum` and `equilibrium_modulus` (shear, Pa) in a test of a `kind`, in shear.
 
     `time` (n,) in s is one over the angular frequency of an oscillation.
     """
-    own_time, strength, constants = spectrum.relaxation_time, spectrum.shear_modulus, np.array([equilibrium_modulus])
+    process_time, strength, constants = spectrum.relaxation_time, spectrum.shear_modulus, np.array([equilibrium_modulus])
     if kind.stiffness_power < 0:
         creep = retardation_from_relaxation(spectrum, equilibrium_modulus)
-        own_time, strength = creep.retardation_time, creep.compliance
+        process_time, strength = creep.retardation_time, creep.compliance
         constants = np.array([creep.glassy_compliance, creep.fluidity])
-    return np.asarray(kind.processes(time, own_time) @ strength + np.tensordot(constants, kind.constants(time), axes=1))
+    return np.asarray(kind.processes(time, process_time) @ strength + np.tensordot(constants, kind.constants(time), axes=1))
 
 
-def _reciprocal(poles: Array, weights: Array, constant: float) -> tuple[Array, Array]:
+def _reciprocal(poles: Floats, weights: Floats, constant: float) -> tuple[Floats, Floats]:
     """The zeros -x of F(z) = constant + sum weights/(poles + z), and 1/(x sum weights/(poles - x)^2), the strength of each in 1/F.
 
     Poles of no weight are left out, equal ones merged. Without a constant there is no zero beyond the last pole.
@@ -130,19 +119,19 @@ def _reciprocal(poles: Array, weights: Array, constant: float) -> tuple[Array, A
     half = 0.5 * (pole[right] - pole[left])
     ahead = pole > pole[left][:, None]
 
-    def sums(origin: NDArray[np.intp], distance: Array) -> tuple[Array, Array]:
-        """What the poles below and above pull at `pole[origin] + distance`, both positive; F is constant - below + above."""
+    def sums(origin: Index, distance: Floats) -> tuple[Floats, Floats]:
+        """The sums over the poles below and above `pole[origin] + distance`, both positive; F is constant - below + above."""
         away = (pole[origin][:, None] - pole) + distance[:, None]
         pull = weight / away
         return np.sum(np.where(ahead, 0.0, pull), axis=1), np.sum(np.where(ahead, -pull, 0.0), axis=1)
 
-    # F rises from minus infinity at the left pole to plus infinity at the right one: its sign half way says which one is nearer
+    # F rises from minus infinity at the left pole to plus infinity at the right one: its sign half way shows which is nearer
     beyond = weight.sum() / constant if constant > 0 else np.inf  # no zero lies farther past the last pole
     middle = np.where(last, beyond, half)
     below, above = sums(left, middle)
     from_left = last | (constant - below + above > 0)
     origin = np.where(from_left, left, right)
-    # the nearest pole's own pull at the zero is at most what all others amount to, which bounds the distance from below
+    # at the zero, the term of the nearest pole is at most the sum of all others, which bounds the distance from below
     most = np.where(from_left, constant + above, below)
     low, high = np.log(0.5 * weight[origin] / most), np.log(middle)
     sign = np.where(from_left, 1.0, -1.0)

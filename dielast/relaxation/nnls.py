@@ -1,12 +1,13 @@
 """A spectrum by non-negative least squares on the relative error, as smooth as the data ask for.
 
-Minimised is sum_i w_i (G_model(t_i)/G_i - 1)^2 + s^2 |D b|^2 over moduli mu_k >= 0 on given relaxation times and, unless it is
-given, the equilibrium modulus; of an oscillation, storage and loss modulus are summed over alike, and of creep the unknowns are
-compliances and the fluidity. D takes second differences of the strengths b_k = mu_k / G(tau_k): the moduli span many decades, but
-relative to the curve where they act they are of one order. The smoothing s is the one of least generalised cross-validation
+The sum sum_i w_i (G_model(t_i)/G_i - 1)^2 + s^2 |D b|^2 is minimised over moduli mu_k >= 0 on given relaxation times and, unless
+it is prescribed, the equilibrium modulus. For an oscillation it runs over storage and loss modulus alike; for creep the unknowns
+are compliances and the fluidity. D takes second differences of the strengths b_k = mu_k / G(tau_k): the moduli span many decades,
+but relative to the curve where they act they are of one order. The smoothing s is that of least generalised cross-validation
 (Golub, Heath and Wahba 1979, DOI 10.1080/00401706.1979.10489751), with the moduli held at zero taken out of the trace.
 
-An orthogonal reduction first takes the n points to as many rows as there are unknowns, so that a trial of s does not depend on n.
+An orthogonal reduction first turns the n points into as many rows as there are unknowns, so that the cost of trying a value of s
+does not depend on n.
 """
 
 from __future__ import annotations
@@ -15,20 +16,19 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import NumericsError
 from dielast.material.measurement_kind import RELAXATION, MeasurementKind
+from dielast.numerics.arrays import Flags, Floats
 
-Array = NDArray[np.float64]
 Known = tuple[float | None, ...]
 
 _COARSE = np.geomspace(1e-6, 1e2, 17)  # trials of s, besides 0; a finer look around the best follows
 _FINER = 10 ** np.array([-0.25, 0.25])
-_EVEN = 0.02  # scores closer than this are a draw, which the smoother spectrum wins: cross-validation alone now and then fits noise
+_EVEN = 0.02  # scores closer than this count as equal, and the smoother one wins: cross-validation alone sometimes fits noise
 _HELD = 1e4  # weight of a prescribed sum of moduli, in units of all points together
 _CELL = 0.05  # decades over which points are averaged for placing the processes
-_WORTHWHILE = 0.98  # of the misfit: a move of the processes must bring it below this, so that noise does not drive it
+_WORTHWHILE = 0.98  # of the misfit: a move of the processes must bring it below this, so that noise drives no moves
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,36 +38,36 @@ class WeightedCurve:
     Of an oscillation, `time` is 1/omega and the channels are storage and loss; moduli (Pa) and compliances (1/Pa) are shear.
     """
 
-    time: Array
-    values: Array
-    weight: Array
+    time: Floats
+    values: Floats
+    weight: Floats
     kind: MeasurementKind = RELAXATION
 
     @property
-    def size(self) -> Array:
+    def size(self) -> Floats:
         """The size of the answer over all channels, (n,)."""
         return self.values[0] if len(self.values) == 1 else np.asarray(np.linalg.norm(self.values, axis=0))
 
     @property
-    def stiffness(self) -> Array:
+    def stiffness(self) -> Floats:
         """The modulus, storage modulus or inverse compliance (n,) in Pa."""
         return np.asarray(self.values[0] ** self.kind.stiffness_power)
 
     @property
-    def row_weight(self) -> Array:
+    def row_weight(self) -> Floats:
         """The weight of every value, channel below channel, (channels * n,)."""
         return np.tile(self.weight, len(self.values))
 
     @property
-    def constant_scale(self) -> Array:
-        """What the constants of the answer, (constants,), are of the order of: each alone makes up the last point, which it is
-        seen at best."""
+    def constant_scale(self) -> Floats:
+        """The order of magnitude of each constant of the answer, (constants,): alone, it would make up the last point, where it
+        shows best."""
         return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
 
     def averaged(self) -> WeightedCurve:
-        """The curve with one point for each 0.05 decade that holds any: the log means there, and the weights' sum."""
+        """The curve with one point for each 0.05 decade with points: their log means and the sum of their weights."""
         x = np.log10(self.time)
-        cell = np.unique(np.floor((x - x[0]) / _CELL + 1e-6), return_inverse=True)[1]  # not at the mercy of rounding
+        cell = np.unique(np.floor((x - x[0]) / _CELL + 1e-6), return_inverse=True)[1]
         weight = np.bincount(cell, self.weight).astype(float)
         time, *values = (10 ** (np.bincount(cell, self.weight * y) / weight) for y in (x, *np.log10(self.values)))
         return WeightedCurve(time, np.array(values), weight, self.kind)
@@ -75,7 +75,7 @@ class WeightedCurve:
 
 @dataclass(frozen=True, slots=True)
 class Total:
-    """A prescribed sum `value` (Pa or 1/Pa) of all processes, and of the constants so many times each."""
+    """A prescribed sum `value` (Pa or 1/Pa) of all processes and of the constants, each times its factor in `constants`."""
 
     value: float
     constants: tuple[float, ...]
@@ -85,12 +85,12 @@ class Total:
 class Solution:
     """Strengths of the processes (m,) and the kind's `constants`, in Pa or 1/Pa, and the smoothing s that was chosen.
 
-    `objective` is the sum that they minimise, `misfit` its first part, and `freedom` the number of points, by weight, that the
-    answers at the points do not use up.
+    `objective` is the sum that they minimise, `misfit` its first part, and `freedom` the number of degrees of freedom that is left,
+    points counted by weight.
     """
 
-    strength: Array
-    constants: Array
+    strength: Floats
+    constants: Floats
     smoothing: float
     objective: float
     misfit: float
@@ -99,21 +99,21 @@ class Solution:
 
 def fit_strengths(
     curve: WeightedCurve,
-    own_time: Array,
+    process_time: Floats,
     known: Known,
     total: Total | None = None,
     least: float = 0.0,
     smoothing: float | None = None,
 ) -> Solution:
-    """Strengths of processes on `own_time` (s, shape (m,)), and of the constants that are not `known` (None for each of those).
+    """Strengths of processes on `process_time` (s, shape (m,)) and the constants; `known` holds those prescribed, else None.
 
-    `total` is a sum to keep to, `least` the least smoothing to try, and `smoothing` the one to take. `NumericsError` if the active
+    `total` prescribes a sum, `least` is the least smoothing to try, and `smoothing` fixes it. Raises `NumericsError` if the active
     set does not settle.
     """
-    processes = own_time.size
-    scale = np.exp(np.interp(np.log(own_time), np.log(curve.time), np.log(curve.size)))
+    processes = process_time.size
+    scale = np.exp(np.interp(np.log(process_time), np.log(curve.time), np.log(curve.size)))
     unknown, constant_scale = _unknown(known), curve.constant_scale
-    design, target = _relative_rows(curve, own_time, scale, known)
+    design, target = _relative_rows(curve, process_time, scale, known)
     unknowns = design.shape[1]
     weight = curve.row_weight
     rows, values = _reduced(design, target, weight)
@@ -122,15 +122,15 @@ def fit_strengths(
     influence = twice_weighted.T @ twice_weighted
     count = float(weight.sum())
     if total is not None:
-        constants = np.array(total.constants)
-        rest = total.value - sum(share * own for share, own in zip(total.constants, known, strict=True) if own is not None)
-        held = np.concatenate([scale, (constants * constant_scale)[unknown]])[None] / rest
+        shares = np.array(total.constants)
+        rest = total.value - sum(share * value for share, value in zip(total.constants, known, strict=True) if value is not None)
+        held = np.concatenate([scale, (shares * constant_scale)[unknown]])[None] / rest
         rows, values = np.vstack([rows, _HELD * np.sqrt(count) * held]), np.append(values, _HELD * np.sqrt(count))
     roughness = np.zeros((max(processes - 2, 0), unknowns))
     roughness[:, :processes] = np.diff(np.eye(processes), n=2, axis=0)
     padded = np.concatenate([values, np.zeros(len(roughness))])
 
-    def trial(smoothing: float) -> tuple[float, Array, float]:
+    def trial(smoothing: float) -> tuple[float, Floats, float]:
         stacked = np.vstack([rows, smoothing * roughness])
         strength, _ = _non_negative(stacked, padded)
         free = strength > 0
@@ -139,23 +139,23 @@ def fit_strengths(
         spare = 1 - trace / count
         return (float(np.sum((rows @ strength - values) ** 2)) / spare**2 if spare > 1e-6 else np.inf), strength, count * spare
 
-    wanted = [smoothing for smoothing in [0.0, *_COARSE] if smoothing >= least] if smoothing is None else [smoothing]
-    trials = {own: trial(own) for own in wanted}
-    best = min(trials, key=lambda own: trials[own][0])
+    tried = [smoothing for smoothing in [0.0, *_COARSE] if smoothing >= least] if smoothing is None else [smoothing]
+    trials = {value: trial(value) for value in tried}
+    best = min(trials, key=lambda value: trials[value][0])
     if smoothing is None:
-        trials |= {own: trial(own) for own in best * _FINER if own > least}
+        trials |= {value: trial(value) for value in best * _FINER if value > least}
     least = min(score for score, *_ in trials.values())
-    best = max(own for own, (score, *_) in trials.items() if score <= (1 + _EVEN) * least)
+    best = max(value for value, (score, *_) in trials.items() if score <= (1 + _EVEN) * least)
     _, strength, freedom = trials[best]
     misfit, rough = float(np.sum((rows @ strength - values) ** 2)), float(np.sum((roughness @ strength) ** 2))
-    found = np.array([0.0 if own is None else own for own in known])
-    found[unknown] = strength[processes:] * constant_scale[unknown]
-    return Solution(strength[:processes] * scale, found, float(best), misfit + best**2 * rough, misfit, freedom)
+    constants = np.array([0.0 if value is None else value for value in known])
+    constants[unknown] = strength[processes:] * constant_scale[unknown]
+    return Solution(strength[:processes] * scale, constants, float(best), misfit + best**2 * rough, misfit, freedom)
 
 
 def place_times(
     curve: WeightedCurve, branches: int, shortest: float, longest: float, movable: tuple[bool, bool], known: Known
-) -> Array:
+) -> Floats:
     """Log-spaced times of processes (s) of shape (branches,), slowest first, between `shortest` and `longest`.
 
     An end that is `movable` (shortest, longest) is taken inwards, by fractions of the spacing, to where the curve is met best: a
@@ -166,7 +166,7 @@ def place_times(
     spacing = (high - low) / intervals
     coarse = curve.averaged()
 
-    def times(inset: tuple[float, float]) -> Array:
+    def times(inset: tuple[float, float]) -> Floats:
         return np.logspace(high - inset[1] * spacing, low + inset[0] * spacing, branches)
 
     def misfit(inset: tuple[float, float]) -> float:
@@ -182,7 +182,7 @@ def place_times(
     while step >= finest:
         improved = False
         for trial in trials:
-            inside = all(0 <= own <= end for own, end in zip(trial, furthest, strict=True))
+            inside = all(0 <= place <= end for place, end in zip(trial, furthest, strict=True))
             if inside and (score := misfit(trial)) < _WORTHWHILE * least:
                 inset, least, improved = trial, score, True
         step = step if improved else step / 2
@@ -190,28 +190,31 @@ def place_times(
     return times(inset)
 
 
-def _unknown(known: Known) -> NDArray[np.bool_]:
-    return np.array([own is None for own in known], dtype=bool)
+def _unknown(known: Known) -> Flags:
+    return np.array([value is None for value in known], dtype=bool)
 
 
-def _relative_rows(curve: WeightedCurve, own_time: Array, scale: Array, known: Known) -> tuple[Array, Array]:
-    """Design matrix and target of the relative error, channel below channel: the unknowns are strengths over `scale` and the
-    constants that are not `known` over the curve's own scale of them."""
-    design = curve.kind.processes(curve.time, own_time) * scale / curve.values[..., None]
+def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, known: Known) -> tuple[Floats, Floats]:
+    """Design matrix and target of the relative error, channel below channel.
+
+    The unknowns are strengths over `scale`, and the constants that are not `known` over their `constant_scale`.
+    """
+    design = curve.kind.processes(curve.time, process_time) * scale / curve.values[..., None]
     constants = curve.kind.constants(curve.time)
-    target = 1 - sum(own * answer for own, answer in zip(known, constants, strict=True) if own is not None) / curve.values
+    target = 1 - sum(value * answer for value, answer in zip(known, constants, strict=True) if value is not None) / curve.values
     unknown = _unknown(known)
     alone = constants[unknown] * curve.constant_scale[unknown, None, None] / curve.values
-    return np.column_stack([design.reshape(-1, own_time.size), alone.reshape(len(alone), curve.values.size).T]), target.reshape(-1)
+    columns = [design.reshape(-1, process_time.size), alone.reshape(len(alone), curve.values.size).T]
+    return np.column_stack(columns), target.reshape(-1)
 
 
-def _reduced(design: Array, target: Array, weight: Array) -> tuple[Array, Array]:
+def _reduced(design: Floats, target: Floats, weight: Floats) -> tuple[Floats, Floats]:
     """The weighted least-squares problem in at most as many rows as it has unknowns, and one."""
     triangle = np.asarray(np.linalg.qr(np.column_stack([design, target]) * np.sqrt(weight)[:, None], mode="r"))
     return triangle[:, :-1], triangle[:, -1]
 
 
-def _non_negative(rows: Array, values: Array) -> tuple[Array, float]:
+def _non_negative(rows: Floats, values: Floats) -> tuple[Floats, float]:
     """Non-negative least-squares solution and the norm of its residual."""
     from scipy.optimize import nnls
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from dielast.material.measurement_kind import OSCILLATION
-from dielast.relaxation.checks import Ends
+from dielast.relaxation.checks import TimeRange
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
 
-PAST_ENDS = (
-    10**0.5
-)  # a process shows in the loss modulus beyond the frequencies measured: half a decade on either side is its range
+PAST_ENDS = 10**0.5  # a process shows in the loss modulus within half a decade on either side of its frequency
 
 
 def fit_oscillation(
@@ -20,7 +18,7 @@ def fit_oscillation(
     loss_modulus: ArrayLike,
     *,
     branches: int = 30,
-    relaxation_time: Ends = (None, None),
+    relaxation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
     keep: int | None = None,
@@ -32,8 +30,8 @@ def fit_oscillation(
     data ask for; relaxation times, prescribed moduli (Young's, Pa), `keep` and `liquid` are those of `fit_spectrum`.
     `equilibrium_modulus` is by default fitted, too.
 
-    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, the storage modulus at the lowest
-    frequencies being what has levelled off or not.
+    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, with the storage modulus at the
+    lowest frequencies as the end of the curve.
     """
     task = FitTask.of(
         OSCILLATION,

@@ -1,14 +1,15 @@
 """The smallest spectrum that answers like a full one over a window of times, at stated temperatures.
 
-What is asked to agree, at every time t in the window, is the stress of a strain that began at time 0 and came as a step, G(t), or
-as a steady ramp of any duration T up to t: the mean of G from t - T to t. At the window's lower end a these are the means of G from
-any time before a to a; with G(t) after a they make up those at all later times, as the relative error of a sum of positive parts is
-no larger than that of the worst part. So these two are asked for. The means also keep count of processes faster than the window,
-which have no part in G(t) there, but in the stress soon after a ramp, and as viscosities in the stress of a ramp.
+The two spectra must agree, at every time t in the window, in the stress of a strain that began at time 0 and came as a step, G(t),
+or as a steady ramp of any duration T up to t: the mean of G from t - T to t. At the window's lower end a, these are the means of G
+from any time before a to a. Together with G(t) after a they make up the means at all later times, and the relative error of a sum
+of positive parts is no larger than that of the worst part: agreement in G(t) and in the means up to a is therefore enough. The
+means also account for processes faster than the window. These have no part in G(t) there, but they have one in the stress soon
+after a ramp, and as viscosities in the stress of a ramp.
 
-For a given number of branches the relaxation times and moduli of least greatest relative error are sought by successive linear
-programmes (K. Madsen, J. Inst. Maths Applics 16 (1975) 321) from a row of relaxation times even in log time, and from one even in
-relaxed modulus; the number is the smallest whose error is within the tolerance. The equilibrium modulus is untouched.
+For a given number of branches, the relaxation times and moduli of least maximum relative error are sought by successive linear
+programmes (K. Madsen, J. Inst. Maths Applics 16 (1975) 321), from relaxation times that are even in log time and from such that are
+even in relaxed modulus. The number of branches is the smallest with an error within the tolerance. The equilibrium modulus stays.
 """
 
 from __future__ import annotations
@@ -17,33 +18,31 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
 _PER_DECADE, _PROOF_PER_DECADE = 16, 60  # times at which the error is made small, and at which it is then measured
-_LEAST_TOLERANCE = 1e-5  # linear programmes are solved to little more, and no spectrum is known as well
+_LEAST_TOLERANCE = 1e-5  # linear programmes are hardly more accurate, and no spectrum is known as well
 _ROUNDS = 40
 _WIDEST, _LEAST = 1.2, 1e-4  # a move of ln tau in one round, and one too small to go on with
 _GAIN = 1e-3  # of the error: less progress in a round is none
 _REACH = 10.0  # relaxation times are sought up to the window's last time times this
-_UNFELT = 0.1  # of the tolerance: what has less part in the stress of a ramp is not looked at, nor are processes so fast sought
-_EARLIEST = 1e-9  # of the window's first time, where no spectrum has more of a part in it
+_UNFELT = 0.1  # of the tolerance: shorter times and faster processes, with a smaller part in the stress of a ramp, are left out
+_EARLIEST = 1e-9  # of the window's first time, before which no spectrum has a part in it
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Reduction(TabularResult):
-    """A reduced `spectrum` and the proof of what it is good for.
+    """A reduced `spectrum` and the proof of its accuracy.
 
-    `max_relative_error` is the greatest of G(t) over the window at all temperatures, found at `temperature` (degC) and `time` (s),
-    and `max_relative_error_ramp` that of the stress, within the window, of ramps that ended then or before. `full` and `reduced`
-    (m,) are the moduli G (shear, Pa) that were compared at `test_temperature` and `test_time`.
+    `max_relative_error` is the largest error of G(t) over the window at all temperatures, which is at `temperature` (degC) and
+    `time` (s), and `max_relative_error_ramp` that of the stress, within the window, of ramps that ended then or before. `full` and
+    `reduced` (m,) are the moduli G (shear, Pa) that were compared at `test_temperature` and `test_time`.
     """
 
     spectrum: Spectrum
@@ -52,10 +51,10 @@ class Reduction(TabularResult):
     max_relative_error_ramp: float
     temperature: float
     time: float
-    test_temperature: Array
-    test_time: Array
-    full: Array
-    reduced: Array
+    test_temperature: Floats
+    test_time: Floats
+    full: Floats
+    reduced: Floats
 
     def columns(self) -> Table:
         """The moduli that were compared."""
@@ -90,39 +89,39 @@ def reduce_spectrum(
     felt = _UNFELT * tolerance
     wanted = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE, felt)
     proof = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE, felt / 10)
-    few, many, found = 0, len(spectrum), None
-    while many - few > 1:  # the least error falls with the number of branches
+    few, many, smallest = 0, len(spectrum), None
+    while many - few > 1:  # more branches, less error
         number = min((few + many) // 2, 2 * few + 4)
         trials = _candidates(wanted, number, spectrum)
-        trial = next((own for own in trials if np.max(np.abs(proof.error(own))) <= tolerance), None)
+        trial = next((reduced for reduced in trials if np.max(np.abs(proof.error(reduced))) <= tolerance), None)
         if trial is None:
             few = number
         else:
-            many, found = number, trial
-    if found is None:
+            many, smallest = number, trial
+    if smallest is None:
         raise InputError(
             f"no spectrum of fewer than {len(spectrum)} branches stays within {tolerance:.3g} of the full one from {window[0]:g} "
             f"to {window[1]:g} s: a larger tolerance or a narrower window is needed"
         )
-    step, ramp = np.split(np.abs(proof.error(found)), [proof.time.size])
-    worst, each = int(np.argmax(step)), step.size // len(temperatures)
+    step, ramp = np.split(np.abs(proof.error(smallest)), [proof.time.size])
+    worst, count = int(np.argmax(step)), step.size // len(temperatures)
     of_step = slice(step.size)
     return Reduction(
-        spectrum=found,
+        spectrum=smallest,
         tolerance=tolerance,
         max_relative_error=float(step[worst]),
         max_relative_error_ramp=float(ramp.max()),
-        temperature=float(temperatures[worst // each]),
-        time=float(proof.time[worst] * 10 ** log10_shift[worst // each]),
-        test_temperature=np.repeat(temperatures, each),
-        test_time=proof.time[of_step] * 10 ** np.repeat(log10_shift, each),
+        temperature=float(temperatures[worst // count]),
+        time=float(proof.time[worst] * 10 ** log10_shift[worst // count]),
+        test_temperature=np.repeat(temperatures, count),
+        test_time=proof.time[of_step] * 10 ** np.repeat(log10_shift, count),
         full=proof.full[of_step],
-        reduced=found.relaxation_modulus(proof.time, equilibrium_modulus),
+        reduced=smallest.relaxation_modulus(proof.time, equilibrium_modulus),
     )
 
 
-def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance: float, shift: ShiftLaw) -> Array:
-    """log10 of the shift factors at the temperatures, or a refusal."""
+def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance: float, shift: ShiftLaw) -> Floats:
+    """log10 of the shift factors at the temperatures; raises `InputError` as `reduce_spectrum`."""
     first, last = window
     if not 0 < first < last < np.inf:
         raise InputError(f"from {first:g} to {last:g} s: two positive times, the shorter one first, are needed", argument="window")
@@ -132,7 +131,7 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
         )
     if not temperatures:
         raise InputError("at least one temperature is needed to reduce a spectrum for", argument="temperatures")
-    elsewhere = [own for own in temperatures if own != shift.reference_temperature]
+    elsewhere = [temperature for temperature in temperatures if temperature != shift.reference_temperature]
     if elsewhere and not shift.depends_on_temperature:
         raise InputError(
             f"{elsewhere[0]:g} degC: the curve comes without a shift law, so that a spectrum can be reduced for its "
@@ -144,19 +143,19 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Wanted:
-    """What the full spectrum answers, `full` (m + r,): G at reduced times `time` (m,), and its mean from `start` to `end` (r,)."""
+    """The answers `full` (m + r,) of the full spectrum: G at reduced times `time` (m,), and its mean from `start` to `end` (r,)."""
 
-    time: Array
-    start: Array
-    end: Array
-    full: Array
+    time: Floats
+    start: Floats
+    end: Floats
+    full: Floats
     equilibrium: float
 
     @classmethod
     def over(
-        cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Array, dense: int, felt: float
+        cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Floats, dense: int, felt: float
     ) -> _Wanted:
-        """So `dense` (1/decade); means from times on before which less than a share `felt` of the whole integral lies."""
+        """At `dense` times a decade; the earliest mean is from where a share `felt` of the integral lies before."""
         count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
         time = (np.geomspace(*window, max(count, 3)) / 10 ** log10_shift[:, None]).reshape(-1)
         starts, ends = [], []
@@ -180,33 +179,33 @@ class _Wanted:
         """The shortest reduced time that is looked at."""
         return float(self.start[self.start > 0].min())
 
-    def answers(self, tau: Array) -> Array:
-        """What a branch of each relaxation time and modulus 1 answers, (m + r, branches)."""
+    def answers(self, tau: Floats) -> Floats:
+        """The answers of a branch of each relaxation time and modulus 1, (m + r, branches)."""
         return _answers(self.time, self.start, self.end, tau)
 
-    def error(self, spectrum: Spectrum) -> Array:
+    def error(self, spectrum: Spectrum) -> Floats:
         """Relative errors (m + r,) of a spectrum."""
         return (self.equilibrium + self.answers(spectrum.relaxation_time) @ spectrum.shear_modulus) / self.full - 1
 
-    def slopes(self, tau: Array) -> Array:
+    def slopes(self, tau: Floats) -> Floats:
         """The derivatives of `answers` by ln tau."""
-        share, first, last = (own[:, None] / tau for own in (self.time, self.start, self.end))
+        share, first, last = (time[:, None] / tau for time in (self.time, self.start, self.end))
         mean = _mean(first, last)
         return np.concatenate([share * np.exp(-share), mean + (first * np.exp(-first) - last * np.exp(-last)) / (last - first)])
 
 
-def _answers(time: Array, start: Array, end: Array, tau: Array) -> Array:
+def _answers(time: Floats, start: Floats, end: Floats, tau: Floats) -> Floats:
     """exp(-t/tau) at each `time` (m,), and below its mean from each `start` to its `end` (r,): (m + r, branches)."""
     return np.concatenate([np.exp(-time[:, None] / tau), _mean(start[:, None] / tau, end[:, None] / tau)])
 
 
-def _mean(first: Array, last: Array) -> Array:
+def _mean(first: Floats, last: Floats) -> Floats:
     """The mean of exp(-x) from `first` to `last`."""
     return np.asarray(np.exp(-first) * -np.expm1(first - last) / (last - first))
 
 
 def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Spectrum]:
-    """Spectra of `number` branches whose greatest error no small change makes less, each from another start."""
+    """Spectra of `number` branches with locally least maximum error, each from another start."""
     low = max(float(np.log(wanted.earliest)), float(np.log(spectrum.relaxation_time[-1])))
     high = min(float(np.log(wanted.time.max() * _REACH)), float(np.log(spectrum.relaxation_time[0])))
     low, high = min(low, high), max(low, high)
@@ -214,8 +213,8 @@ def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Sp
         yield _improved(wanted, start, low, high)
 
 
-def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: float) -> list[Array]:
-    """ln tau to begin with."""
+def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: float) -> list[Floats]:
+    """ln tau of the starts."""
     share = (np.arange(number) + 0.5) / number
     fine = np.linspace(low, high, 400)
     step = wanted.full[: wanted.time.size]
@@ -227,8 +226,8 @@ def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: 
     return [low + share * (high - low), np.interp(share * relaxed[-1], relaxed, fine)]
 
 
-def _improved(wanted: _Wanted, log_tau: Array, low: float, high: float) -> Spectrum:
-    """The spectrum near `log_tau` where no small move of times and moduli makes the greatest relative error less."""
+def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spectrum:
+    """The spectrum near `log_tau` of locally least maximum relative error in times and moduli."""
     moduli, best = _programme(wanted, log_tau, None, 0.0, low, high)[1:]
     trust = _WIDEST
     for _ in range(_ROUNDS):
@@ -245,10 +244,10 @@ def _improved(wanted: _Wanted, log_tau: Array, low: float, high: float) -> Spect
 
 
 def _programme(
-    wanted: _Wanted, log_tau: Array, moduli: Array | None, trust: float, low: float, high: float
-) -> tuple[Array, Array, float]:
-    """ln tau, moduli and the greatest relative error of a linear programme: on fixed times, or, about given moduli, with times that
-    move by up to `trust`."""
+    wanted: _Wanted, log_tau: Floats, moduli: Floats | None, trust: float, low: float, high: float
+) -> tuple[Floats, Floats, float]:
+    """ln tau, moduli and the maximum relative error of a linear programme: on fixed times, or about the `moduli`, if stated, with
+    times that move by up to `trust`."""
     from scipy.optimize import linprog
 
     tau = np.exp(log_tau)
@@ -257,22 +256,22 @@ def _programme(
     columns, bounds = answers * scale, [(0.0, None)] * tau.size
     if moduli is not None:
         columns = np.column_stack([columns, wanted.slopes(tau) * moduli / wanted.full[:, None]])
-        bounds += [(max(low - own, -trust), min(high - own, trust)) for own in log_tau.tolist()]
+        bounds += [(max(low - place, -trust), min(high - place, trust)) for place in log_tau.tolist()]
     target = 1 - wanted.equilibrium / wanted.full
     ones = np.ones((target.size, 1))
-    # there is always a solution, and where one method is lost to rounding another finds it
+    # there is always a solution; where rounding stops one method, another succeeds
     for method in ("highs", "highs-ipm", "highs-ds"):
-        found = linprog(
+        solution = linprog(
             np.append(np.zeros(columns.shape[1]), 1.0),
             A_ub=np.block([[columns, -ones], [-columns, -ones]]),
             b_ub=np.concatenate([target, -target]),
             bounds=[*bounds, (0.0, None)],
             method=method,
         )
-        if found.x is not None:
+        if solution.x is not None:
             break
     else:
-        raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {found.message}")
-    moved = log_tau + found.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
+        raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {solution.message}")
+    moved = log_tau + solution.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
     # the programme holds its bounds to some 1e-7 only
-    return moved, np.maximum(found.x[: tau.size], 0.0) * scale, float(found.x[-1])
+    return moved, np.maximum(solution.x[: tau.size], 0.0) * scale, float(solution.x[-1])

@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats
 from dielast.relaxation.interconversion import RetardationSpectrum
 
-Array = NDArray[np.float64]
 Method = Literal["schwarzl-staverman", "nnls"]
 
 
@@ -38,9 +37,9 @@ class SpectrumFit(TabularResult):
     equilibrium_shear_modulus: float
     rms_relative_error: float
     max_relative_error: float
-    reduced_time: Array
-    measured: Array
-    model: Array
+    reduced_time: Floats
+    measured: Floats
+    model: Floats
     clipped_branches: int = 0
     polynomial_rms_relative_error: float | None = None
     smoothing: float | None = None
@@ -53,7 +52,7 @@ class SpectrumFit(TabularResult):
         return KINDS[self.test]
 
     @property
-    def reduced_abscissa(self) -> Array:
+    def reduced_abscissa(self) -> Floats:
         """Reduced time in s or reduced angular frequency in rad/s (n,), in the order of `reduced_time`."""
         return np.asarray(self.reduced_time**self.kind.time_power)
 

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import Chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,14 +25,14 @@ class CumulativeSpectrum:
     log10_modulus: Chebyshev
     equilibrium_modulus: float
 
-    def __call__(self, relaxation_time: ArrayLike) -> Array:
+    def __call__(self, relaxation_time: ArrayLike) -> Floats:
         """H(tau) = 10^f0 (1 - f0') - mu_eq at x = log10(2 tau), Eq. 16, in Pa and of the shape of `relaxation_time` (s)."""
         x = np.log10(2 * np.asarray(relaxation_time, dtype=float))
         f0, slope = self.log10_modulus(x), self.log10_modulus.deriv()(x)
         return np.asarray(10**f0 * (1 - slope) - self.equilibrium_modulus)
 
 
-def fit_polynomial(log10_time: Array, log10_modulus: Array, degree: int, weight: Array) -> Chebyshev:
+def fit_polynomial(log10_time: Floats, log10_modulus: Floats, degree: int, weight: Floats) -> Chebyshev:
     """Least-squares polynomial through points of shape (n,), each squared residual times its `weight`.
 
     Held in Chebyshev form over the points' own range, where the fit is well conditioned at any degree and in any unit of time.
@@ -56,12 +55,12 @@ def fit_polynomial(log10_time: Array, log10_modulus: Array, degree: int, weight:
     return fitted
 
 
-def relaxation_times(slowest: float, fastest: float, branches: int) -> Array:
+def relaxation_times(slowest: float, fastest: float, branches: int) -> Floats:
     """Eq. 19: tau_k = tau_max (tau_min / tau_max)^((k - 1)/(N - 1)), slowest first, of shape (branches,)."""
     return np.asarray(np.geomspace(slowest, fastest, branches))
 
 
-def discrete_moduli(cumulative: Array, total: float) -> Array:
+def discrete_moduli(cumulative: Floats, total: float) -> Floats:
     """Eq. 20: moduli in Pa from H at N relaxation times (N,), slowest first, and mu_neq = `total`, their sum.
 
     mu_1 = (H_1 + H_2)/2, mu_k = (H_{k+1} - H_{k-1})/2, mu_N = mu_neq - sum of the others. The sum of the first k < N is thus the

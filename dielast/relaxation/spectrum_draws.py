@@ -1,8 +1,8 @@
 """The uncertainty of a spectrum: the draws of its master curve, each fitted like the curve itself.
 
-A draw is the curve times what its resampled smooth curve differs by from the mean of all, so that the draws lie about the fit to
-the curve, whatever bias smoothing has. What the fit itself misses the curve by, beyond noise, is an error of the model that no
-resampling shows: every draw is moved along it by a random share, of mean 0 and variance 1.
+A draw is the curve times the ratio of its resampled smooth curve to the mean of all, so that the draws lie about the fit to the
+curve, whatever the bias of smoothing. The distance of the fit from the curve beyond noise is an error of the model that no
+resampling shows: every draw is moved by that distance times a random factor of mean 0 and variance 1.
 """
 
 from __future__ import annotations
@@ -13,75 +13,77 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import DielastWarning, InputError, NumericsError, warn
 from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.result import SpectrumFit
 
-Array = NDArray[np.float64]
-
-DOUBTED = 2.0  # times the scatter of the draws: a misfit above is warned of
+SEED = 1  # the same draws of a master curve give the same draws of its spectrum
+DOUBTED = 2.0  # times the scatter of the draws, above which a misfit is warned of
 TIMES_PER_DECADE = 8
-SMALL, RELUCTANCE = 0.01, 1e-6  # share of the modulus that a branch counts as if it is less; square of misfit per relative change
+SMALL, RELUCTANCE = 0.01, 1e-6  # least share of the modulus that a branch counts for; square of misfit per relative change
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CurveDraws:
     """Smooth master curves of several draws: `ordinates` (draws, c, k) at ascending `abscissa` (k,), as in `MasterCurve`."""
 
-    abscissa: Array
-    ordinates: Array
+    abscissa: Floats
+    ordinates: Floats
 
-    def centre(self, abscissa: Array) -> Array:
-        """The geometric mean (c, n) of all at abscissas (n,)."""
-        x, wanted = np.log(self.abscissa), np.log(abscissa)
-        return np.exp([np.interp(wanted, x, row) for row in np.mean(np.log(self.ordinates), axis=0)])
+    def centre(self, abscissa: Floats) -> Floats:
+        """The geometric mean (c, n) of all at abscissas (n,), constant beyond the ends."""
+        return np.asarray(np.exp(np.mean(self._logarithms(abscissa), axis=0)))
 
-    def deviations(self, abscissa: Array) -> Array:
+    def deviations(self, abscissa: Floats) -> Floats:
         """ln of each draw over the mean of all, (draws, c, n) at abscissas (n,), constant beyond the ends."""
-        logarithm = np.log(self.ordinates)
-        x, wanted = np.log(self.abscissa), np.log(abscissa)
-        return np.array([[np.interp(wanted, x, row) for row in draw] for draw in logarithm - np.mean(logarithm, axis=0)])
+        logarithms = self._logarithms(abscissa)
+        return np.asarray(logarithms - np.mean(logarithms, axis=0))
+
+    def _logarithms(self, abscissa: Floats) -> Floats:
+        """ln of the ordinates, straight in log-log between the points and constant beyond the ends."""
+        x, at = np.log(self.abscissa), np.log(abscissa)
+        rows = [np.interp(at, x, row) for row in np.log(self.ordinates).reshape(-1, x.size)]
+        return np.reshape(rows, (*self.ordinates.shape[:2], at.size))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectrumDraws:
-    """Draws of a spectrum on its own relaxation times: `equilibrium_modulus` (draws,) and `shear_modulus` (draws, N) in Pa.
+    """Draws of a spectrum on the same relaxation times: `equilibrium_modulus` (draws,) and `shear_modulus` (draws, N) in Pa.
 
-    `used` (draws,) says which draws of the master curve they are, as places in their order. `misfit` is the root mean square of ln
-    model over curve, `scatter` that of the draws about the curve.
+    `used` (draws,) are the places of their master curves among all draws. `misfit` is the root mean square of ln(model/curve),
+    `scatter` that of the draws about the curve.
     """
 
-    used: NDArray[np.intp]
-    equilibrium_modulus: Array
-    shear_modulus: Array
+    used: Index
+    equilibrium_modulus: Floats
+    shear_modulus: Floats
     misfit: float
     scatter: float
 
 
 def draw_spectra(
-    abscissa: Array,
-    ordinates: Array,
+    abscissa: Floats,
+    ordinates: Floats,
     curves: CurveDraws,
     fit: SpectrumFit,
-    refit: Callable[[Array, Array], SpectrumFit],
+    refit: Callable[[Floats, Floats], SpectrumFit],
     *,
     spectrum: Spectrum | None = None,
-    seed: int = 1,
 ) -> SpectrumDraws:
     """The spectra of all draws of the master curve with points `abscissa` (n,) and `ordinates` (c, n), which gave `fit`.
 
-    `refit` fits such points just as `fit` was found. Where it takes other relaxation times, a draw is the spectrum with its moduli
-    changed so that the relaxation modulus changes as much; and so it is for a `spectrum` that was made of that of the fit, unless
-    that is only truncated. Draws that cannot be fitted are left out; `InputError` if that is more than half. Warns where the model
+    `refit` fits such points as `fit` was fitted. Where it takes other relaxation times, a draw has the times of `fit`, and moduli
+    that change the relaxation modulus as much; so it does for a `spectrum` that was made of that of the fit by other means than
+    truncation. Draws that cannot be fitted are left out; raises `InputError` if these are more than half. Warns where the model
     misses the curve by far more than the draws scatter.
     """
     whole = fit.spectrum
     change = _Change.of(whole, fit)
     at_points = curves.deviations(fit.reduced_abscissa)
-    rows: list[tuple[int, float, Array, Array]] = []
+    rows: list[tuple[int, float, Floats, Floats]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)
@@ -90,7 +92,7 @@ def draw_spectra(
             except (InputError, NumericsError):
                 continue
         level, moduli = drawn.equilibrium_shear_modulus, drawn.spectrum.shear_modulus
-        if not _starts(drawn.spectrum, whole):
+        if not _begins_with(drawn.spectrum, whole):
             stiffer = drawn.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1
             level, moduli = change.added(fit.equilibrium_shear_modulus, whole.shear_modulus, stiffer)
         follows = np.log(np.atleast_2d(drawn.model)[0] / np.atleast_2d(fit.model)[0]) - at_points[place, 0]
@@ -100,8 +102,9 @@ def draw_spectra(
             f"only {len(rows)} of {len(curves.ordinates)} draws of the master curve can be fitted: it is too uncertain for this fit"
         )
     used, equilibrium, moduli, follows = (np.array(column) for column in zip(*rows, strict=True))
-    time, missed = _missed(fit, curves)
-    # what noise makes a fit miss its curve by is in the draws already
+    model = np.atleast_2d(fit.model)[0]
+    missed = fit.kind.stiffness_power * np.log(model / curves.centre(fit.reduced_abscissa)[0])
+    # the draws contain the misfit that comes of noise
     square, noise = float(np.mean(missed**2)), float(np.mean(np.var(follows, axis=0)))
     missed = missed * np.sqrt(max(1 - noise / square, 0.0)) if square > 0 else missed
     misfit, scatter = float(np.sqrt(np.mean(missed**2))), float(np.sqrt(np.mean(curves.deviations(curves.abscissa)[:, 0] ** 2)))
@@ -110,10 +113,10 @@ def draw_spectra(
             f"the model misses the curve by {misfit:.2%} rms, far more than the {scatter:.2%} by which noise makes the curve "
             "uncertain: the draws allow for it, but stand about a spectrum that is off"
         )
-    share = stream(seed, "model error").standard_normal(len(curves.ordinates))[used]
-    off = np.interp(np.log(change.time), np.log(time), missed)
+    share = stream(SEED, "model error").standard_normal(len(curves.ordinates))[used]
+    off = np.interp(np.log(change.time), np.log(fit.reduced_time), missed)
     equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * off)
-    if spectrum is not None and _starts(whole, spectrum):
+    if spectrum is not None and _begins_with(whole, spectrum):
         moduli = moduli[:, : len(spectrum)]
     elif spectrum is not None:
         change = _Change.of(spectrum, fit)
@@ -124,7 +127,7 @@ def draw_spectra(
     return SpectrumDraws(used, equilibrium, moduli, misfit, scatter)
 
 
-def _starts(spectrum: Spectrum, with_these: Spectrum) -> bool:
+def _begins_with(spectrum: Spectrum, with_these: Spectrum) -> bool:
     """Whether the slowest relaxation times of a spectrum are those of another."""
     count = len(with_these)
     return len(spectrum) >= count and np.allclose(spectrum.relaxation_time[:count], with_these.relaxation_time, rtol=1e-6)
@@ -132,15 +135,15 @@ def _starts(spectrum: Spectrum, with_these: Spectrum) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Change:
-    """How a spectrum must change for its relaxation `modulus` (k,) in Pa at `time` (k,) in s to change by given shares of it."""
+    """The changes of a spectrum that change its relaxation `modulus` (k,) in Pa at `time` (k,) in s by given shares."""
 
-    time: Array
-    modulus: Array
-    response: Array
+    time: Floats
+    modulus: Floats
+    response: Floats
 
     @classmethod
     def of(cls, target: Spectrum, fit: SpectrumFit) -> _Change:
-        """For moduli of a `target` that stands for the spectrum of a fit: the least relative changes that do nearly all of it."""
+        """For a `target` that stands for the spectrum of a fit: the smallest relative changes of its moduli that nearly suffice."""
         tau = target.relaxation_time
         time = np.geomspace(tau[-1] / 2, 10 * tau[0], int(TIMES_PER_DECADE * np.log10(20 * tau[0] / tau[-1])) + 1)
         modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
@@ -153,13 +156,7 @@ class _Change:
         normal = effect.T @ effect + RELUCTANCE * time.size * np.eye(size.size)
         return cls(time, modulus, size[:, None] * np.linalg.solve(normal, effect.T))
 
-    def added(self, equilibrium: Array | float, moduli: Array, share: Array) -> tuple[Any, Array]:
+    def added(self, equilibrium: Floats | float, moduli: Floats, share: Floats) -> tuple[Any, Floats]:
         """Equilibrium modulus (...) and moduli (..., N) changed by shares (..., k), and not below zero."""
         more = share @ self.response.T
         return np.maximum(equilibrium + more[..., -1], 0.0), np.maximum(moduli + more[..., :-1], 0.0)
-
-
-def _missed(fit: SpectrumFit, curves: CurveDraws) -> tuple[Array, Array]:
-    """Times (k,) in s and ln of the model's stiffness over that of the mean draw there."""
-    model = np.atleast_2d(fit.model)[0]
-    return fit.reduced_time, fit.kind.stiffness_power * np.log(model / curves.centre(fit.reduced_abscissa)[0])

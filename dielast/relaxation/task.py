@@ -1,4 +1,4 @@
-"""What all fits of a spectrum share: a curve that is checked, what is asked of its spectrum, and what is reported of the fit."""
+"""The parts that all fits of a spectrum share: the checks before a fit, the fit of moduli, and the result with its warnings."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats
 from dielast.relaxation.checks import (
-    Ends,
+    TimeRange,
     check_counts,
-    check_ends,
     check_liquid,
     check_moduli,
+    check_times,
     fit_errors,
     range_of_times,
-    share_kept,
     sorted_points,
     warn_of_equilibrium,
 )
@@ -28,14 +28,12 @@ from dielast.relaxation.interconversion import answer
 from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
 from dielast.relaxation.result import Method, SpectrumFit
 
-Array = NDArray[np.float64]
-
-SEEN_AWAY = 10.0  # times the time of a process: so far away it still shows, hardly farther
+SEEN_AWAY = 10.0  # times the time of a process, where it still shows on a curve
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitTask:
-    """A checked `curve` (shear), its values as `measured` (channels, n), and what is asked of its spectrum; `plateau` is the shear
+    """A checked `curve` (shear), its values as `measured` (channels, n), and the requests for its spectrum; `plateau` is the shear
     modulus that the curve ends at.
 
     `times` are the shortest and the longest time of the processes in s, None where left open; `equilibrium` and `glassy` are shear
@@ -43,10 +41,10 @@ class FitTask:
     """
 
     curve: WeightedCurve
-    measured: Array
+    measured: Floats
     plateau: End
     branches: int
-    times: Ends
+    times: TimeRange
     equilibrium: float | None
     glassy: float | None
     keep: int | None
@@ -59,7 +57,7 @@ class FitTask:
         columns: Sequence[ArrayLike],
         *,
         branches: int,
-        times: Ends,
+        times: TimeRange,
         equilibrium_modulus: float | None,
         glassy_modulus: float | None,
         keep: int | None,
@@ -74,7 +72,7 @@ class FitTask:
         abscissa, *values = sorted_points(kind, columns)
         equilibrium = check_liquid(liquid, equilibrium_modulus)
         check_counts(method, branches, fewest, keep)
-        check_ends(times)
+        check_times(times)
         ascending = slice(None, None, kind.time_power)
         time, measured = (abscissa**kind.time_power)[ascending], np.stack(values)[:, ascending]
         curve = WeightedCurve(time, measured * 3.0**-kind.stiffness_power, votes(np.log10(time)), kind)
@@ -85,11 +83,13 @@ class FitTask:
     @property
     def kept(self) -> float:
         """The share of the decades of times that is left of the branches kept."""
-        return share_kept(self.branches, self.keep)
+        return 1.0 if self.keep is None or self.branches < 2 else (self.keep - 1) / (self.branches - 1)
 
-    def place(self, known: Known, past: float = 1.0, times: Ends | None = None, kept: float | None = None) -> Array:
-        """Times of the processes for nnls in s, slowest first, by default up to so many times `past` the curve's ends; `times` and
-        `kept` are those of the task unless stated."""
+    def place(self, known: Known, past: float = 1.0, times: TimeRange | None = None, kept: float | None = None) -> Floats:
+        """Times of the processes for nnls in s, slowest first, by default up to the factor `past` beyond the curve's ends.
+
+        `times` and `kept` are those of the task unless stated.
+        """
         curve, times = self.curve, self.times if times is None else times
         default, seen = (curve.time[0] / past, curve.time[-1] * past), (SEEN_AWAY, 1 / SEEN_AWAY)
         shortest, longest = range_of_times(times, default, curve.time, seen, self.kept if kept is None else kept)
@@ -110,13 +110,13 @@ class FitTask:
         method: Method,
         spectrum: Spectrum,
         equilibrium: float,
-        model: Array | None = None,
+        model: Floats | None = None,
         truncated: bool | None = None,
         **rest: Any,
     ) -> SpectrumFit:
-        """The result, of a spectrum that may be `truncated`, and warnings of what looks wrong with it.
+        """The result for a spectrum that may be `truncated`, with a warning if it fits poorly.
 
-        `model` (channels, n), shear, is by default what the moduli answer; `rest` is what else a `SpectrumFit` holds.
+        `model` (channels, n), shear, is by default the answer of the moduli; `rest` holds further fields of `SpectrumFit`.
         """
         curve, kind = self.curve, self.curve.kind
         if model is None:
@@ -141,7 +141,7 @@ class FitTask:
         )
 
     def warn_of_equilibrium(self, equilibrium: float) -> None:
-        """Warn of an equilibrium modulus (shear, Pa), but for that of a liquid, that the end of the curve does not bear out."""
+        """Warn of an equilibrium modulus (shear, Pa) that the end of the curve contradicts, unless the material is a liquid."""
         if not self.liquid:
             warn_of_equilibrium(self.equilibrium, equilibrium, self.plateau)
 

@@ -152,8 +152,8 @@ def _check_versions(scheduler: str, client: Client) -> None:
     here = known["client"]["packages"]
     # the scheduler unpickles the tasks as well
     nodes = {"the scheduler itself": known["scheduler"]} | {f"worker {name}": node for name, node in known["workers"].items()}
-    found = {name: _differing(here, node["packages"]) for name, node in nodes.items()}
-    lines = [f"{name}: {other}" for name, other in found.items() if other]
+    differences = {name: _differing(here, node["packages"]) for name, node in nodes.items()}
+    lines = [f"{name}: {other}" for name, other in differences.items() if other]
     if lines:
         more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
         raise InputError(f"{lines[0]}{more}", file=scheduler)

@@ -1,1 +1,1 @@
-"""From measurements to a material: master curves and relaxation spectra."""
+"""From measurements at several temperatures to a master curve."""

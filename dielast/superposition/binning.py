@@ -1,7 +1,7 @@
 """Condense relaxation curves into points of even weight in log time, with the noise of each measured from the scatter.
 
 A curve sampled linearly in time has nine tenths of its points in the last decade, where noise is worst. Averaging the modulus over
-short bins of log time gives each decade its due, and what scatters within the bins is the noise.
+short bins of log time gives every decade the same weight, and the scatter within the bins is the noise.
 """
 
 from __future__ import annotations
@@ -9,14 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Flags, Floats, Index
 
 BINS_PER_DECADE = 20
 POOL = 3  # bins on either side that share one estimate of the scatter
-MIN_FREEDOM = 6  # degrees of freedom below which a scatter is not believed
+MIN_FREEDOM = 6  # degrees of freedom that an estimate of the scatter needs
 SIGNAL_TO_NOISE = 3.0  # a mean modulus below this many standard deviations of one reading is lost in the noise
 LOW = 0.1  # of a curve's largest modulus: a noise floor lies below
 
@@ -30,17 +28,17 @@ class Binned:
     """
 
     curve: Index
-    log_time: Array
-    log_modulus: Array
-    variance: Array
+    log_time: Floats
+    log_modulus: Floats
+    variance: Floats
     bin_of_point: Index
 
 
-def bin_curves(curve: Index, time: Array, modulus: Array) -> Binned:
+def bin_curves(curve: Index, time: Floats, modulus: Floats) -> Binned:
     """Bin raw points, sorted by curve and then time; `modulus` (Pa) may hold readings below zero, as a noise floor gives.
 
     The mean is taken of the modulus, not of its logarithm, so that additive noise does not bias it; the trend within a bin is
-    removed first. Bins start at each curve's own first time, so that a change of the unit of time changes nothing else.
+    removed first. Bins start at the first time of each curve, so that the unit of time makes no difference.
     """
     x = np.log10(time)
     first = np.searchsorted(curve, np.arange(curve[-1] + 1))
@@ -65,10 +63,10 @@ def bin_curves(curve: Index, time: Array, modulus: Array) -> Binned:
     return Binned(group[keep], centre[keep], np.log10(safe[keep]), variance[keep], new_index[owner])
 
 
-def _scatter(owner: Index, count: Index, away: Array, detrended: Array) -> tuple[Array, Index]:
+def _scatter(owner: Index, count: Index, away: Floats, detrended: Floats) -> tuple[Floats, Index]:
     """Sum of squares of the readings' scatter in each bin, and its degrees of freedom; `away` is log time from the bin's centre.
 
-    Where three readings or more allow it, they scatter about a straight line of the bin's own: real decay is no noise.
+    In bins of three readings or more, the scatter is that about a straight line through the bin: real decay is no noise.
     """
     size = count.size
     square = np.bincount(owner, detrended**2, minlength=size)
@@ -79,7 +77,7 @@ def _scatter(owner: Index, count: Index, away: Array, detrended: Array) -> tuple
     return np.maximum(square - explained, 0.0), count - 1 - lined
 
 
-def _noise_floor(group: Index, mean: Array, lost: NDArray[np.bool_], known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _noise_floor(group: Index, mean: Floats, lost: Flags, known: Flags) -> Flags:
     """Bins that are noise floor: `lost` in measured noise, in a tail of their curve that is low and half lost or more.
 
     A modulus that decays fast scatters as well, but not about a low level at the end of the curve.
@@ -94,7 +92,7 @@ def _noise_floor(group: Index, mean: Array, lost: NDArray[np.bool_], known: NDAr
     return lost & low & (np.arange(group.size) >= np.minimum.reduceat(begins, bounds[:-1])[group])
 
 
-def _slope(group: Index, x: Array, y: Array, valid: NDArray[np.bool_]) -> Array:
+def _slope(group: Index, x: Floats, y: Floats, valid: Flags) -> Floats:
     """d y/d x from each point's neighbours in the same curve, zero where there is none."""
     rise, run = np.zeros(x.size), np.zeros(x.size)
     joined = (group[1:] == group[:-1]) & valid[1:] & valid[:-1]
@@ -112,7 +110,7 @@ def windows(group: Index, width: int) -> tuple[Index, Index]:
     return low, np.minimum(here + width + 1, np.searchsorted(group, group, side="right"))
 
 
-def _pooled(group: Index, square: Array, freedom: Index) -> tuple[Array, Index]:
+def _pooled(group: Index, square: Floats, freedom: Index) -> tuple[Floats, Index]:
     """Variance of one reading in each bin, pooled over `POOL` bins on either side in the same curve, and its degrees of freedom."""
     low, high = windows(group, POOL)
     squares = np.concatenate(([0.0], np.cumsum(square)))
@@ -122,11 +120,12 @@ def _pooled(group: Index, square: Array, freedom: Index) -> tuple[Array, Index]:
     return total / np.maximum(pooled, 1), pooled
 
 
-def _borrowed(group: Index, mean: Array, scatter: Array, known: NDArray[np.bool_]) -> Array:
+def _borrowed(group: Index, mean: Floats, scatter: Floats, known: Flags) -> Floats:
     """Variance of one reading; where it is not known, borrowed from the nearest later bin of the curve, or else an earlier one.
 
-    Noise may be additive or in proportion to the modulus: going back in time the larger of the two is taken, but going on, to lower
-    moduli, the proportion, as additive noise that nobody has seen would drown the end of the curve. Zero where all is sparse.
+    Noise may be additive or in proportion to the modulus. From a later bin the larger of the two is borrowed; from an earlier one,
+    of higher modulus, the noise in proportion, because additive noise that was never observed would drown the end of the curve.
+    Zero where the whole curve is sparse.
     """
     sources = np.flatnonzero(known)
     if sources.size in (0, known.size):
@@ -134,7 +133,7 @@ def _borrowed(group: Index, mean: Array, scatter: Array, known: NDArray[np.bool_
     here = np.arange(group.size)
     later = sources[np.minimum(np.searchsorted(sources, here), sources.size - 1)]
     earlier = sources[np.maximum(np.searchsorted(sources, here, side="right") - 1, 0)]
-    onwards = (group[later] != group) | (later < here)  # no bin of the curve from here on knows
+    onwards = (group[later] != group) | (later < here)  # no later bin of the curve has a known scatter
     source = np.where(onwards, earlier, later)
     gain = np.abs(mean) / np.where(mean[source] > 0, mean[source], np.inf)
     gain = np.where(onwards, gain, np.maximum(gain, 1.0))

@@ -1,6 +1,6 @@
-"""The noise of a master curve, by resampling it: what would have come out of the same tests with other noise.
+"""The uncertainty of a master curve by resampling: the master curves of the same tests with other noise.
 
-How new tests are made is said in `dielast.superposition.resample`. Each draw is shifted and fitted anew, like the measurement.
+`dielast.superposition.resample` describes how new tests are made. Each draw is shifted and fitted like the measurement.
 """
 
 from __future__ import annotations
@@ -10,19 +10,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.measurement import Measurement
 from dielast.material.shift import ShiftLaw
+from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.superposition.mastercurve import MasterCurve, Vertical, build_master_curve
 from dielast.superposition.resample import Resampled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 GRID = 100  # reduced times at which the curves of all draws are kept
 
@@ -38,13 +35,13 @@ class MasterCurveDraws(TabularResult):
     """
 
     number: Index
-    temperature: Array
-    log10_shift_factor: Array
-    vertical_shift: Array
+    temperature: Floats
+    log10_shift_factor: Floats
+    vertical_shift: Floats
     law: ShiftLaw
-    law_parameters: Array
-    smooth_abscissa: Array
-    smooth_ordinates: Array
+    law_parameters: Floats
+    smooth_abscissa: Floats
+    smooth_ordinates: Floats
 
     def columns(self) -> Table:
         """Shift factors, one draw below the other."""
@@ -75,14 +72,14 @@ def bootstrap_master_curve(
 ) -> MasterCurveDraws:
     """Draws of the `master` curve that `build_master_curve` made of `curves` with the same arguments.
 
-    A draw depends on `seed` and its own number alone. `progress` is called with the numbers of draws done and of all. Raises
+    A draw depends on nothing but `seed` and its number. `progress` is called with the numbers of draws done and of all. Raises
     `InputError` for fewer than two draws, and `NumericsError` if less than half of them give a master curve.
     """
     if draws < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")
     resampled = Resampled.of(curves, master)
     grid = np.geomspace(master.smooth_abscissa[0], master.smooth_abscissa[-1], GRID)
-    rows: list[tuple[int, Array, Array, Array, Array]] = []
+    rows: list[tuple[int, Floats, Floats, Floats, Floats]] = []
     for draw in range(draws):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)
@@ -104,7 +101,7 @@ def bootstrap_master_curve(
                 if progress is not None:
                     progress(draw + 1, draws)
         if not master.law.allows(values):
-            continue  # slower when warmer: no material's law
+            continue  # relaxation that is slower when warmer is no material's
         rows.append((draw, drawn.log10_shift_factor, drawn.vertical_shift, values, _on_grid(drawn, grid)))
     if 2 * len(rows) < draws:
         raise NumericsError(f"only {len(rows)} of {draws} draws give a master curve: the data are too poor for an uncertainty")
@@ -112,7 +109,7 @@ def bootstrap_master_curve(
     return MasterCurveDraws(number, master.temperature, shift, raised, master.law, values, grid, smooth)
 
 
-def _on_grid(master: MasterCurve, grid: Array) -> Array:
+def _on_grid(master: MasterCurve, grid: Floats) -> Floats:
     """Smooth curves (c, k) through all points at the abscissas `grid` (k,), continued straight in log-log beyond their ends."""
     x, wanted = np.log(master.smooth_abscissa), np.log(grid)
     before, after = np.minimum(wanted - x[0], 0.0), np.maximum(wanted - x[-1], 0.0)

@@ -1,19 +1,16 @@
-"""Measurements of any kind as points that fall along log time, averaged over short bins of it: what the fits work on."""
+"""Measurements of any kind as points that fall along log time, averaged over short bins: the points that are fitted."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.binning import bin_curves
 from dielast.superposition.gather import Gathered
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
-FINEST = 1e-4  # decades: no oscillation is measured to 0.02 %, and a spline has its limits at the sharp end of a loss modulus
+FINEST = 1e-4  # decades: no oscillation is measured to 0.02 %, nor does a spline follow the sharp end of a loss modulus any better
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,9 +23,9 @@ class Condensed:
     """
 
     curve: Index
-    log_time: Array
-    log_modulus: Array
-    variance: Array
+    log_time: Floats
+    log_modulus: Floats
+    variance: Floats
     bin_of_point: Index
 
     @property
@@ -38,8 +35,11 @@ class Condensed:
 
 
 def condense(data: Gathered) -> Condensed:
-    """Bin what was gathered, along what the ordinates fall along: a compliance is averaged as such, and falls into the noise at its
-    beginning. Bins that are noise floor in one channel are left out of all channels."""
+    """Average the points over bins of the position along which the ordinates fall.
+
+    A compliance is averaged as such, and its noise floor is at short times. Bins that are noise floor in one channel are left out
+    of all channels.
+    """
     channels = [bin_curves(data.curve, data.position, ordinate) for ordinate in data.ordinates]
     kept = np.all([channel.bin_of_point >= 0 for channel in channels], axis=0)
     places = [np.unique(channel.bin_of_point[kept]) for channel in channels]

@@ -1,11 +1,11 @@
-"""What sets whole curves apart: vertical offsets and tilts as random effects, whose spread the curves themselves show.
+"""Vertical offsets and tilts of whole curves, as random effects of which the spread is estimated.
 
-Specimens, load cells and a drift between two temperatures slide a curve up or down; what a test does to its first or last points
-tilts it. Neither can be likely from a shift factor by the noise, only by how all curves together fail to superpose. The spreads are
-those of greatest restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545), found by the update of
-S. N. Wood and M. Fasiolo, Biometrics 73 (2017) 1071. A few curves hardly tell a spread, and what is likeliest is then often zero,
-or absurd: a prior keeps it from both (Y. Chung et al., Psychometrika 78 (2013) 685, with the tail of A. Gelman, Bayesian Anal. 1
-(2006) 515); where the curves tell nothing it takes about the size that specimens have.
+Differences between specimens or load cells, and a drift between two temperatures, slide a curve up or down. A systematic error of
+the first or the last points of a test tilts it. The noise of one curve does not distinguish either from a shift factor; the curves
+together do, as they fail to superpose. The spreads are those of greatest restricted likelihood (H. D. Patterson and R. Thompson,
+Biometrika 58 (1971) 545), by the update of S. N. Wood and M. Fasiolo, Biometrics 73 (2017) 1071. A few curves hardly determine a
+spread, and the likeliest value is then often zero or absurd. A prior prevents both (Y. Chung et al., Psychometrika 78 (2013) 685,
+with the tail of A. Gelman, Bayesian Anal. 1 (2006) 515); where the curves say nothing, the spread is that of usual specimens.
 """
 
 from __future__ import annotations
@@ -13,19 +13,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Floats, Index
 
-AVOID = 0.25  # power of a spread that its prior rises with, from zero
+AVOID = 0.25  # the prior rises from zero with this power of the spread
 LEAST = 1e-5  # decades: no spread is smaller
-SETTLED = 0.02  # relative change of a spread that no longer matters
+SETTLED = 0.02  # relative change of a spread at which its iteration ends
 
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """One kind of effect: the scale of its spreads' prior, and where it begins and ends at most, all in decades of modulus."""
+    """One kind of effect: the `usual` spread of the prior, the `first` to try and the `most` allowed, in decades of modulus."""
 
     usual: float
     first: float
@@ -46,9 +44,13 @@ class LikelySpread:
     evidence: float
 
 
-def likeliest(effect: Effect, normal: Array, right: Array, spread: float, rounds: int, known: Array | None = None) -> LikelySpread:
-    """The likeliest spread, in so many `rounds` from `spread` on, of effects (m,) with normal equations `normal` (m, m) and `right`
-    (m,) by the data alone. `known` (m, m) is a covariance that they have besides.
+def likeliest(
+    effect: Effect, normal: Floats, right: Floats, spread: float, rounds: int, known: Floats | None = None
+) -> LikelySpread:
+    """The likeliest spread of effects (m,), by at most so many `rounds` of an iteration that begins with `spread`.
+
+    `normal` (m, m) and `right` (m,) are the normal equations of the effects without any prior. `known` (m, m) is a covariance that
+    the effects have besides that of the spread.
     """
     likely, counted = spread, 0.0
     for _ in range(rounds):
@@ -70,14 +72,14 @@ def likeliest(effect: Effect, normal: Array, right: Array, spread: float, rounds
     return LikelySpread(likely, counted, float(effects @ precision @ effects + volume + prior))
 
 
-def precision_of(spread: float, curves: int, known: Array | None = None) -> Array:
-    """Inverse of the covariance (m, m) of effects of that spread, which have the covariance `known` besides."""
-    own = np.eye(curves) * max(spread, LEAST) ** 2
-    return np.asarray(np.linalg.inv(own if known is None else own + known))
+def precision_of(spread: float, curves: int, known: Floats | None = None) -> Floats:
+    """Inverse of the covariance (m, m) of effects with this spread and, besides, the covariance `known`."""
+    independent = np.eye(curves) * max(spread, LEAST) ** 2
+    return np.asarray(np.linalg.inv(independent if known is None else independent + known))
 
 
-def walk(order: Index, step: float) -> Array:
-    """Covariance (m, m) of a random walk of standard deviation `step` from one curve to the next, the first one step from truth.
+def walk(order: Index, step: float) -> Floats:
+    """Covariance (m, m) of a random walk of standard deviation `step` from one curve to the next; the first is a step from zero.
 
     `order` (m,) lists the curves in the order in which they drift.
     """

@@ -1,4 +1,4 @@
-"""Measurements as they come, checked and put into one order, whatever their kind."""
+"""Measurements of any kind, checked and put into one order."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
+from dielast.io.table import spoken
 from dielast.material.measurement import Measurement
 from dielast.material.measurement_kind import MeasurementKind
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Flags, Floats, Index
 
 NOTABLE_DIFFERENCE = 1.05  # factor of modulus between two runs at one temperature that is warned of,
 CONTRADICTION = 1.25  # and factor that is an error
@@ -24,28 +22,28 @@ CONTRADICTION = 1.25  # and factor that is an error
 class Gathered:
     """All points (n,), sorted by temperature, position and ordinate; `curve` is the place in the ascending `temperature` (m,).
 
-    `abscissa` is the time in s, `offset` s less than measured, or the angular frequency in rad/s; `ordinates` (c, n) are the
-    relaxation modulus, the creep compliance, or storage and loss modulus. `position` is what the ordinates fall along: time, the
-    inverse of the frequency, and for a compliance, which rises with time, the inverse of the time. `order` (m,) lists the
-    temperatures as they were measured, which is as the curves were given.
+    `abscissa` is the time in s, which is `offset` s less than measured, or the angular frequency in rad/s. `ordinates` (c, n) are
+    the relaxation modulus, the creep compliance, or storage and loss modulus. The ordinates fall along `position`: time, the
+    inverse of the frequency, or for a compliance, which rises with time, the inverse of the time. `order` (m,) lists the
+    temperatures in the order of the curves given, which is that of the measurements.
     """
 
     kind: MeasurementKind
-    temperature: Array
+    temperature: Floats
     curve: Index
-    position: Array
-    abscissa: Array
-    ordinates: Array
-    offset: Array
+    position: Floats
+    abscissa: Floats
+    ordinates: Floats
+    offset: Floats
     order: Index
 
     @property
-    def good(self) -> NDArray[np.bool_]:
+    def good(self) -> Flags:
         """Points whose ordinates are all positive (n,)."""
         return np.asarray(np.all(self.ordinates > 0, axis=0))
 
     @property
-    def log_time(self) -> Array:
+    def log_time(self) -> Floats:
         """log10 of the time in s, or of the inverse of the angular frequency, of each point (n,)."""
         return self.kind.time_power * np.log10(self.abscissa)
 
@@ -60,8 +58,8 @@ def gather(curves: Sequence[Measurement]) -> Gathered:
         [float(curve.temperature) for curve in curves], return_index=True, return_inverse=True
     )
     if temperature.size < 2:
-        found = f"all curves are at {temperature[0]:g} degC" if temperature.size else "there are no curves"
-        raise InputError(f"a master curve needs at least two temperatures, but {found}")
+        instead = f"all curves are at {temperature[0]:g} degC" if temperature.size else "there are no curves"
+        raise InputError(f"a master curve needs at least two temperatures, but {instead}")
     kind, columns = kinds[0], [curve.columns for curve in curves]
     for k in np.flatnonzero(np.bincount(run_curve) > 1):
         _check_runs(float(temperature[k]), [columns[i] for i in np.flatnonzero(run_curve == k)], kind)
@@ -77,9 +75,7 @@ def gather(curves: Sequence[Measurement]) -> Gathered:
     return Gathered(kind, temperature, *rows, np.argsort(first))
 
 
-def _repeated(
-    kind: MeasurementKind, temperature: Array, curve: Index, run: Index, abscissa: Array, ordinates: Array
-) -> NDArray[np.bool_]:
+def _repeated(kind: MeasurementKind, temperature: Floats, curve: Index, run: Index, abscissa: Floats, ordinates: Floats) -> Flags:
     """Rows (n,) equal to the row before; warns of them, and of an abscissa that stands twice in a run with other values."""
     again = (np.diff(curve, prepend=-1) == 0) & (np.diff(abscissa, prepend=np.nan) == 0)
     same = again & np.all(np.diff(ordinates, prepend=np.nan) == 0, axis=0)
@@ -89,31 +85,31 @@ def _repeated(
         if np.any(rows):
             k, count = int(np.flatnonzero(rows)[0]), int(np.count_nonzero(rows))
             many = f"; {count - 1} more such row{'s' if count > 2 else ''}" if count > 1 else ""
-            place = f"{temperature[curve[k]]:g} degC: {name.replace('_', ' ')} {abscissa[k]:g} {unit}"
-            warn(f"{place} stands there twice, {outcome}{many}")
+            place = f"{temperature[curve[k]]:g} degC: {spoken(name)} {abscissa[k]:g} {unit}"
+            warn(f"{place} appears twice, {outcome}{many}")
     return np.asarray(same)
 
 
 def where(curves: Sequence[Measurement], temperature: float) -> str:
-    """A temperature as messages name it: with the file it comes from, if that is known and not that of all."""
+    """A temperature as messages name it, with its file if the curves come from several."""
     sources = dict.fromkeys(curve.source for curve in curves if curve.temperature == temperature)
     known = "" not in sources and len({curve.source for curve in curves}) > 1
     return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if known else "")
 
 
-def _check_signs(temperature: Array, curve: Index, run: Index, wrong: NDArray[np.bool_], kind: MeasurementKind) -> None:
+def _check_signs(temperature: Floats, curve: Index, run: Index, wrong: Flags, kind: MeasurementKind) -> None:
     """Raise `InputError` where most values of a curve are zero or negative; warn of fewer, as a noise floor gives them."""
     total = np.bincount(curve, minlength=temperature.size)
     below = np.bincount(curve[wrong], minlength=temperature.size)
     for k in np.flatnonzero(below):
         first = int(np.flatnonzero((curve == k) & wrong)[0] - np.searchsorted(run, run[np.flatnonzero(curve == k)[0]]))
-        found = f"{temperature[k]:g} degC: {below[k]} of {total[k]} {kind.values} are zero or negative"
+        problem = f"{temperature[k]:g} degC: {below[k]} of {total[k]} {kind.values} are zero or negative"
         if 2 * below[k] > total[k]:
-            raise InputError(f"{found}, the first at point {first}: positive {kind.values} are needed")
-        warn(f"{found} (noise floor)")
+            raise InputError(f"{problem}, the first at point {first}: positive {kind.values} are needed")
+        warn(f"{problem} (noise floor)")
 
 
-def _check_runs(temperature: float, runs: list[Array], kind: MeasurementKind) -> None:
+def _check_runs(temperature: float, runs: list[Floats], kind: MeasurementKind) -> None:
     """Two runs at one temperature are one measurement if they agree where their abscissas overlap; runs are (1 + c, n)."""
     for one, other in combinations(map(_sorted_log, runs), 2):
         if not one[0].size or not other[0].size:
@@ -129,13 +125,13 @@ def _check_runs(temperature: float, runs: list[Array], kind: MeasurementKind) ->
             warn(f"{temperature:g} degC: two runs differ by a factor of {factor:.3g} in {kind.value}; they are taken together")
 
 
-def _gap(run: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+def _gap(run: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> Floats:
     """log10 of the ordinates of a run over those of another, where it lies within the other's abscissas."""
     inside = (run[0] >= other[0][0]) & (run[0] <= other[0][-1])
     return np.asarray(run[1][inside] - np.interp(run[0][inside], *other))
 
 
-def _sorted_log(run: Array) -> tuple[Array, Array]:
+def _sorted_log(run: Floats) -> tuple[Floats, Floats]:
     abscissa, ordinate = run[:2]
     good = ordinate > 0
     order = np.lexsort((ordinate[good], abscissa[good]))

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats
 from dielast.superposition.effects import OFFSET, likeliest
 from dielast.superposition.joint_errors import leave_out, smoothing_errors, tilt_errors
 from dielast.superposition.joint_problem import (
@@ -31,14 +31,11 @@ from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import channel_shares, even_weights, noise_shares
 from dielast.superposition.spline import Spline, spacing_bounds
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 ITERATIONS = 40
 OFFSET_ROUNDS = 6  # of the spread of the offsets to one step of the shifts
 BEGINNING = 3  # steps for each spacing of the knots
 FINER = 1  # spacings finer than that of the least criterion
-AMBIGUOUS = 0.1  # decades by which the shifts may depend on the part of the curves they are read from
+AMBIGUOUS = 0.1  # decades by which the shifts may depend on the part of the curves that they are read from
 SPACING_RATIO = 1.5  # from one spacing of the knots that is tried to the next
 SAME_START = 0.01  # decades
 
@@ -47,22 +44,22 @@ SAME_START = 0.01  # decades
 class MasterFit:
     """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curves and the residuals (n,).
 
-    `noise_stderr` (m,) is the part of the shifts' standard errors without what the shifts depend on the part of the curves they are
-    read from. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the curves' vertical offsets
-    and tilts from end to end that were allowed for but not applied: `placed` are smooth curves through the points as they lie.
-    `misfit` is what is missed beyond noise and offsets.
+    `noise_stderr` (m,) is the standard error of the shifts without the part that stands for their dependence on the part of the
+    curves that they are read from. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the
+    vertical offsets of the curves and of their tilts from end to end, which the errors allow for but which are not applied:
+    `placed` are smooth curves through the points as they lie. `misfit` is the distance of the curves beyond noise and offsets.
 
-    `score` is Akaike's criterion of the fit: of two to the same points the lower one is the better. `left_out` says for each
-    channel how well points that are left out are predicted: the mean square of what they are missed by, over the variance of the
-    prediction, of their scatter, and of what specimens and instruments do.
+    `score` is Akaike's criterion: of two fits to the same points the one with the lower score is better. `left_out` says for each
+    channel how well points that are left out are predicted: the mean square of their distance from the prediction, over the
+    variance of the prediction, of the scatter, and of specimens and instruments.
     """
 
-    shift: Array
-    vertical: Array
-    covariance: Array
-    noise_stderr: Array
+    shift: Floats
+    vertical: Floats
+    covariance: Floats
+    noise_stderr: Floats
     splines: tuple[Spline, ...]
-    residual: Array
+    residual: Floats
     offset_spread: float
     tilt_spread: float
     placed: tuple[Spline, ...]
@@ -71,7 +68,7 @@ class MasterFit:
     left_out: tuple[float, ...]
 
 
-def fit_master(points: FitPoints, starts: Sequence[Array], anchor: int, vertical: bool, drift: Array | None = None) -> MasterFit:
+def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None) -> MasterFit:
     """Fit the smooth curve and all shifts together, from each of the starting values (m,); the curve numbered `anchor` stays put.
 
     With `vertical`, the curves slide along the modulus too. A stated `drift` is the covariance (m, m) of the vertical offsets that
@@ -115,7 +112,7 @@ def fit_master(points: FitPoints, starts: Sequence[Array], anchor: int, vertical
 
 
 def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) -> MasterFit:
-    """Fit smooth curves, and with `vertical` vertical shifts, to `points`, their shifts those of another fit `shifts`."""
+    """Fit smooth curves to `points`, and with `vertical` also vertical shifts, at the horizontal shifts of the fit `shifts`."""
     m = points.curves
     theta = np.concatenate((shifts.shift, shifts.vertical))
     movable = np.delete(np.arange(2 * m), [anchor, m + anchor])
@@ -124,7 +121,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
     state, prior, _ = _fit(points, theta, prior)
     covariance = shifts.covariance.copy()
     if vertical:
-        own = np.linalg.inv(state.normal) * correlation(points, state)
+        level_covariance = np.linalg.inv(state.normal) * correlation(points, state)
         joint = assemble(points, state.theta, replace(prior, free=movable), state.weights, state.spacing).normal
         response = np.zeros((m, m))
         across, down = movable[: m - 1], movable[m - 1 :] - m
@@ -132,12 +129,12 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
         covariance[m:, :m] = response @ covariance[:m, :m]
         covariance[:m, m:] = covariance[m:, :m].T
         covariance[m:, m:] = covariance[m:, :m] @ response.T
-        covariance[np.ix_(m + down, m + down)] += own
+        covariance[np.ix_(m + down, m + down)] += level_covariance
     level, splines = state.theta[m:], state.splines
     return replace(shifts, vertical=level, covariance=covariance, splines=splines, placed=splines, residual=state.residual)
 
 
-def _begin(points: FitPoints, start: Array, anchor: int, vertical: bool, drift: Array | None) -> tuple[Array, Prior]:
+def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift: Floats | None) -> tuple[Floats, Prior]:
     """All parameters to begin with, and their prior."""
     m = points.curves
     theta = np.concatenate((start, np.zeros(m)))
@@ -155,8 +152,8 @@ def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Pri
     m = prior.mean.size // 2
     random = prior.free >= m
     fixed, level = ~random, state.theta[m:]
-    own = prior.precision[m:, m:]
-    normal, gradient = state.normal[np.ix_(random, random)] - own, state.gradient[random] - own @ level
+    precision = prior.precision[m:, m:]
+    normal, gradient = state.normal[np.ix_(random, random)] - precision, state.gradient[random] - precision @ level
     across = state.normal[np.ix_(random, fixed)]
     answer = np.linalg.solve(state.normal[np.ix_(fixed, fixed)], np.column_stack((across.T, state.gradient[fixed])))
     normal, gradient = normal - across @ answer[:, :-1], gradient - across @ answer[:, -1]
@@ -164,7 +161,7 @@ def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Pri
     offset = likeliest(OFFSET, normal / repeated, (normal @ level - gradient) / repeated, prior.spread, OFFSET_ROUNDS, prior.drift)
     freedom = float(np.count_nonzero(fixed)) + offset.counted
     new = replace(with_spread(prior, offset.spread, repeated), freedom=freedom, evidence=offset.evidence)
-    change = new.precision[m:, m:] - own
+    change = new.precision[m:, m:] - precision
     normal, gradient = state.normal.copy(), state.gradient.copy()
     normal[np.ix_(random, random)] += change
     gradient[random] += change @ level
@@ -172,7 +169,7 @@ def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Pri
     return replace(state, cost=cost, gradient=gradient, normal=normal, freedom=freedom), new
 
 
-def _fit(points: FitPoints, theta: Array, prior: Prior) -> tuple[State, Prior, float]:
+def _fit(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, float]:
     """Try knot spacings from wide to narrow, then iterate with the best until nothing moves; with Akaike's criterion."""
     tried: list[tuple[float, State]] = []
     weights, last = even_weights(points.variance), theta
@@ -189,7 +186,7 @@ def _fit(points: FitPoints, theta: Array, prior: Prior) -> tuple[State, Prior, f
         best = min(range(len(tried)), key=lambda k: tried[k][0])
         if len(tried) > best + 2:
             break
-    # What smooths the curves best still bends them a little, and the shifts with them: one step finer costs next to nothing.
+    # The best smoothing still bends the curves a little, and so moves the shifts: one step finer costs next to nothing.
     return converge(points, prior, tried[min(best + FINER, len(tried) - 1)][1])
 
 
@@ -204,7 +201,7 @@ def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prio
     return state, prior, akaike(state, prior.evidence)
 
 
-def knot_spacings(points: FitPoints, theta: Array, parameters: int) -> Array:
+def knot_spacings(points: FitPoints, theta: Floats, parameters: int) -> Floats:
     """Knot spacings to try, wide to narrow, in decades."""
     span = float(np.ptp(points.log_time - theta[points.curve]))
     widest, finest = spacing_bounds(span, points.curve.size / points.channels - parameters)

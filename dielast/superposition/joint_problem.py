@@ -10,17 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.effects import precision_of
 from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import Weights, robust_weights
 from dielast.superposition.spline import Spline, SplineProblem
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
-LOOSE = 30.0**-2  # precision (1/decade^2) of the prior that keeps the normal matrix regular where the data say nothing
+LOOSE = 30.0**-2  # precision (1/decade^2) of the prior, so that the normal matrix stays regular where no data are
 MAX_STEP = 0.5  # decades a shift may move in one iteration
 SHORTENINGS = 8  # of a step, each to a third, before it is given up
 CONVERGED = 0.01  # standard errors
@@ -30,30 +27,30 @@ CONVERGED = 0.01  # standard errors
 class Prior:
     """Mean (2m,) and precision (2m, 2m) of all shifts, then all vertical shifts, and which of them are free.
 
-    With a `spread` the vertical shifts are random effects of that spread, and of the covariance `drift` (m, m) besides; `freedom`
-    is how many parameters the free ones count for, `evidence` what random ones add to -2 ln likelihood.
+    With a `spread` the vertical shifts are random effects of that spread and, besides, of the covariance `drift` (m, m). The free
+    parameters count for `freedom` parameters, and random effects add `evidence` to -2 ln likelihood.
     """
 
-    mean: Array
-    precision: Array
+    mean: Floats
+    precision: Floats
     free: Index
     freedom: float
     spread: float = 0.0
-    drift: Array | None = None
+    drift: Floats | None = None
     evidence: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """The best splines for given shifts and vertical shifts `theta` (2m,); cost, gradient and normal matrix over the free ones; the
-    weights used."""
+    """The best splines for given shifts and vertical shifts `theta` (2m,), with the cost, its gradient and normal matrix over the
+    free parameters, and the weights used."""
 
-    theta: Array
+    theta: Floats
     splines: tuple[Spline, ...]
-    residual: Array
+    residual: Floats
     cost: float
-    gradient: Array
-    normal: Array
+    gradient: Floats
+    normal: Floats
     weights: Weights
     freedom: float
 
@@ -77,22 +74,22 @@ class LinearParts:
     """
 
     curves: SplineProblem
-    inverse: Array
-    coefficient: Array
-    residual: Array
-    sides: list[Array]
-    cross: Array
+    inverse: Floats
+    coefficient: Floats
+    residual: Floats
+    sides: list[Floats]
+    cross: Floats
 
 
 def with_spread(prior: Prior, spread: float, repeated: float = 1.0) -> Prior:
-    """The prior with vertical shifts of another spread, beside points of which so many count for one."""
+    """The prior with vertical shifts of another spread, for points of which so many `repeated` ones count for one."""
     m = prior.mean.size // 2
     precision = prior.precision.copy()
     precision[m:, m:] = repeated * precision_of(spread, m, prior.drift)
     return replace(prior, precision=precision, spread=spread)
 
 
-def linear_parts(points: FitPoints, theta: Array, free: Index, weights: Weights, spacing: float) -> LinearParts:
+def linear_parts(points: FitPoints, theta: Floats, free: Index, weights: Weights, spacing: float) -> LinearParts:
     """The smooth curves at the shifts and vertical shifts `theta` (2m,), with knots `spacing` apart in decades."""
     m, curve = points.curves, points.curve
     target = points.log_modulus + points.lift * theta[m:][curve]
@@ -104,14 +101,14 @@ def linear_parts(points: FitPoints, theta: Array, free: Index, weights: Weights,
     return LinearParts(curves, inverse, coefficient, target - fitted, sides, cross)
 
 
-def cross_products(curves: SplineProblem, points: FitPoints, side: Array) -> Array:
+def cross_products(curves: SplineProblem, points: FitPoints, side: Floats) -> Floats:
     """Sums (K, m) of the basis functions times `side` (n,), curve by curve."""
     m, size = points.curves, curves.size * curves.channels
     key = (curves.rows * m + points.curve).ravel()
     return np.asarray(np.bincount(key, (curves.basis * side).ravel(), minlength=size * m).reshape(size, m), dtype=float)
 
 
-def assemble(points: FitPoints, theta: Array, prior: Prior, weights: Weights, spacing: float) -> State:
+def assemble(points: FitPoints, theta: Floats, prior: Prior, weights: Weights, spacing: float) -> State:
     """The best smooth curves at `theta` (2m,), with cost, gradient and normal matrix of the free parameters."""
     m, curve, weight, free = points.curves, points.curve, weights.weight, prior.free
     parts = linear_parts(points, theta, free, weights, spacing)
@@ -144,14 +141,14 @@ def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[St
     return state, 0.0
 
 
-def reweigh(points: FitPoints, state: State, prior: Prior, share: Array) -> State:
+def reweigh(points: FitPoints, state: State, prior: Prior, share: Floats) -> State:
     """The same shifts with weights from the residuals; `share` (n,) is that of `robust_weights`."""
     weights = robust_weights(points.variance, state.residual, state.parameters, share, state.weights)
     return assemble(points, state.theta, prior, weights, state.spacing)
 
 
 def akaike(state: State, evidence: float) -> float:
-    """Akaike's criterion corrected for small samples; what an outlier can add is bounded. `evidence` is what effects add."""
+    """Akaike's criterion corrected for small samples, with a bound on what an outlier adds; random effects add `evidence`."""
     n, p = state.residual.size, state.parameters
     bounded = np.minimum(state.residual**2 / state.weights.variance, 16.0)
     return float(np.sum(np.log(state.weights.variance)) + np.sum(bounded)) + evidence + 2 * p * n / max(n - p - 1, 1)

@@ -14,12 +14,12 @@ from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, shown, warn
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
+from dielast.numerics.arrays import Floats
 from dielast.superposition.condense import Condensed
 from dielast.superposition.effects import walk
 from dielast.superposition.joint_fit import fit_master
@@ -47,7 +47,6 @@ __all__ = [
     "build_master_curve",
 ]
 
-Array = NDArray[np.float64]
 Vertical = Literal["none", "density-temperature", "free"]
 ShiftOn = Basis | Literal["auto"]
 
@@ -70,18 +69,18 @@ def build_master_curve(
     `vertical` shifts the modulus too: "density-temperature" by b = rho_ref T_ref / (rho T), T in kelvin, with rho_ref / rho =
     1 + `thermal_expansion` (T - T_ref), where `thermal_expansion` (1/K) is that of the volume; "free" fits b with the shifts.
     Frequency sweeps are shifted `on` storage and loss "moduli" together, on "tan-delta" alone, which no vertical shift changes (b
-    is then found from the moduli so shifted), or on the "storage" modulus alone; "auto" takes what predicts points left out and has
-    most to go by.
+    is then fitted to the moduli so shifted), or on the "storage" modulus alone. "auto" takes a basis that predicts points left out,
+    both moduli if they do, else the one with the most certain shifts.
 
-    What no scatter of points tells is stated: `temperature_stderr` is the standard error in K of each temperature, by itself, which
-    moves a shift factor along the slope of log10 a over T; `drift` is the relative standard deviation by which the modulus of the
-    specimen changes from one temperature to the next, in the order in which the curves are given, a random walk whose first step is
-    that from the material to the first curve. Both are in all standard errors. Offsets of whole curves beyond a stated drift are
-    estimated, and so are tilts.
+    Two errors that the scatter of points does not show are stated. `temperature_stderr` is the standard error in K of each
+    temperature by itself, which moves a shift factor along the slope of log10 a over T. `drift` is the relative standard deviation
+    by which the modulus of the specimen changes from one temperature to the next, in the order of the curves given: a random walk,
+    of which the first step leads from the material to the first curve. Both are in all standard errors. Offsets of whole curves
+    beyond a stated drift are estimated, and so are tilts.
 
     Curves of fewer than three points apart, and single ones that share no modulus with any other, are left out with a warning.
-    Raises `InputError` for a choice that is not offered, for fewer than two temperatures, for curves of several kinds, for one that
-    is mostly zero or negative, and for groups of curves that do not overlap. Warns of each temperature whose shift the data do not
+    Raises `InputError` for an unknown choice, for fewer than two temperatures, for curves of several kinds, for a curve that is
+    mostly zero or negative, and for groups of curves that do not overlap. Warns of each temperature whose shift the data do not
     determine, of points far off the master curve, and of results that look wrong.
     """
     reference = float(reference_temperature)
@@ -113,23 +112,23 @@ def build_master_curve(
     drifts = walk(data.order, drift / np.log(10)) if drift > 0 else None
     start = starting_shifts(temperature, condensed.curve, condensed.log_time, condensed.log_modulus[0], anchor, data.kind)
     if swept:
-        found = fit_sweeps(temperature, condensed, start, anchor, free, on, drifts)
+        basis_fit = fit_sweeps(temperature, condensed, start, anchor, free, on, drifts)
     else:
         points = points_of(condensed, temperature.size)
         fit = fit_master(points, [start], anchor, free, drifts)
-        found = BasisFit(fit, "moduli", points, fit.splines)
-    outlying = warn_of_outliers(data, imposed, found.fit, 1 if found.on == "storage" else len(data.ordinates))
-    warn_if_misfit(temperature, found.fit.misfit, free, data.kind)
-    warn_if_offset(found.fit.offset_spread)
+        basis_fit = BasisFit(fit, "moduli", points, fit.splines)
+    outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
+    warn_if_misfit(temperature, basis_fit.fit.misfit, free, data.kind)
+    warn_if_offset(basis_fit.fit.offset_spread)
     here = temperature == reference
-    warn_of_others(temperature, found, np.where(here, 1.0, 0.0) if np.any(here) else np.eye(temperature.size)[anchor])
+    warn_of_others(temperature, basis_fit, np.where(here, 1.0, 0.0) if np.any(here) else np.eye(temperature.size)[anchor])
     instead = "its points are left out" if law == "table" else "its points are placed by the shift law"
-    undetermined = find_undetermined(temperature, found.points, found.splines, found.fit, free, swept, instead)
+    undetermined = find_undetermined(temperature, basis_fit.points, basis_fit.splines, basis_fit.fit, free, swept, instead)
     stated = Stated(float(temperature_stderr), float(drift))
-    return place_at_reference(data, condensed, imposed, found, outlying, undetermined, anchor, law, reference, stated)
+    return place_at_reference(data, condensed, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
 
 
-def _density_temperature(temperature: Array, reference: float, expansion: float) -> Array:
+def _density_temperature(temperature: Floats, reference: float, expansion: float) -> Floats:
     """log10 of b = rho_ref T_ref / (rho T)."""
     expanded = 1 + expansion * (temperature - reference)
     for k in np.flatnonzero(~(expanded > 0))[:1]:

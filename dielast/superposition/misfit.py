@@ -1,20 +1,17 @@
-"""How well the curves of a master curve superpose: what they miss it by beyond their noise, and where."""
+"""How well curves superpose: by how much they miss the master curve beyond their noise, and where."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Floats, Index
 
 PARTS = 4  # of each curve, even in log time
-VISIBLE = 0.01  # decades of modulus: a misfit below is below what specimens and instruments do
+VISIBLE = 0.01  # decades of modulus: less is within the usual differences of specimens and instruments
 SURE = 4.0  # standard errors of the correlation of neighbours
 WORST = 3  # temperatures named
 STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves is named
@@ -22,25 +19,27 @@ STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Misfit:
-    """Root mean square of misfit and of noise in decades of modulus: all, misfit by curve (m,) and by part of the curves (PARTS,).
+    """Root mean squares of the misfit in decades of modulus, of all points, `by_curve` (m,) and `by_part` of the curves (PARTS,).
 
-    `part` (n,) is the part of its curve that a point is in. A misfit is `sure` when chance does not explain it, and `matters` when
-    it is also larger than the noise and than what specimens and instruments do, or moves the shift factors.
+    `noise` is that of the scatter, and `part` (n,) the part of its curve that a point is in. A misfit is `sure` when chance does
+    not explain it. It `matters` when it is also larger than the noise and than usual differences between specimens, or when it
+    moves the shift factors.
     """
 
     rms: float
     noise: float
-    by_curve: Array
-    by_part: Array
+    by_curve: Floats
+    by_part: Floats
     part: Index
     sure: bool
     matters: bool
 
 
-def find_misfit(series: Index, curve: Index, log_time: Array, residual: Array) -> Misfit:
-    """Misfit from the `residual` (n,) of points sorted by series, a channel of a curve, then time.
+def find_misfit(series: Index, curve: Index, log_time: Floats, residual: Floats) -> Misfit:
+    """The misfit from the `residual` (n,) of points sorted by series (a channel of a curve), then time.
 
-    Neighbours share the misfit but not the noise: the mean product of their residuals is its square, and noise is how they differ.
+    Neighbouring points share the misfit but not the noise. The mean product of their residuals is therefore the square of the
+    misfit, and the difference of their residuals gives the noise.
     """
     bounds = np.searchsorted(series, np.arange(series[-1] + 2))
     begin, end = log_time[bounds[:-1]], log_time[bounds[1:] - 1]
@@ -57,11 +56,11 @@ def find_misfit(series: Index, curve: Index, log_time: Array, residual: Array) -
     return Misfit(float(rms), noise, by_curve, by_part, part, bool(sure), bool(sure and rms > max(VISIBLE, noise)))
 
 
-def _root(square: Array | float) -> Array:
+def _root(square: Floats | float) -> Floats:
     return np.sqrt(np.maximum(square, 0.0))
 
 
-def warn_if_misfit(temperature: Array, misfit: Misfit, vertical: bool, kind: MeasurementKind) -> None:
+def warn_if_misfit(temperature: Floats, misfit: Misfit, vertical: bool, kind: MeasurementKind) -> None:
     """Say how far the curves fail to superpose, where most, and what may mend it."""
     if not misfit.matters:
         return

@@ -5,14 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
+from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_fit import MasterFit
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FAR = 8.0  # robust standard deviations,
 FACTOR = 0.05  # and relative difference from its curve beyond which a point is named
@@ -20,12 +17,12 @@ NEIGHBOURHOOD = 10  # points on either side that the scatter of a point is taken
 NAMED = 5
 
 
-def warn_of_outliers(data: Gathered, imposed: Array, fit: MasterFit, channels: int) -> NDArray[np.bool_]:
+def warn_of_outliers(data: Gathered, imposed: Floats, fit: MasterFit, channels: int) -> Flags:
     """Name points that lie off the smooth curves of a fit by far more than others of their curve; returns which (c, n).
 
-    `imposed` (m,) is log10 b where it was prescribed; the first `channels` of the ordinates are what was fitted. What a point is
-    off by is taken relative to the master curve, not in its logarithm, so that readings at a noise floor, which may fall to
-    nothing, are none.
+    `imposed` (m,) is log10 b where it was prescribed; the first `channels` of the ordinates are what was fitted. The distance of
+    a point is taken relative to the master curve, not in its logarithm, so that readings at a noise floor, which may fall to zero,
+    are no outliers.
     """
     size = np.full(data.ordinates.shape, np.nan)
     log_time = data.log_time - fit.shift[data.curve]
@@ -39,7 +36,7 @@ def warn_of_outliers(data: Gathered, imposed: Array, fit: MasterFit, channels: i
     return np.asarray(far)
 
 
-def _warn(data: Gathered, size: Array, far: Index) -> None:
+def _warn(data: Gathered, size: Floats, far: Index) -> None:
     """Name the worst of the points with the places `far` (k, 2) among channels and points, in their order."""
     unit, named = data.kind.abscissa[1], []
     worst = np.sort(np.argsort(-np.abs(np.log(size[tuple(far.T)])), kind="stable")[:NAMED])
@@ -56,9 +53,9 @@ def _warn(data: Gathered, size: Array, far: Index) -> None:
     )
 
 
-def _far(curve: Index, ratio: Array) -> Array:
-    """How many times the middle of their curve points (n,) are that are far from it in terms of its scatter, and of that of their
-    neighbours on it; NaN for the others.
+def _far(curve: Index, ratio: Floats) -> Floats:
+    """The ratio of each point to the middle of its curve, if the point is far from it by the scatter of the curve and that of
+    its neighbours; NaN for all other points (n,).
     """
     far = np.full(ratio.size, np.nan)
     for first, last in pairwise(np.searchsorted(curve, np.arange(int(curve[-1]) + 2)).tolist()):

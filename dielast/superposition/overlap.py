@@ -6,14 +6,12 @@ from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.material.measurement_kind import RELAXATION, MeasurementKind
+from dielast.numerics.arrays import Flags, Floats, Index
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Monotone: TypeAlias = tuple[Array, Array]
+Monotone: TypeAlias = tuple[Floats, Floats]
 """Ascending levels of log modulus, and the log times at which a falling curve passes them."""
 
 TOUCH = 0.02  # decades of modulus that a gap may measure and still count as touching: two plateaus a few percent apart
@@ -23,17 +21,17 @@ NEIGHBOURS = 3  # placed curves that a new one is compared with
 TRIAL_STEP = 0.05  # decades between shifts that are tried
 LEAST_NOISE = 0.005  # decades: a match to 1 % is good
 USUAL_OFFSET = 0.02  # decades by which two specimens may differ
-REFUTED = 12.0  # squared standard deviations at which a point speaks against a shift as much as one that fits speaks for it
+REFUTED = 12.0  # squared standard deviations at which a point counts as much against a shift as a point that fits counts for it
 
 
 def starting_shifts(
-    temperature: Array, curve: Index, log_time: Array, log_modulus: Array, anchor: int, kind: MeasurementKind = RELAXATION
-) -> Array:
+    temperature: Floats, curve: Index, log_time: Floats, log_modulus: Floats, anchor: int, kind: MeasurementKind = RELAXATION
+) -> Floats:
     """log10 a of each curve, relative to the curve numbered `anchor`, from the distance of the curves at equal modulus.
 
     `temperature` (m,) in degC, ascending; the points (n,) are sorted by curve, then time. Each curve is first made to fall
-    monotonically (isotonic regression), so that noise and bumps do no harm, and the distance is a median, so that a bad
-    stretch does none either. Raises `InputError` if the curves fall into groups with no modulus in common.
+    monotonically (isotonic regression), so that noise and bumps do no harm. The distance is a median, so that a bad
+    stretch does no harm either. Raises `InputError` if the curves fall into groups with no modulus in common.
     """
     falling, bottom, top, common = _falling(temperature.size, curve, log_time, log_modulus)
     shift = np.zeros(temperature.size)
@@ -54,8 +52,8 @@ def starting_shifts(
     return shift
 
 
-def find_isolated(curves: int, curve: Index, log_modulus: Array, kind: MeasurementKind) -> dict[int, str]:
-    """Single curves, by number, that share no modulus with any other, and why they cannot be shifted; none if there are groups.
+def find_isolated(curves: int, curve: Index, log_modulus: Floats, kind: MeasurementKind) -> dict[int, str]:
+    """Single curves, by number, that share no modulus with any other, and why they cannot be shifted; empty if there are groups.
 
     The points (n,) are sorted by curve, then time.
     """
@@ -74,7 +72,7 @@ def find_isolated(curves: int, curve: Index, log_modulus: Array, kind: Measureme
     }
 
 
-def _falling(curves: int, curve: Index, log_time: Array, log_modulus: Array) -> tuple[list[Monotone], Array, Array, Array]:
+def _falling(curves: int, curve: Index, log_time: Floats, log_modulus: Floats) -> tuple[list[Monotone], Floats, Floats, Floats]:
     """The falling fit to each curve, its lowest and its highest level (m,), and how many decades any two have in common (m, m)."""
     bounds = np.searchsorted(curve, np.arange(curves + 1))
     falling = [_monotone(log_time[a:b], _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)]
@@ -82,7 +80,7 @@ def _falling(curves: int, curve: Index, log_time: Array, log_modulus: Array) -> 
     return falling, bottom, top, np.minimum(top[:, None], top) - np.maximum(bottom[:, None], bottom)
 
 
-def _without_jumps(y: Array) -> Array:
+def _without_jumps(y: Floats) -> Floats:
     """The curve without single points that make it rise as no relaxation does: a median of three in their place."""
     if y.size < 3:
         return y
@@ -93,7 +91,7 @@ def _without_jumps(y: Array) -> Array:
     return np.where(rises, middle, y)
 
 
-def _monotone(x: Array, y: Array) -> Monotone:
+def _monotone(x: Floats, y: Floats) -> Monotone:
     """The best falling fit to a curve, by pooling adjacent violators.
 
     SciPy's isotonic_regression gives the same, but loading scipy.optimize takes half a second, which nothing else here needs.
@@ -111,21 +109,21 @@ def _monotone(x: Array, y: Array) -> Monotone:
     return table[:, 0], table[:, 1]
 
 
-def _distance(curve: Monotone, other: Monotone) -> Array:
+def _distance(curve: Monotone, other: Monotone) -> Floats:
     """Log time of `curve` less that of `other` at equal modulus, at evenly spaced levels: steep stretches count for more."""
     low, high = max(curve[0][0], other[0][0]), min(curve[0][-1], other[0][-1])
     levels = np.linspace(low, high, LEVELS + 2)[1:-1] if high > low else np.array([(low + high) / 2])
     return np.interp(levels, *curve) - np.interp(levels, *other)
 
 
-def _weighted_median(value: Array, weight: Array) -> float:
+def _weighted_median(value: Floats, weight: Floats) -> float:
     order = np.argsort(value, kind="stable")
     half = np.cumsum(weight[order]) - weight[order] / 2
     return float(np.interp(0.5 * np.sum(weight), half, value[order]))
 
 
 def _no_overlap(
-    temperature: Array, bottom: Array, top: Array, common: Array, placed: NDArray[np.bool_], kind: MeasurementKind
+    temperature: Floats, bottom: Floats, top: Floats, common: Floats, placed: Flags, kind: MeasurementKind
 ) -> InputError:
     """The error that names the two curves, one of them placed, that are nearest in modulus."""
     inside, outside = np.flatnonzero(placed), np.flatnonzero(~placed)
@@ -135,7 +133,7 @@ def _no_overlap(
     return InputError(f"no overlap between {both}: measure {kind.more_overlap}, or at a temperature in between")
 
 
-def matching_shifts(curves: int, curve: Index, log_time: Array, log_modulus: Array, anchor: int) -> Array:
+def matching_shifts(curves: int, curve: Index, log_time: Floats, log_modulus: Floats, anchor: int) -> Floats:
     """log10 a of each curve of sweeps, relative to the curve numbered `anchor`, at which both moduli lie best on a neighbour's.
 
     `log_modulus` is (2, k). Every shift of a curve against the next one towards the anchor is tried: points that both moduli of the
@@ -153,12 +151,12 @@ def matching_shifts(curves: int, curve: Index, log_time: Array, log_modulus: Arr
     return shift
 
 
-def _best_match(curve: tuple[Array, Array], other: tuple[Array, Array], sign: int) -> float:
+def _best_match(curve: tuple[Floats, Floats], other: tuple[Floats, Floats], sign: int) -> float:
     """log10 a of `curve` relative to `other`, of the given `sign` or zero."""
     (x, y), (there, values) = curve, other
     variance = np.array([max(_noise(channel), _noise(beside), LEAST_NOISE) ** 2 for channel, beside in zip(y, values, strict=True)])
     width = float(max(x[-1] - there[0], there[-1] - x[0]))
-    best, found = np.inf, 0.0
+    least, best = np.inf, 0.0
     for shift in sign * np.arange(0.0, max(width, TRIAL_STEP), TRIAL_STEP):
         moved = x - shift
         inside = (moved >= there[0]) & (moved <= there[-1])
@@ -169,12 +167,12 @@ def _best_match(curve: tuple[Array, Array], other: tuple[Array, Array], sign: in
         level = float(np.sum(weight * away) / (np.sum(weight * np.ones_like(away)) + USUAL_OFFSET**-2))
         score = float(np.sum(np.minimum((away - level) ** 2 * weight, REFUTED)) + (level / USUAL_OFFSET) ** 2)
         score -= REFUTED / 2 * away.size
-        if score < best:
-            best, found = score, float(shift)
-    return found
+        if score < least:
+            least, best = score, float(shift)
+    return best
 
 
-def _noise(y: Array) -> float:
+def _noise(y: Floats) -> float:
     """Standard deviation by how far each point lies off the line through its neighbours."""
     if y.size < 4:
         return LEAST_NOISE

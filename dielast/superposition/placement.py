@@ -7,10 +7,10 @@ from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
 from dielast.material.shift import ShiftLaw
+from dielast.numerics.arrays import Flags, Floats
 from dielast.superposition.condense import Condensed
 from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_fit import MasterFit
@@ -26,17 +26,14 @@ from dielast.superposition.undetermined import (
     warn_if_rising,
 )
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-
 SMOOTH_POINTS = 400
 
 
 def place_at_reference(
     data: Gathered,
     condensed: Condensed,
-    imposed: Array,
-    found: BasisFit,
+    imposed: Floats,
+    basis_fit: BasisFit,
     outlying: Flags,
     undetermined: tuple[Undetermined, ...],
     anchor: int,
@@ -49,7 +46,7 @@ def place_at_reference(
     `imposed` (m,) is log10 b where it was prescribed, `outlying` (c, n) says which points lie far off. Raises `InputError` where
     fewer than two shift factors are determined; warns of what looks wrong with shift factors, law and plateau.
     """
-    temperature, m, fit, kind = data.temperature, data.temperature.size, found.fit, data.kind
+    temperature, m, fit, kind = data.temperature, data.temperature.size, basis_fit.fit, data.kind
     sure = ~np.isin(temperature, [entry.temperature for entry in undetermined])
     if np.count_nonzero(sure) < 2:
         raise _nothing_determined(undetermined)
@@ -86,7 +83,7 @@ def place_at_reference(
     along = slice(None, None, kind.time_power)  # of the smooth curves, by ascending abscissa
     x = np.linspace(fit.splines[0].origin, fit.splines[0].end, SMOOTH_POINTS)
 
-    def smooth(splines: Sequence[Spline]) -> Array:
+    def smooth(splines: Sequence[Spline]) -> Floats:
         return np.stack([10 ** (spline(x) - raised) for spline in splines])[:, along] ** kind.stiffness_power
 
     modulus = 10 ** (fit.splines[0](x) - raised)
@@ -101,7 +98,7 @@ def place_at_reference(
         vertical_shift=vertical,
         vertical_shift_stderr=vertical * np.log(10) * np.sqrt(np.maximum(vertical_variance, 0.0)),
         shift_fit=shift_fit,
-        shifted_on=found.on,
+        shifted_on=basis_fit.on,
         rms_residual_decades=_rms(fit, condensed, outlying),
         point_temperature=temperature[curve][order],
         abscissa=abscissa[order],
@@ -127,8 +124,8 @@ def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
     return InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in places))
 
 
-def _astray(fit: ShiftFit, temperature: Array, sure: Flags) -> Flags:
-    """Undetermined temperatures (m,) whose place the extrapolated law does not know better than the data; warns of them."""
+def _astray(fit: ShiftFit, temperature: Floats, sure: Flags) -> Flags:
+    """Undetermined temperatures (m,) at which the extrapolated law is as uncertain as the data; warns of them."""
     astray = ~sure & (_law_stderr(fit, temperature, temperature[sure]) > UNDETERMINED)
     if np.any(astray):
         places = ", ".join(f"{value:g}" for value in temperature[astray])
@@ -147,19 +144,13 @@ def _rms(fit: MasterFit, condensed: Condensed, outlying: Flags) -> float:
     return float(np.sqrt(np.nanmean(fit.residual[trusted.ravel()] ** 2)))
 
 
-def _relative(covariance: Array, weight: Array) -> Array:
+def _relative(covariance: Floats, weight: Floats) -> Floats:
     """Covariance of values taken relative to a weighted mean of themselves."""
     relative = np.eye(weight.size) - weight
     return np.asarray(relative @ covariance @ relative.T)
 
 
-def _with_constant(law: ShiftLaw, name: str, value: float) -> ShiftLaw:
-    """The law with another constant."""
-    changed: ShiftLaw = replace(law, **{name: value})  # type: ignore[type-var]
-    return changed
-
-
-def _law_stderr(fit: ShiftFit, temperature: Array, known: Array) -> Array:
+def _law_stderr(fit: ShiftFit, temperature: Floats, known: Floats) -> Floats:
     """Standard error (m,) of the law's log10 a relative to the nearest of the `known` temperatures, from its constants; 0 for a
     table, or where the constants have no finite errors.
     """
@@ -171,13 +162,13 @@ def _law_stderr(fit: ShiftFit, temperature: Array, known: Array) -> Array:
         step = 1e-4 * abs(value) or 1e-6
         up, down = (
             _law_values(law, temperature) - _law_values(law, nearest)
-            for law in (_with_constant(fit.law, name, value + sign * step) for sign in (1, -1))
+            for law in (replace(fit.law, **{name: value + sign * step}) for sign in (1, -1))  # type: ignore[type-var]
         )
         slope[row] = (up - down) / (2 * step)
     return np.asarray(np.sqrt(np.maximum(np.einsum("pm,pq,qm->m", slope, fit.covariance, slope), 0.0)))
 
 
-def _law_values(law: ShiftLaw, temperature: Array) -> Array:
+def _law_values(law: ShiftLaw, temperature: Floats) -> Floats:
     """log10 a by the law; NaN where a table ends or a law has its pole."""
     values = np.full(temperature.size, np.nan)
     for k, value in enumerate(temperature):

@@ -5,28 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.condense import Condensed
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitPoints:
-    """FitPoints (n,) of `curves` curves, sorted by channel, curve and time; `variance` is the measured variance of `log_modulus`.
+    """Points (n,) of `curves` curves, sorted by channel, curve and time; `variance` is the measured variance of `log_modulus`.
 
     Every channel has a smooth curve of its own, and a vertical shift log10 b moves its points by `lift` (n,) times as much.
     """
 
     curve: Index
-    log_time: Array
-    log_modulus: Array
-    variance: Array
+    log_time: Floats
+    log_modulus: Floats
+    variance: Floats
     curves: int
     channel: Index
-    lift: Array
+    lift: Floats
     channels: int = 1
 
     @property
@@ -35,7 +32,7 @@ class FitPoints:
         return self.channel * self.curves + self.curve if self.channels > 1 else self.curve
 
     @property
-    def lean(self) -> Array:
+    def lean(self) -> Floats:
         """By how much a tilt of its curve by one decade from end to end raises each point (n,)."""
         along = along_curve(self.curve, self.log_time, self.curves)
         return np.asarray(along * self.lift if np.any(self.lift) else along)
@@ -67,7 +64,7 @@ def loss_tangent(data: Condensed, curves: int) -> FitPoints:
     return replace(ratio, lift=np.zeros(ratio.curve.size))
 
 
-def along_curve(curve: Index, log_time: Array, curves: int) -> Array:
+def along_curve(curve: Index, log_time: Floats, curves: int) -> Floats:
     """Place (n,) of each point on its curve, from -1/2 at the least `log_time` to 1/2 at the greatest."""
     low, high = np.full(curves, np.inf), np.full(curves, -np.inf)
     np.minimum.at(low, curve, log_time)

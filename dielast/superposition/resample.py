@@ -1,11 +1,11 @@
 """New tests with other noise: what could have been measured instead.
 
-Every measured quantity, moved by the shift factors found, lies on one smooth curve. New tests are that curve plus the residuals
+Every measured quantity, moved by the fitted shift factors, lies on one smooth curve. New tests are that curve plus the residuals
 times random signs, a wild bootstrap (C. F. J. Wu, Ann. Stat. 14 (1986) 1261, DOI 10.1214/aos/1176350142): a residual stays where it
 was measured, so that noise may differ from curve to curve and along a curve. Where neighbouring residuals are correlated, new noise
-of their local size and correlation takes their place. Each curve's mean residual is resampled by itself, for specimens differ, or
-with a stated drift a random walk takes its place; curves are tilted as much as they were found to be, and every temperature is off
-by its stated standard error, which moves its curve along time.
+of their local size and correlation takes their place. The mean residual of each curve is resampled by itself, because specimens
+differ; with a stated drift a random walk takes its place. Curves are tilted by the estimated spread of tilts, and every temperature
+is off by its stated standard error, which moves its curve along time.
 """
 
 from __future__ import annotations
@@ -14,16 +14,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.material.measurement import Measurement
+from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.superposition.binning import windows
 from dielast.superposition.points import along_curve
 from dielast.superposition.result import MasterCurve
 from dielast.superposition.spline import SplineProblem, spacing_bounds
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 SPACING_RATIO = 1.4  # from one spacing of the knots that is tried to the next
 ROUNDS = 4  # of weighing outliers down
@@ -39,9 +36,9 @@ class _Channel:
     """One ordinate of all points (n,): `fitted` values, relative residuals `rest`, the residuals' mean by measurement (m,), and the
     `correlation` of neighbours."""
 
-    fitted: Array
-    rest: Array
-    mean: Array
+    fitted: Floats
+    rest: Floats
+    mean: Floats
     correlation: float
 
 
@@ -59,7 +56,7 @@ class Resampled:
     temperature: Index
     owner: Index
     order: Index
-    along: Array
+    along: Floats
     channels: tuple[_Channel, ...]
 
     @classmethod
@@ -101,10 +98,10 @@ class Resampled:
         ends = np.cumsum(np.bincount(self.owner, minlength=at.size))[:-1]
         return [curve.with_columns(part) for curve, part in zip(self.measurements, np.split(columns, ends, axis=1), strict=True)]
 
-    def _values(self, channel: _Channel, random: np.random.Generator, raised: Array | None, tilted: Array) -> Array:
+    def _values(self, channel: _Channel, random: np.random.Generator, raised: Floats | None, tilted: Floats) -> Floats:
         """New values (n,) of curves that are `raised` (m,) and `tilted` (m,) from end to end, both in ln of the value.
 
-        Without `raised`, the curves' mean residuals say by how much they may be.
+        Without `raised`, the offsets are of the size of the curves' mean residuals.
         """
         owner, m, correlation = self.owner, channel.mean.size, channel.correlation
         fresh, offset = random.standard_normal(owner.size), random.standard_normal(m)
@@ -127,7 +124,7 @@ class Resampled:
         return np.asarray(channel.fitted * (np.exp(raised[owner]) + size * fresh))
 
 
-def _fit_channel(owner: Index, group: Index, x: Array, values: Array, lift: Array, m: int) -> _Channel:
+def _fit_channel(owner: Index, group: Index, x: Floats, values: Floats, lift: Floats, m: int) -> _Channel:
     """The smooth curve through one ordinate of all points, raised by `lift`; points of each `group` have a curve of their own."""
     fitted, spare, correlation = np.empty(x.size), np.empty(x.size), 0.0
     count = np.maximum(np.bincount(owner, minlength=m), 1)
@@ -145,7 +142,7 @@ def _fit_channel(owner: Index, group: Index, x: Array, values: Array, lift: Arra
     return _Channel(fitted, rest, mean, correlation)
 
 
-def _neighbours(owner: Index, rest: Array) -> float:
+def _neighbours(owner: Index, rest: Floats) -> float:
     """Correlation of neighbouring residuals, zero if it is not significant."""
     scale = np.sqrt(np.bincount(owner, rest**2) / np.maximum(np.bincount(owner), 1))
     z = rest / np.maximum(scale[owner], 1e-300)
@@ -158,7 +155,7 @@ def _neighbours(owner: Index, rest: Array) -> float:
     return min(r + 2 * (1 + 4 * r) / points, LARGEST_CORRELATION)
 
 
-def _smooth(owner: Index, x: Array, values: Array, lift: Array, repeated: float) -> tuple[Array, Array]:
+def _smooth(owner: Index, x: Floats, values: Floats, lift: Floats, repeated: float) -> tuple[Floats, Floats]:
     """Logarithm of the raised values on a smooth curve through all points (n,), and the share of its variance that each residual
     keeps. The knots are as dense as Akaike's criterion asks for, with so many `repeated` points counting for one.
     """
@@ -172,9 +169,7 @@ def _smooth(owner: Index, x: Array, values: Array, lift: Array, repeated: float)
     return fitted, np.clip(1 - repeated * (leverage + shifted), 0.2, 1.0)
 
 
-def _robust(
-    owner: Index, x: Array, target: Array, good: NDArray[np.bool_], spacing: float, repeated: float
-) -> tuple[Array, Array, float]:
+def _robust(owner: Index, x: Floats, target: Floats, good: Flags, spacing: float, repeated: float) -> tuple[Floats, Floats, float]:
     """Values and leverages (n,) of a robust spline fit, each curve with a noise of its own, and Akaike's criterion."""
     problem = SplineProblem.of(x, spacing)
     trust, scale = good.astype(float), np.ones(x.size)

@@ -3,29 +3,48 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NoReturn
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Frame, Table, to_frame
+from dielast.io.table import Column, Frame, Table, spoken, to_frame
 from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.shift import ShiftLaw
+from dielast.numerics.arrays import Floats
 from dielast.superposition.shiftfit import ShiftFit
 from dielast.superposition.undetermined import Undetermined
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """What is stated of a measurement, for no scatter of its points tells it: the standard error of each temperature in K, and by
-    what share the modulus of the specimen drifts from one temperature to the next, as it was measured."""
+    """Errors that are stated because the scatter of points does not show them: the standard error of each temperature in K, and the
+    relative standard deviation of the modulus of the specimen from one temperature to the next, in the order of measurement."""
 
     temperature_stderr: float
     drift: float
+
+
+class _Quantity:
+    """A measured quantity of a master curve: the row called `name` among the values of `field`.
+
+    Raises `InputError` where the curve is of another kind of measurement, which lacks that quantity.
+    """
+
+    def __init__(self, name: str, field: str, doc: str) -> None:
+        self.name, self.field, self.__doc__ = name, field, doc
+
+    def __get__(self, curve: MasterCurve | None, owner: type[MasterCurve]) -> Floats:
+        if curve is None:
+            return self  # type: ignore[return-value]
+        values: Floats = getattr(curve, self.field)
+        ordinates = [name for name, _ in curve.kind.ordinates]
+        if self.name == curve.kind.abscissa[0]:
+            return values
+        if self.name not in ordinates:
+            raise InputError(f"a master curve of {curve.measurement} has no {spoken(self.name)}")
+        return np.asarray(values[ordinates.index(self.name)])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -34,8 +53,8 @@ class MasterCurve(TabularResult):
 
     `log10_shift_factor`, its standard error (both (m,)) and its `covariance` (m, m) are measured, relative to the reference
     temperature. Where the data do not determine a shift it is NaN, its standard error infinite, and `undetermined` says why. The
-    errors hold noise, curves that do not superpose and, where the reference temperature was not measured, what the law leaves open
-    (infinite if it is 50 K and more below all data that do not determine C2).
+    errors allow for noise, for curves that do not superpose and, where the reference temperature was not measured, for the error of
+    the law there (infinite if that is 50 K and more below all data and these do not determine C2).
     `log10_shift_factor_fit` (m,) is the fitted law; NaN for a temperature that a table lacks. `vertical_shift` (m,) is b.
     `shifted_on` says what the shifts of frequency sweeps were read from: both moduli, tan delta, or the storage modulus alone.
 
@@ -50,7 +69,7 @@ class MasterCurve(TabularResult):
     which are averages over 1/20 decade of time or frequency; those that hold one of the `outlying_points` far off the master curve
     are not counted.
 
-    `stated` is what the errors of the temperatures and the drift of the specimen were said to be. `offset_spread` and
+    `stated` are the errors of the temperatures and the drift of the specimen that were stated. `offset_spread` and
     `tilt_spread` are the estimated standard deviations, in decades of modulus, of the vertical offsets (beyond a stated drift) and
     tilts of whole curves; both are in the standard errors, and taken out of the smooth curves: `placed_ordinates` (c, k) are those
     through the points as they lie. `log10_shift_factor_slope` (m,) is that over temperature, in decades per K.
@@ -58,30 +77,30 @@ class MasterCurve(TabularResult):
 
     measurement: KindName
     reference_temperature: float
-    temperature: Array
-    log10_shift_factor: Array
-    log10_shift_factor_stderr: Array
-    log10_shift_factor_fit: Array
-    covariance: Array
-    vertical_shift: Array
-    vertical_shift_stderr: Array
+    temperature: Floats
+    log10_shift_factor: Floats
+    log10_shift_factor_stderr: Floats
+    log10_shift_factor_fit: Floats
+    covariance: Floats
+    vertical_shift: Floats
+    vertical_shift_stderr: Floats
     shift_fit: ShiftFit
     shifted_on: Literal["moduli", "tan-delta", "storage"]
     rms_residual_decades: float
-    point_temperature: Array
-    abscissa: Array
-    reduced_abscissa: Array
-    ordinates: Array
-    smooth_abscissa: Array
-    smooth_ordinates: Array
+    point_temperature: Floats
+    abscissa: Floats
+    reduced_abscissa: Floats
+    ordinates: Floats
+    smooth_abscissa: Floats
+    smooth_ordinates: Floats
     equilibrium_modulus: float
     glassy_modulus: float
     undetermined: tuple[Undetermined, ...]
     stated: Stated
-    log10_shift_factor_slope: Array
+    log10_shift_factor_slope: Floats
     offset_spread: float
     tilt_spread: float
-    placed_ordinates: Array
+    placed_ordinates: Floats
     outlying_points: int = 0
 
     @property
@@ -126,66 +145,21 @@ class MasterCurve(TabularResult):
         return self.shift_fit.stderr
 
     @property
-    def law_covariance(self) -> Array:
+    def law_covariance(self) -> Floats:
         """Covariance of the parameters, in the order of `law_parameters`."""
         return self.shift_fit.covariance
 
-    @property
-    def time(self) -> Array:
-        """Times of the points of relaxation or creep in s (n,); this and the following raise `InputError` for another kind."""
-        return self._along("time", self.abscissa)
-
-    @property
-    def reduced_time(self) -> Array:
-        """Reduced times of the points of relaxation or creep in s (n,), ascending."""
-        return self._along("time", self.reduced_abscissa)
-
-    @property
-    def smooth_reduced_time(self) -> Array:
-        """Reduced times of the fitted curve of relaxation or creep in s (k,), ascending."""
-        return self._along("time", self.smooth_abscissa)
-
-    @property
-    def angular_frequency(self) -> Array:
-        """Angular frequencies of the points of sweeps in rad/s (n,)."""
-        return self._along("angular_frequency", self.abscissa)
-
-    @property
-    def reduced_angular_frequency(self) -> Array:
-        """Reduced angular frequencies of the points of sweeps in rad/s (n,), ascending."""
-        return self._along("angular_frequency", self.reduced_abscissa)
-
-    @property
-    def relaxation_modulus(self) -> Array:
-        """Young's relaxation modulus of the points in Pa (n,), times b."""
-        return self._ordinate("relaxation_modulus", self.ordinates)
-
-    @property
-    def creep_compliance(self) -> Array:
-        """Tensile creep compliance of the points in 1/Pa (n,), over b."""
-        return self._ordinate("creep_compliance", self.ordinates)
-
-    @property
-    def storage_modulus(self) -> Array:
-        """Young's storage modulus of the points in Pa (n,), times b."""
-        return self._ordinate("storage_modulus", self.ordinates)
-
-    @property
-    def loss_modulus(self) -> Array:
-        """Young's loss modulus of the points in Pa (n,), times b."""
-        return self._ordinate("loss_modulus", self.ordinates)
-
-    @property
-    def smooth_modulus(self) -> Array:
-        """Fitted relaxation modulus in Pa (k,)."""
-        return self._ordinate("relaxation_modulus", self.smooth_ordinates)
-
-    def _along(self, name: str, values: Array) -> Array:
-        return values if self.kind.abscissa[0] == name else self._lacking(name)
-
-    def _ordinate(self, name: str, ordinates: Array) -> Array:
-        names = [known for known, _ in self.kind.ordinates]
-        return np.asarray(ordinates[names.index(name)]) if name in names else self._lacking(name)
-
-    def _lacking(self, name: str) -> NoReturn:
-        raise InputError(f"a master curve of {self.measurement} has no {name.replace('_', ' ')}")
+    time = _Quantity("time", "abscissa", "Times of the points of relaxation or creep in s (n,).")
+    reduced_time = _Quantity("time", "reduced_abscissa", "Reduced times of the points of relaxation or creep in s (n,), ascending.")
+    smooth_reduced_time = _Quantity("time", "smooth_abscissa", "Reduced times of the fitted curve in s (k,), ascending.")
+    angular_frequency = _Quantity("angular_frequency", "abscissa", "Angular frequencies of the points of sweeps in rad/s (n,).")
+    reduced_angular_frequency = _Quantity(
+        "angular_frequency", "reduced_abscissa", "Reduced angular frequencies of the points of sweeps in rad/s (n,), ascending."
+    )
+    relaxation_modulus = _Quantity(
+        "relaxation_modulus", "ordinates", "Young's relaxation modulus of the points in Pa (n,), times b."
+    )
+    creep_compliance = _Quantity("creep_compliance", "ordinates", "Tensile creep compliance of the points in 1/Pa (n,), over b.")
+    storage_modulus = _Quantity("storage_modulus", "ordinates", "Young's storage modulus of the points in Pa (n,), times b.")
+    loss_modulus = _Quantity("loss_modulus", "ordinates", "Young's loss modulus of the points in Pa (n,), times b.")
+    smooth_modulus = _Quantity("relaxation_modulus", "smooth_ordinates", "Fitted relaxation modulus in Pa (k,).")

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Floats, Index
 
-SMALLEST = 1e-9  # decades squared: nobody measures to 0.01 %, and sharper weights would spoil the normal equations
+SMALLEST = 1e-9  # decades squared: no test is exact to 0.01 %, and sharper weights would spoil the normal equations
 BEND, ZERO = 3.0, 6.0  # standard deviations at which a point begins to lose trust, and has lost all
 
 
@@ -18,20 +16,20 @@ BEND, ZERO = 3.0, 6.0  # standard deviations at which a point begins to lose tru
 class Weights:
     """`weight` = `trust` / `variance`, each (n,); `floor` times `share` is added to the measured variance, in decades squared."""
 
-    weight: Array
-    trust: Array
-    variance: Array
-    share: Array
+    weight: Floats
+    trust: Floats
+    variance: Floats
+    share: Floats
     floor: float
 
 
-def even_weights(variance: Array) -> Weights:
+def even_weights(variance: Floats) -> Weights:
     """Weights to begin with, before there are residuals: as if the model missed by 2 %."""
     total = variance + 1e-4
     return Weights(1 / total, np.ones(total.size), total, np.ones(total.size), 0.0)
 
 
-def robust_weights(variance: Array, residual: Array, parameters: float, share: Array, old: Weights) -> Weights:
+def robust_weights(variance: Floats, residual: Floats, parameters: float, share: Floats, old: Weights) -> Weights:
     """Weights from the residuals (n,) of a fit with so many `parameters`: the floor makes the reduced chi-square one.
 
     `share` (n,) is the noise of a point's curve relative to that of all.
@@ -54,7 +52,7 @@ def robust_weights(variance: Array, residual: Array, parameters: float, share: A
     return Weights(trust / total, trust, total, share, floor)
 
 
-def channel_shares(channel: Index, residual: Array) -> Array:
+def channel_shares(channel: Index, residual: Floats) -> Floats:
     """Variance of each point's channel relative to all (n,), from the medians."""
     if channel[-1] == 0:
         return np.ones(channel.size)
@@ -63,10 +61,10 @@ def channel_shares(channel: Index, residual: Array) -> Array:
     return np.asarray((typical / np.exp(np.mean(np.log(typical))))[channel])
 
 
-def noise_shares(curve: Index, residual: Array, channel: Index) -> Array:
+def noise_shares(curve: Index, residual: Floats, channel: Index) -> Floats:
     """Variance of each point's curve relative to all (n,), from the medians; one unless the difference is significant.
 
-    Each channel has a noise of its own, with which its curves are compared.
+    The curves of a channel are compared with the noise of that channel.
     """
     among = channel_shares(channel, residual)
     square = residual**2 / among

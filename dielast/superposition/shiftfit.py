@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.material.shift import SHIFTS, ShiftLaw
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
 NEGLIGIBLE = 1e-3  # decades
 
@@ -23,19 +21,19 @@ class ShiftFit:
     of the shift factors, per degree of freedom. About one where the law fits, far above one where it does not, zero for a table and
     where there are no more temperatures than parameters. Above one, the covariance has been scaled up by it.
 
-    `origin` is log10 a at the reference temperature relative to the temperature that the law was fitted about: the law's, and how
-    far the shift factors lie off it there, between neighbours in proportion. It is thus that of a measured temperature at all
-    temperatures that are. `origin_weight` (m,) is the derivative of it with respect to the shift factors, `origin_excess` the
-    variance that the misfit and a C2 that is only assumed add.
+    `origin` is log10 a at the reference temperature relative to the temperature that the law was fitted about. It is the value of
+    the law plus the distance of the shift factors from the law, interpolated between the neighbouring temperatures; at a measured
+    temperature it is thus the measured one. `origin_weight` (m,) is its derivative with respect to the shift factors, and
+    `origin_excess` the variance that is added by the misfit and by a C2 that is only assumed.
     """
 
     law: ShiftLaw
     names: tuple[str, ...]
-    values: Array
-    covariance: Array
+    values: Floats
+    covariance: Floats
     misfit: float
     origin: float
-    origin_weight: Array
+    origin_weight: Floats
     origin_excess: float
 
     @property
@@ -50,14 +48,14 @@ class ShiftFit:
 
 
 def fit_shift_law(
-    law: str, temperature: Array, log10_shift_factor: Array, covariance: Array, anchor: int, reference_temperature: float
+    law: str, temperature: Floats, log10_shift_factor: Floats, covariance: Floats, anchor: int, reference_temperature: float
 ) -> ShiftFit:
     """Fit `law` to log10 a (m,) at `temperature` (m,) in degC, ascending, by generalised least squares with the covariance (m, m).
 
     The shift factors are relative to the temperature numbered `anchor`, where log10 a and its covariance are zero; the law is then
     moved to `reference_temperature`, which need not have been measured. Warns where the data cannot tell C1 from C2, and then takes
-    C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for any C2 that the data do
-    and that is at least 50 K about the coldest temperature.
+    C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for
+    every C2 that agrees with the data and puts the pole of the law at least 50 K below the coldest temperature.
     """
     m, base = temperature.size, float(temperature[anchor])
     kind = SHIFTS[law]
@@ -66,19 +64,20 @@ def fit_shift_law(
         return ShiftFit(table, (), np.zeros(0), np.zeros((0, 0)), 0.0, float(weight @ log10_shift_factor), weight, 0.0)
     others = np.arange(m) != anchor
     distance, wanted = temperature[others] - base, log10_shift_factor[others]
-    own = covariance[np.ix_(others, others)]
-    whiten = np.linalg.inv(np.linalg.cholesky(own + 1e-14 * np.mean(np.diag(own)) * np.eye(m - 1)))
+    measured = covariance[np.ix_(others, others)]
+    whiten = np.linalg.inv(np.linalg.cholesky(measured + 1e-14 * np.mean(np.diag(measured)) * np.eye(m - 1)))
     fitted = kind.fit(base, distance, wanted, whiten)
     moved = fitted.about(reference_temperature - base)
     near = np.array([np.interp(reference_temperature, temperature, row) for row in np.eye(m)])
-    beside = [(near[k], fitted.about(float(temperature[k]) - base), k) for k in np.flatnonzero(near)]
-    off = np.array([log10_shift_factor[k] - own.origin for _, own, k in beside])
-    shares = np.array([share for share, _, _ in beside])
+    neighbours = [(near[k], fitted.about(float(temperature[k]) - base), k) for k in np.flatnonzero(near)]
+    off = np.array([log10_shift_factor[k] - neighbour.origin for _, neighbour, k in neighbours])
+    shares = np.array([share for share, _, _ in neighbours])
     # what is left of the law: from the neighbours to the reference temperature
-    step = moved.to_origin - sum(share * own.to_origin for share, own, _ in beside)
+    step = moved.to_origin - sum(share * neighbour.to_origin for share, neighbour, _ in neighbours)
     weight = near.copy()
     weight[others] += step @ fitted.response
-    doubt = _spread(moved.others - moved.origin - sum(share * (own.others - own.origin) for share, own, _ in beside))
+    nearby = sum(share * (neighbour.others - neighbour.origin) for share, neighbour, _ in neighbours)
+    doubt = _spread(moved.others - moved.origin - nearby)
     scale = max(fitted.misfit, 1.0)
     spread = fitted.moments * scale
     values = moved.to_constants @ spread @ moved.to_constants.T
@@ -98,7 +97,7 @@ def fit_shift_law(
     )
 
 
-def _spread(differences: Array) -> float:
+def _spread(differences: Floats) -> float:
     """Root mean square; infinite if some are not known."""
     if not differences.size:
         return 0.0

@@ -1,6 +1,6 @@
 """Cubic B-splines on even knots: value, slope, and penalised fits, their normal equations gathered by counting.
 
-SciPy has such splines, but loading scipy.interpolate takes longer than a whole master curve, which needs nothing else of it.
+SciPy has such splines, but loading scipy.interpolate takes longer than to build a whole master curve.
 """
 
 from __future__ import annotations
@@ -8,10 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Floats, Index
 
 FINEST, WIDEST = 0.15, 1.6  # decades between knots that are tried,
 LEAST_POINTS, LEAST_INTERVALS = 3, 3  # but with about so many points to an interval, and so many intervals
@@ -23,10 +21,10 @@ class Spline:
 
     origin: float
     spacing: float
-    coefficient: Array
+    coefficient: Floats
     end: float
 
-    def __call__(self, x: Array) -> Array:
+    def __call__(self, x: Floats) -> Floats:
         """Value at `x` (n,)."""
         index, basis, _ = spline_basis(x, self.origin, self.spacing, self.coefficient.size)
         return np.asarray(np.sum(basis * self.coefficient[index + np.arange(4)[:, None]], axis=0))
@@ -39,8 +37,8 @@ class SplineProblem:
     """
 
     rows: Index
-    basis: Array
-    slope: Array
+    basis: Floats
+    slope: Floats
     origin: float
     spacing: float
     end: float
@@ -48,7 +46,7 @@ class SplineProblem:
     channels: int
 
     @classmethod
-    def of(cls, x: Array, spacing: float, channel: Index | None = None, channels: int = 1) -> SplineProblem:
+    def of(cls, x: Floats, spacing: float, channel: Index | None = None, channels: int = 1) -> SplineProblem:
         """The problem for points at `x` (n,), with knots `spacing` apart."""
         origin, end = float(x.min()), float(x.max())
         size = int(np.ceil((end - origin) / spacing + 1e-9)) + 3
@@ -58,25 +56,25 @@ class SplineProblem:
         rows = np.asarray(index + np.arange(4)[:, None], dtype=np.intp)
         return cls(rows, basis, slope, origin, spacing, end, size, channels)
 
-    def fit(self, weight: Array, target: Array) -> tuple[Array, Array, Array]:
+    def fit(self, weight: Floats, target: Floats) -> tuple[Floats, Floats, Floats]:
         """Inverse of the normal matrix, coefficients, and fitted values (n,) for a `target` (n,) with `weight` (n,)."""
         inverse = self._inverse(gram(self.rows[0], self.basis, weight, self.size * self.channels))
         coefficient = inverse @ self.gather(self.basis * weight * target)
         return inverse, coefficient, np.sum(self.basis * coefficient[self.rows], axis=0)
 
-    def gather(self, values: Array) -> Array:
+    def gather(self, values: Floats) -> Floats:
         """Sum of `values` (4, n) by the coefficient that they belong to."""
         return np.asarray(np.bincount(self.rows.ravel(), values.ravel(), minlength=self.size * self.channels), dtype=float)
 
-    def leverage(self, inverse: Array) -> Array:
+    def leverage(self, inverse: Floats) -> Floats:
         """Variance (n,) of the fitted values for weights that are inverse variances."""
         return np.asarray(np.einsum("an,abn,bn->n", self.basis, inverse[self.rows[:, None], self.rows[None]], self.basis))
 
-    def splines(self, coefficient: Array) -> tuple[Spline, ...]:
+    def splines(self, coefficient: Floats) -> tuple[Spline, ...]:
         """The spline of each channel."""
         return tuple(Spline(self.origin, self.spacing, part, self.end) for part in np.split(coefficient, self.channels))
 
-    def _inverse(self, matrix: Array) -> Array:
+    def _inverse(self, matrix: Floats) -> Floats:
         """Inverse of the block-diagonal `matrix` with the prior of smoothness added to every block."""
         prior, inverse = roughness(self.size, self.spacing), np.zeros(matrix.shape)
         for first in range(0, len(matrix), self.size):
@@ -92,7 +90,7 @@ def spacing_bounds(span: float, points: float) -> tuple[float, float]:
     return widest, finest
 
 
-def spline_basis(x: Array, origin: float, spacing: float, size: int) -> tuple[Index, Array, Array]:
+def spline_basis(x: Floats, origin: float, spacing: float, size: int) -> tuple[Index, Floats, Floats]:
     """First coefficient (n,), values (4, n) and derivatives (4, n) of the four basis functions that do not vanish at `x` (n,)."""
     position = (x - origin) / spacing
     index = np.clip(position.astype(np.intp), 0, size - 4)
@@ -107,7 +105,7 @@ def spline_basis(x: Array, origin: float, spacing: float, size: int) -> tuple[In
     return index, basis, slope
 
 
-def gram(index: Index, basis: Array, weight: Array, size: int) -> Array:
+def gram(index: Index, basis: Floats, weight: Floats, size: int) -> Floats:
     """Sum over the points of weight times the products of their basis functions, (size, size)."""
     matrix = np.zeros((size, size))
     intervals = np.arange(size - 3)
@@ -118,7 +116,7 @@ def gram(index: Index, basis: Array, weight: Array, size: int) -> Array:
     return np.asarray(matrix + np.triu(matrix, 1).T)
 
 
-def roughness(size: int, spacing: float) -> Array:
+def roughness(size: int, spacing: float) -> Floats:
     """Weak prior on second differences of the coefficients, (size, size): the slope changes by about one from knot to knot."""
     second = np.diff(np.eye(size), 2, axis=0)
     return np.asarray(second.T @ second / spacing**2)

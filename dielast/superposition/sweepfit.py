@@ -4,9 +4,9 @@ The two moduli share the shift factors, a smooth curve each. Errors of geometry 
 tan delta. The scatter that they share is therefore taken out before the fit: log G'' - beta log G' stands for log G'', with beta
 such that the scatter of the two channels is uncorrelated (beta = 0: separate errors, beta = 1: tan delta).
 
-Both moduli together say more than their ratio or one of them, if they belong to one process. Whether they do, the points say
-themselves: each part of all curves is left out in turn and predicted from the rest. What misses them is not believed, and of
-several bases that do not miss them the one with the most to go by is taken.
+If both moduli belong to one process, they determine the shifts better together than their ratio or one of them alone. Whether
+they do is tested: each part of all curves is left out in turn and predicted from the rest. A basis that does not predict the points
+left out is rejected, and of several that do the one with the most certain shifts is taken.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
+from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.superposition.condense import Condensed
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.overlap import matching_shifts
@@ -25,12 +25,11 @@ from dielast.superposition.points import FitPoints, loss_tangent, one_channel, p
 from dielast.superposition.spline import Spline
 from dielast.superposition.undetermined import have_shape
 
-Array = NDArray[np.float64]
 Basis = Literal["moduli", "tan-delta", "storage"]
 
 UNKNOWN = 0.5  # decades of standard error beyond which one shift is as bad as another
 EXACT = 1e-5  # decades below which it does not matter
-CORRELATED = 3.0  # standard errors of a correlation that is believed
+CORRELATED = 3.0  # standard errors that a correlation must measure
 OUTLIER = 3.0  # standard deviations at which a residual is cut off
 DISAGREE = 3.0  # joint standard errors,
 NOTABLE = 0.02  # and decades, by which two bases contradict each other
@@ -40,7 +39,7 @@ MISSED = 1.5  # mean square, in variances, by which left-out points are missed w
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BasisFit:
-    """A fit of all channels, storage before loss modulus, and what its shifts were taken from: `on`, points and smooth curves.
+    """A fit of all channels, storage before loss modulus, with the basis `on` which it was shifted, its points and smooth curves.
 
     `others` are the shifts from other bases, to compare with.
     """
@@ -54,28 +53,28 @@ class BasisFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OtherShifts:
-    """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases have a shape to go by."""
+    """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases determine a shift."""
 
     on: Basis
-    shift: Array
-    covariance: Array
-    comparable: NDArray[np.bool_]
+    shift: Floats
+    covariance: Floats
+    comparable: Flags
 
 
 def fit_sweeps(
-    temperature: Array,
+    temperature: Floats,
     data: Condensed,
-    start: Array,
+    start: Floats,
     anchor: int,
     vertical: bool,
     on: Basis | Literal["auto"],
-    drift: Array | None = None,
+    drift: Floats | None,
 ) -> BasisFit:
-    """Fit frequency sweeps on what `on` says, or with "auto" on what predicts points left out and has most to go by.
+    """Fit frequency sweeps on the basis `on`, or with "auto" on the best one that predicts points left out.
 
     Every basis starts from the shifts of both moduli, from the starting values `start` (m,) of the storage moduli, and from where
-    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the result has the bases that were not
-    taken, too. `drift` is that of `fit_master`.
+    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the result also has the shifts
+    from the other bases. `drift` is that of `fit_master`.
     """
     m = temperature.size
     raw, ratio = points_of(data, m), loss_tangent(data, m)
@@ -124,15 +123,15 @@ def fit_sweeps(
 
 
 def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
-    """Both moduli unless they miss what is left out; else the basis that does not, or misses least, and is the most certain."""
+    """Both moduli if they predict points left out, else the most certain basis of those that do, or of all if none does."""
     if not tangent_tells:
         fits = {basis: fit for basis, fit in fits.items() if basis != "tan-delta"}
     missed = {basis: max(fit.left_out) for basis, fit in fits.items()}
     if missed["moduli"] <= MISSED:
         return "moduli"
     good = [basis for basis in fits if missed[basis] <= MISSED]
-    doubt = {basis: _doubt(fit) + float(np.log(max(missed[basis], 1.0))) for basis, fit in fits.items()}
-    taken = min(good or list(fits), key=lambda basis: doubt[basis])
+    uncertainty = {basis: _uncertainty(fit) + float(np.log(max(missed[basis], 1.0))) for basis, fit in fits.items()}
+    taken = min(good or list(fits), key=lambda basis: uncertainty[basis])
     if taken != "moduli":
         warn(
             f"storage and loss modulus do not shift together: points that are left out are missed by {missed['moduli'] ** 0.5:.2g} "
@@ -142,16 +141,16 @@ def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
     return taken
 
 
-def warn_of_others(temperature: Array, found: BasisFit, weight: Array) -> None:
-    """Say where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
+def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None:
+    """Warn where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
     m = temperature.size
     relative = np.eye(m) - weight
-    shift, own = relative @ found.fit.shift, np.sqrt(np.diag(relative @ found.fit.covariance[:m, :m] @ relative.T))
-    for other in found.others:
+    shift, stderr = relative @ taken.fit.shift, np.sqrt(np.diag(relative @ taken.fit.covariance[:m, :m] @ relative.T))
+    for other in taken.others:
         beside, error = relative @ other.shift, np.sqrt(np.diag(relative @ other.covariance @ relative.T))
-        known = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(own + error)
+        known = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(stderr + error)
         away = np.where(known, np.abs(shift - beside), 0.0)
-        score = away / np.maximum(np.hypot(own, error), EXACT)
+        score = away / np.maximum(np.hypot(stderr, error), EXACT)
         far = np.flatnonzero((score > DISAGREE) & (away > NOTABLE))
         if not far.size:
             continue
@@ -160,20 +159,20 @@ def warn_of_others(temperature: Array, found: BasisFit, weight: Array) -> None:
         warn(
             f"at {temperature[k]:g} degC {BASIS_WORDS[other.on]} gives another shift factor: "
             f"log10 a = {beside[k]:.3g} +- {error[k]:.2g}, "
-            f"but {shift[k]:.3g} +- {own[k]:.2g} from {BASIS_WORDS[found.on]}, which is taken, both relative to "
+            f"but {shift[k]:.3g} +- {stderr[k]:.2g} from {BASIS_WORDS[taken.on]}, which is taken, both relative to "
             f"{temperature[np.argmax(weight)]:g} degC{more}"
         )
 
 
-def _other_of_all(other: OtherShifts, curves: NDArray[np.intp], m: int) -> OtherShifts:
-    """Shifts of some curves as ones of all (m,), of which nothing else is comparable."""
+def _other_of_all(other: OtherShifts, curves: Index, m: int) -> OtherShifts:
+    """The shifts of the numbered `curves` as shifts of all m curves, of which no others are comparable."""
     shift, comparable = np.zeros(m), np.zeros(m, dtype=bool)
     covariance = np.zeros((m, m))
     shift[curves], comparable[curves], covariance[np.ix_(curves, curves)] = other.shift, other.comparable, other.covariance
     return OtherShifts(other.on, shift, covariance, comparable)
 
 
-def _apart(storage: FitPoints, loss: FitPoints, shaped: NDArray[np.bool_], anchor: int) -> NDArray[np.bool_]:
+def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> Flags:
     """Curves (m,) that nothing joins to the others: the storage modulus is level, not `shaped`, and the loss modulus has no value
     in common with that of the next curve towards the anchor. Wherever such a curve is put, it contradicts one modulus."""
     apart = np.zeros(storage.curves, dtype=bool)
@@ -186,8 +185,8 @@ def _apart(storage: FitPoints, loss: FitPoints, shaped: NDArray[np.bool_], ancho
     return apart
 
 
-def _only(data: Condensed, curves: NDArray[np.intp]) -> Condensed:
-    """The points of some curves, which are numbered afresh."""
+def _only(data: Condensed, curves: Index) -> Condensed:
+    """The points of the numbered `curves`, which are numbered afresh."""
     here = np.isin(data.curve, curves)
     new = np.searchsorted(curves, data.curve[here])
     return replace(
@@ -195,8 +194,8 @@ def _only(data: Condensed, curves: NDArray[np.intp]) -> Condensed:
     )
 
 
-def _spread(fit: MasterFit, curves: NDArray[np.intp], inside: NDArray[np.bool_], elsewhere: Array) -> MasterFit:
-    """The fit of some curves as one of all (m,): the others stay `elsewhere` (m,), with errors without bounds.
+def _spread(fit: MasterFit, curves: Index, inside: Flags, elsewhere: Floats) -> MasterFit:
+    """The fit of the numbered `curves` as a fit of all m curves: the others stay at `elsewhere` (m,), with infinite errors.
 
     `inside` (n,) says which points the fitted curves have; the residuals of the others are NaN.
     """
@@ -226,7 +225,7 @@ def _on_storage(alone: MasterFit, storage: FitPoints, loss: FitPoints, anchor: i
     return BasisFit(both, "storage", storage, alone.splines)
 
 
-def _common(points: FitPoints, residual: Array) -> float:
+def _common(points: FitPoints, residual: Floats) -> float:
     """How much of the first channel's scatter the second shares: the slope of a line through their residuals, or zero."""
     series = points.series
     middle = np.array([np.median(residual[series == k]) for k in range(series[-1] + 1)])
@@ -237,7 +236,7 @@ def _common(points: FitPoints, residual: Array) -> float:
     return product / square
 
 
-def _cut(residual: Array) -> Array:
+def _cut(residual: Floats) -> Floats:
     bound = OUTLIER * float(np.median(np.abs(residual))) / 0.6745
     return np.clip(residual, -bound, bound)
 
@@ -256,13 +255,9 @@ def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
     return replace(fit, splines=both(fit.splines), placed=both(fit.placed), residual=residual)
 
 
-def _steps(fit: MasterFit) -> tuple[Array, Array]:
-    """The shifts from one temperature to the next (m - 1,) and their variances, whichever curve is held fast."""
+def _uncertainty(fit: MasterFit) -> float:
+    """Mean logarithm of the variances of the shifts from one temperature to the next, whichever curve is held fast."""
     m = fit.shift.size
     step = np.diff(np.eye(m), axis=0)
-    return np.diff(fit.shift), np.einsum("ij,jk,ik->i", step, fit.covariance[:m, :m], step)
-
-
-def _doubt(fit: MasterFit) -> float:
-    """Mean logarithm of the variances of the shifts."""
-    return float(np.mean(np.log(np.clip(_steps(fit)[1], EXACT**2, UNKNOWN**2))))
+    variance = np.einsum("ij,jk,ik->i", step, fit.covariance[:m, :m], step)
+    return float(np.mean(np.log(np.clip(variance, EXACT**2, UNKNOWN**2))))

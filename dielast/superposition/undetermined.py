@@ -1,4 +1,4 @@
-"""What a master curve cannot know: shift factors that the data do not determine, and results that look wrong."""
+"""Shift factors that the data do not determine, and results that look wrong."""
 
 from __future__ import annotations
 
@@ -6,18 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
+from dielast.numerics.arrays import Flags, Floats
 from dielast.superposition.joint_fit import MasterFit
 from dielast.superposition.points import FitPoints
 from dielast.superposition.spline import Spline
 
-Array = NDArray[np.float64]
-
 UNDETERMINED = 0.5  # decades of standard error beyond which a shift factor is not a measurement
-DOUBTFUL = 0.05  # decades of standard error above which, with free vertical shifts, a curve must show a curvature of its own
+DOUBTFUL = 0.05  # decades of standard error above which, with free vertical shifts, a curve must show a curvature
 SIGNIFICANT = 4.0  # standard errors that a slope or a curvature must measure
 PLATEAU_RISE = 0.005  # decades of modulus over a whole curve
 PLATEAU_SLOPE = 0.05  # decades of modulus per decade of time,
@@ -25,7 +23,7 @@ LAST_STRETCH = 0.5  # over this stretch of log time at the long end
 OFFSET = 0.01  # decades
 LAW_MISFIT = 4.0  # reduced chi-square,
 LAW_MISFIT_SIGMA = 5.0  # its excess over one in standard deviations,
-LAW_MISS = 0.03  # and decades beyond which a law is said not to fit
+LAW_MISS = 0.03  # and decades beyond which a law does not fit
 ROBUST_ROUNDS = 9
 TRUSTED = 2.5  # standard deviations beyond which a point loses weight
 
@@ -39,17 +37,17 @@ class Undetermined:
 
 
 def find_undetermined(
-    temperature: Array, points: FitPoints, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
+    temperature: Floats, points: FitPoints, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
 ) -> tuple[Undetermined, ...]:
     """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
 
-    `splines` are the smooth curves of the channels of `points`, `filled` says what becomes of a temperature without a shift. A
-    straight line can be slid along itself, and noise makes every line look a little bent: a fitted standard error alone would
-    trust the bends. So slope, and with free `vertical` shifts of some error curvature, must be significant in one of the channels
-    itself. With `peaks`, as loss moduli and tan delta have them, a curvature does as well as a slope.
+    `splines` are the smooth curves of the channels of `points`, and `filled` says what becomes of a temperature without a shift. A
+    straight line can be slid along itself, and noise makes every line look a little bent, so that the standard error of the fit
+    alone is too small. One of the channels must therefore show a significant slope, or with free `vertical` shifts of notable error
+    a significant curvature. With `peaks`, as loss moduli and tan delta have them, a curvature does as well as a slope.
     """
     stderr = fit.noise_stderr
-    found = []
+    undetermined = []
     shaped = have_shape(points, splines, fit.shift, peaks)
     for k in np.flatnonzero(stderr > 0):
         if not shaped[k]:
@@ -60,12 +58,12 @@ def find_undetermined(
             reason = "the curve overlaps the others too little"
         else:
             continue
-        found.append(Undetermined(float(temperature[k]), reason))
+        undetermined.append(Undetermined(float(temperature[k]), reason))
         warn(f"{temperature[k]:g} degC: the shift factor is not determined: {reason}; {filled}")
-    return tuple(found)
+    return tuple(undetermined)
 
 
-def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Array, peaks: bool) -> NDArray[np.bool_]:
+def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Floats, peaks: bool) -> Flags:
     """Whether a channel of each curve has a slope, or with `peaks` a curvature, beyond what noise makes (m,)."""
     return np.array(
         [
@@ -75,26 +73,26 @@ def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Array, peaks
     )
 
 
-def _channels(points: FitPoints, curve: int) -> list[tuple[Array, Array]]:
+def _channels(points: FitPoints, curve: int) -> list[tuple[Floats, Floats]]:
     """Log time and log modulus of one curve in every channel."""
     series = curve + points.curves * np.arange(points.channels)
     first, last = (np.searchsorted(points.series, series, side=side).tolist() for side in ("left", "right"))
     return [(points.log_time[a:b], points.log_modulus[a:b]) for a, b in zip(first, last, strict=True)]
 
 
-def _is_shaped(x: Array, y: Array, smooth: Array, peaks: bool) -> bool:
+def _is_shaped(x: Floats, y: Floats, smooth: Floats, peaks: bool) -> bool:
     sloping = _significance(x, y, 1) >= SIGNIFICANT or (peaks and _significance(x, y, 2) >= SIGNIFICANT)
     return sloping and float(np.ptp(smooth)) >= PLATEAU_RISE
 
 
-def _is_bent(curves: Sequence[tuple[Array, Array]]) -> bool:
+def _is_bent(curves: Sequence[tuple[Floats, Floats]]) -> bool:
     """Whether a channel is curved, or the distance of two of them, which no vertical shift changes, has a slope."""
     if any(_significance(x, y, 2) >= SIGNIFICANT for x, y in curves):
         return True
     return len(curves) == 2 and _significance(curves[0][0], curves[1][1] - curves[0][1], 1) >= SIGNIFICANT
 
 
-def _significance(x: Array, y: Array, degree: int) -> float:
+def _significance(x: Floats, y: Floats, degree: int) -> float:
     """The highest coefficient of a polynomial through the points, in standard errors; outliers do not hide it."""
     if x.size < degree + 2:
         return 0.0
@@ -107,16 +105,16 @@ def _significance(x: Array, y: Array, degree: int) -> float:
         part = basis.T @ (y * root)
         rest = y - vander @ np.linalg.solve(triangle, part)
         variance = float(weight @ rest**2) / max(float(np.sum(weight)) - degree - 1, 1.0)
-        found = float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
-        if found >= SIGNIFICANT:
+        significance = float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
+        if significance >= SIGNIFICANT:
             break
         typical = max(float(np.median(np.abs(rest))) / 0.6745, 1e-14)
         weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-100)) ** 2)
-    return found
+    return significance
 
 
-def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:
-    """Hot must be fast: warn of the first neighbours that say otherwise beyond their errors."""
+def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats) -> None:
+    """Warn of the first two neighbouring temperatures of which the warmer relaxes more slowly, beyond the errors."""
     rise = np.diff(shift) - 3 * np.hypot(stderr[1:], stderr[:-1])
     for k in np.flatnonzero(rise > 1e-6)[:1]:
         warn(
@@ -125,8 +123,8 @@ def warn_if_rising(temperature: Array, shift: Array, stderr: Array) -> None:
         )
 
 
-def warn_if_law_misses(temperature: Array, shift: Array, stderr: Array, by_law: Array, misfit: float, parameters: int) -> None:
-    """Say where a law is farthest from the shift factors, if it is off by more than these can be; `misfit` as in `ShiftFit`."""
+def warn_if_law_misses(temperature: Floats, shift: Floats, stderr: Floats, by_law: Floats, misfit: float, parameters: int) -> None:
+    """Warn where a law is farthest from the shift factors, if that is more than their errors; `misfit` is that of `ShiftFit`."""
     freedom = max(temperature.size - 1 - parameters, 1)
     miss = np.abs(by_law - shift)
     if misfit > max(LAW_MISFIT, 1 + LAW_MISFIT_SIGMA * np.sqrt(2 / freedom)) and np.nanmax(miss) > LAW_MISS:
@@ -138,7 +136,7 @@ def warn_if_law_misses(temperature: Array, shift: Array, stderr: Array, by_law: 
 
 
 def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
-    """The equilibrium modulus is read off the long end, which should be level; `curve` is that of a storage modulus for a sweep."""
+    """Warn if the long end, where the equilibrium modulus is read, is not level; `curve` is a storage modulus for a sweep."""
     stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
     slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
     if abs(slope) > PLATEAU_SLOPE:
@@ -152,7 +150,7 @@ def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
 
 
 def warn_if_offset(spread: float) -> None:
-    """Say that curves lie higher or lower than horizontal shifts explain; `spread` in decades."""
+    """Warn of curves that lie higher or lower than horizontal shifts explain; `spread` in decades."""
     if spread > OFFSET:
         warn(
             f"the curves differ vertically by about {100 * (10**spread - 1):.0f} % beyond their noise: the shift factors allow for "

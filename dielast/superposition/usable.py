@@ -1,4 +1,4 @@
-"""Which curves can be shifted: those long enough, that share a modulus with another one."""
+"""Which curves can be shifted: those with enough points and a modulus in common with another curve."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MIN_BINS = 3  # points of a curve, averages over bins of log time
 
 
 def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Condensed]:
-    """All curves that can be used, gathered and condensed; those too short, and single ones that join no other, are left out.
+    """All curves that can be shifted, gathered and condensed, without those of too few points and those that join no other.
 
     Warns of each; raises `InputError` if fewer than two are left.
     """

@@ -235,7 +235,7 @@ def test_bad_draws(command: Run, folder: Path, change: Callable[[str], str | Non
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("\n1,", "\nnan,", 'draw-laws.csv: row 3: column "draw": nan is not a whole number'),
+        ("\n1,", "\nnan,", 'draw-laws.csv: row 3: column "draw": a number is needed'),
         ("\n1,", "\n1.5,", 'draw-laws.csv: row 3: column "draw": 1.5 is not a whole number'),
         ("C2 [K]", "Q [K]", 'draw-laws.csv: column "C2 [K]" is missing'),
         ("C1 [1]", "-13.7", 'draw-laws.csv: row 3: column "C1 [1]": -13.7: a number above 0 is needed'),

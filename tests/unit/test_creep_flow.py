@@ -85,7 +85,7 @@ def test_flow_that_the_curve_hardly_shows_is_said() -> None:
     assert "state equilibrium_modulus (0 for a melt)" in said
     fit, said = fitted(melt(0.1), time, 0.005)
     assert fit.equilibrium_shear_modulus > 0
-    assert "does not tell flow from processes slower than the curve" in said
+    assert "does not distinguish flow from processes slower than the curve" in said
     assert "state equilibrium_modulus (0 for a melt)" in said
 
 
@@ -95,12 +95,12 @@ def test_processes_slower_than_the_curve_are_no_flow(strength: float) -> None:
     fit, said = fitted(truth, np.logspace(-6, 4, 121))
     modulus = 1 / (truth.glassy_compliance + truth.compliance.sum())
     assert fit.equilibrium_shear_modulus == pytest.approx(modulus, rel=0.2)
-    assert "does not tell flow from processes slower than the curve" in said
+    assert "does not distinguish flow from processes slower than the curve" in said
 
 
 def test_slower_processes_do_not_move_an_end_that_is_stated() -> None:
     time = np.logspace(-6, 4, 121)
-    with pytest.warns(DielastWarning, match="does not tell flow from processes slower than the curve"):
+    with pytest.warns(DielastWarning, match="does not distinguish flow from processes slower than the curve"):
         fit = fit_creep(time, melt(0.0, 3.0, own=3e4).creep_compliance(time) / 3, retardation_time=(3e-6, None))
     assert fit.retardation is not None
     assert fit.retardation.retardation_time[-1] == pytest.approx(3e-6, rel=1e-9)
@@ -167,7 +167,7 @@ def test_the_glassy_compliance_of_a_solid_may_be_out_of_reach_too() -> None:
     """It is then a hundredth of the first point, so that all moduli together are a hundred times that stiffness."""
     time = np.logspace(0, 5, 101)
     creep = -1e-6 * np.expm1(-time / 1e3)
-    with pytest.warns(DielastWarning, match="does not tell the glassy compliance"):
+    with pytest.warns(DielastWarning, match="does not show the glassy compliance"):
         fit = fit_creep(time, creep)
     assert 3 * fit.equilibrium_shear_modulus == pytest.approx(1e6, rel=0.01)
     everything = 3 * (fit.spectrum.shear_modulus.sum() + fit.equilibrium_shear_modulus)

@@ -85,7 +85,7 @@ def test_blank_lines_do_not_shift_the_line_of_an_error() -> None:
         ("time [kg],E [MPa]\n1,2\n", 'column "time" [kg]: a time is needed, such as "1.5 h"'),
         ("time [parsec],E [MPa]\n1,2\n", 'column "time" [parsec]: unknown unit "parsec"'),
         ("tiem [s],E [MPa]\n1,2\n", 'no column "time" for time; there are "tiem [s]", "E [MPa]"'),
-        ("time [s],time [s],E [MPa]\n1,2,3\n", 'column "time" for time stands there 2 times'),
+        ("time [s],time [s],E [MPa]\n1,2,3\n", 'column "time" for time appears 2 times'),
         ("", "the file is empty"),
         (" \n\n", "the file is empty"),
         ("time [s],E [MPa]\n", HEADER_ALONE),
@@ -282,7 +282,7 @@ def test_the_spelling_tells_two_columns_of_one_name_apart() -> None:
     table = read("time (s),E (kPa),E [MPa]\n1,2,3\n")
     assert table.column("E (kPa)", "modulus", STRESS).tolist() == [2e3]
     assert table.column("E [MPa]", "modulus", STRESS).tolist() == [3e6]
-    with pytest.raises(InputError, match=r'column "E" for modulus stands there 2 times'):
+    with pytest.raises(InputError, match=r'column "E" for modulus appears 2 times'):
         table.find("E", "modulus")
 
 

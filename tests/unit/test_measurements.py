@@ -197,7 +197,7 @@ def test_a_complex_viscosity_shows_a_wrong_unit_of_frequency(
     expect_sweeps(read(tmp_path, file="sweep.csv", columns=columns).measurements)
     sweep_file(tmp_path, header, np.column_stack((rows[:, 0], right * scale, rows[:, 2:], viscosity)))
     what = role.replace("_", " ")
-    with pytest.warns(DielastWarning, match=f"sweep.csv: the complex viscosity fits if what is given as {what} is in {truth}"):
+    with pytest.warns(DielastWarning, match=f"sweep.csv: the complex viscosity fits if what is stated as {what} is in {truth}"):
         read(tmp_path, file="sweep.csv", columns=columns)
     sweep_file(tmp_path, header, np.column_stack((rows[:, 0], right, rows[:, 2:], viscosity / 3)))
     with pytest.warns(DielastWarning, match="complex modulus over angular frequency is 3 times the complex viscosity"):
@@ -312,7 +312,7 @@ def test_what_is_no_pattern_of_files_is_said(tmp_path: Path) -> None:
 
 def test_equal_names_of_columns_are_refused(tmp_path: Path) -> None:
     sweep_file(tmp_path, "T [degC],f [Hz],E' [Pa],E' [Pa]")
-    with pytest.raises(InputError, match=r'sweep.csv: column "E\'" for storage stands there 2 times'):
+    with pytest.raises(InputError, match=r'sweep.csv: column "E\'" for storage appears 2 times'):
         read(tmp_path, file="sweep.csv", columns=SWEEP)
 
 

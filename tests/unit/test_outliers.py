@@ -96,14 +96,14 @@ def test_rows_that_stand_twice_are_said_to_and_taken_once() -> None:
     order = np.r_[0:6, 5, 6:20]
     curves[4] = RelaxationCurve(20.0, own.time[order], own.modulus[order])
     master, said = heard(list(curves))
-    assert f"20 degC: time {TIME[5]:g} s stands there twice, with the same values: each is taken once" in said
+    assert f"20 degC: time {TIME[5]:g} s appears twice, with the same values: each is taken once" in said
     without, silent = heard(list(relaxation()))
     assert not [one for one in silent if "twice" in one]
     np.testing.assert_array_equal(master.log10_shift_factor, without.log10_shift_factor)
     values = own.modulus[order].copy()
     values[6] *= 1.02
     curves[4] = RelaxationCurve(20.0, own.time[order], values)
-    assert f"20 degC: time {TIME[5]:g} s stands there twice, with different values: all are taken" in heard(list(curves))[1]
+    assert f"20 degC: time {TIME[5]:g} s appears twice, with different values: all are taken" in heard(list(curves))[1]
     # a second run on the same times is a second run
     assert not [one for one in heard([*relaxation(), changed(own, 3, 1.01)])[1] if "different values" in one]
 

@@ -82,7 +82,7 @@ def test_a_melt_in_creep_flows_by_its_viscosity() -> None:
 
 def test_a_glassy_compliance_out_of_reach_is_warned_of() -> None:
     time = np.logspace(0, 4, 81)
-    with pytest.warns(DielastWarning, match="does not tell the glassy compliance"):
+    with pytest.warns(DielastWarning, match="does not show the glassy compliance"):
         fit = fit_creep(time, 1e-6 * time, branches=5, equilibrium_modulus=0.0)
     assert fit.rms_relative_error < 0.02
     stated = fit_creep(time, 1e-6 * time + 1e-7, branches=5, equilibrium_modulus=0.0, glassy_modulus=1e7)

@@ -13,7 +13,7 @@ from dielast.handover.mastercurve_draws import curve_tables, draws_headline
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import warn_of_curve, warn_of_temperature
-from dielast.readings.read import Reading, read_all
+from dielast.readings.read import Dataset, read_all
 from dielast.readings.values import ONE_TEMPERATURE
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -22,20 +22,18 @@ from dielast.superposition.bootstrap import bootstrap_master_curve
 from dielast.superposition.mastercurve import MasterCurve, build_master_curve
 from dielast.superposition.undetermined import LAST_STRETCH, PLATEAU_SLOPE
 
-ONE_ALONE = "a master curve needs at least two temperatures"
-
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the tests, shift them, report."""
     recipe = cases[0].recipe
-    reading = read_all(recipe.data, inputs)
+    dataset = read_all(recipe.data, inputs)
     shift, uncertainty = recipe.shift, recipe.uncertainty
-    if len({curve.temperature for curve in reading.in_order}) == 1:
-        at = reading.in_order[0].temperature
+    if len({curve.temperature for curve in dataset.in_order}) == 1:
+        at = dataset.in_order[0].temperature
         raise InputError(f"a master curve needs at least two temperatures, but all curves are at {at:g} degC; {ONE_TEMPERATURE}")
     with in_keys(KEYS):
         result = build_master_curve(
-            reading.in_order,
+            dataset.in_order,
             reference_temperature=shift.reference_temperature,
             law=shift.law,
             vertical=shift.vertical,
@@ -49,7 +47,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     drawn = None
     if uncertainty is not None:
         drawn = bootstrap_master_curve(
-            reading.in_order,
+            dataset.in_order,
             result,
             draws=uncertainty.draws,
             seed=uncertainty.seed,
@@ -62,12 +60,12 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     def figure() -> Any:
         from dielast.plots.mastercurve import plot_master_curve
 
-        return plot_master_curve(result, reading.measurements, recipe.title)
+        return plot_master_curve(result, dataset.measurements, recipe.title)
 
     if drawn is None or uncertainty is None:
-        return Report(tables(result), headline(result, recipe, reading), figure)
-    found = {**headline(result, recipe, reading), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
-    return Report({**tables(result), **curve_tables(drawn, result.kind)}, found, figure)
+        return Report(tables(result), headline(result, recipe, dataset), figure)
+    numbers = {**headline(result, recipe, dataset), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
+    return Report({**tables(result), **curve_tables(drawn, result.kind)}, numbers, figure)
 
 
 def _levels_off(result: MasterCurve) -> bool:
@@ -92,7 +90,7 @@ def _expansion(recipe: MasterCurveRecipe) -> dict[str, str]:
     return {"thermal_expansion": f"{recipe.shift.thermal_expansion:.9g} /K"}
 
 
-def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -> Mapping[str, Mapping[str, Any]]:
+def headline(result: MasterCurve, recipe: MasterCurveRecipe, dataset: Dataset) -> Mapping[str, Mapping[str, Any]]:
     """The headline numbers of a master curve by section of the summary."""
     fit = result.shift_fit
     return {
@@ -111,7 +109,7 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe, reading: Reading) -
         },
         "modulus": {"equilibrium_Pa": result.equilibrium_modulus, "glassy_Pa": result.glassy_modulus},
         "data": {
-            **reading.summary,
+            **dataset.summary,
             "temperature_stderr_K": result.stated.temperature_stderr,
             **({"drift": result.stated.drift} if result.stated.drift > 0 else {}),
             "temperatures": int(result.temperature.size),

@@ -59,19 +59,19 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
         drawn = draw_materials(recipe.mastercurve, curve, result, material, recipe.fit, inputs)
     files = {"material.toml": write_material(material, None if drawn is None else DRAWS)}
     files |= {name: text.encode() for name, text in cards.items()}
-    found, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
+    written, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
     if curve.data is not None:
         numbers["data"] = dict(curve.data)
     if drawn is None:
-        return Report(found, numbers, figure, files)
-    return Report({**found, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
+        return Report(written, numbers, figure, files)
+    return Report({**written, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
 
 
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
     """The curve that a recipe is about; raises `InputError` as reading it does."""
     if recipe.data is None:
         return read_master_curve(str(recipe.mastercurve), inputs)
-    from dielast.commands.spectrum.single_test import read_curve  # whose readers no master curve's folder needs
+    from dielast.commands.spectrum.one_temperature import read_curve  # whose readers no master curve's folder needs
 
     return read_curve(recipe.data, inputs)
 
@@ -180,7 +180,7 @@ def _validity(result: SpectrumFit, recipe: SpectrumRecipe, reduction: Reduction 
     alone = None if recipe.export is None else recipe.export.temperature
     if alone is not None and not temperatures[0] <= alone <= temperatures[-1]:
         warn(f"{alone:g} degC is outside of reduce.temperatures: the spectrum was not reduced for it", key="export.temperature")
-    there = ", ".join(f"{own:g}" for own in temperatures)
+    there = ", ".join(f"{temperature:g}" for temperature in temperatures)
     return (
         f"Reduced from {len(result.spectrum)} to {len(reduction.spectrum)} branches: G(t) within {error:.2%} "
         f"from {first:g} to {last:g} s at {there} degC;",
@@ -211,20 +211,18 @@ def tables(
 ) -> dict[str, Table]:
     """The tables of a spectrum by file name; all moduli of a reduced one's proof are shear."""
     spectrum = result.spectrum if reduction is None else reduction.spectrum
-    found = {"spectrum.csv": spectrum.columns(), "fit.csv": result.columns()}
+    written = {"spectrum.csv": spectrum.columns(), "fit.csv": result.columns()}
     if continuous is not None:
-        found["continuous-spectrum.csv"] = continuous.columns()
+        written["continuous-spectrum.csv"] = continuous.columns()
     if reduction is not None:
-        found["reduction.csv"] = reduction.columns()
-    return found
+        written["reduction.csv"] = reduction.columns()
+    return written
 
 
-def headline(
-    result: SpectrumFit, continuous: ContinuousSpectrum | None = None, reduction: Reduction | None = None
-) -> dict[str, dict[str, Any]]:
+def headline(result: SpectrumFit, continuous: ContinuousSpectrum | None, reduction: Reduction | None) -> dict[str, dict[str, Any]]:
     """The headline numbers of a spectrum by section of the summary."""
     spectrum = result.spectrum if reduction is None else reduction.spectrum
-    found: dict[str, dict[str, Any]] = {
+    numbers: dict[str, dict[str, Any]] = {
         "fit": {
             "method": result.method,
             "measurement": None if result.test == "relaxation" else result.test,
@@ -243,13 +241,13 @@ def headline(
         },
     }
     if continuous is not None:
-        found["continuous"] = {
+        numbers["continuous"] = {
             "integral_Pa": continuous.integral,
             "rms_relative_error": continuous.rms_relative_error,
             "smoothing": continuous.smoothing,
         }
     if reduction is not None:
-        found["reduce"] = {
+        numbers["reduce"] = {
             "branches": len(reduction.spectrum),
             "max_relative_error": reduction.max_relative_error,
             "tolerance": reduction.tolerance,
@@ -257,12 +255,10 @@ def headline(
             "time_s": reduction.time,
             "ramp_max_relative_error": reduction.max_relative_error_ramp,
         }
-    return found
+    return numbers
 
 
-def make_material(
-    result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None = None
-) -> Material:
+def make_material(result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None) -> Material:
     """The material that the simulations read: the spectrum, its shift law, and constants that no relaxation test gives."""
     return Material(
         name=constants.name,

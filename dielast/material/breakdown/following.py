@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.material.breakdown.law import BreakdownLaw
-from dielast.material.laws_of_cases import Cases, Floats, LawsOfCases
+from dielast.material.laws_of_cases import LawsOfCases
+from dielast.numerics.arrays import Floats, Index
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,11 +28,11 @@ class FollowingField:
         every = np.arange(thickness.size)
         return cls(laws, thickness, relaxed.ratio(every, 4 * np.log(prestretch)))
 
-    def take(self, cases: Cases) -> FollowingField:
+    def take(self, cases: Index) -> FollowingField:
         """The same for some of the films."""
         return FollowingField(self.laws.take(cases), self.thickness[cases], self.at_prestretch[cases])
 
-    def ratio(self, cases: Cases, log_area: Floats) -> Floats:
+    def ratio(self, cases: Index, log_area: Floats) -> Floats:
         """The breakdown field of `cases` (k,) at 2 ln(l1 l2) (k,) over that at the prestretch.
 
         l = exp(log_area/4), and, as films are incompressible, h = H exp(-log_area/2).

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.material.law import Law
+from dielast.numerics.arrays import Flags, Floats
 
 
 class BreakdownLaw(Law):
@@ -20,11 +21,11 @@ class BreakdownLaw(Law):
     of such a law are numbers, of which it takes arrays, too.
     """
 
-    def at(self, prestretch: ArrayLike) -> NDArray[np.float64]:
+    def at(self, prestretch: ArrayLike) -> Floats:
         """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
         raise NotImplementedError
 
-    def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> NDArray[np.float64]:
+    def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> Floats:
         """The field in V/m of films at a `stretch` sqrt(l1 l2) and a present `thickness` in m, of any shape."""
         return self.at(stretch)
 
@@ -32,7 +33,7 @@ class BreakdownLaw(Law):
         """The law of a film whose breakdown field is `factor` times as large, at every prestretch."""
         raise NotImplementedError
 
-    def is_known_at(self, prestretch: ArrayLike) -> NDArray[np.bool_]:
+    def is_known_at(self, prestretch: ArrayLike) -> Flags:
         """Whether the law was stated for equibiaxial prestretches (any shape), so that nothing stands in for it."""
         return np.ones(np.shape(prestretch), dtype=bool)
 
@@ -40,6 +41,6 @@ class BreakdownLaw(Law):
         """What stands in for the law at a prestretch that it is not known at, and how to state it."""
         return ""
 
-    def typical_fields(self) -> NDArray[np.float64]:
+    def typical_fields(self) -> Floats:
         """Fields (k,) in V/m by which to judge whether the law is one of films."""
         return np.atleast_1d(self.at(1.0))

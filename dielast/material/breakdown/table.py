@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.breakdown.law import BreakdownLaw
 from dielast.material.law import Constant
+from dielast.numerics.arrays import Flags, Floats
 from dielast.units import FIELD
 
 
@@ -51,7 +52,7 @@ class Breakdown(Result, BreakdownLaw):
         if any(value <= 0 for value in self.field):
             raise InputError("a breakdown field must be positive")
 
-    def at(self, prestretch: ArrayLike) -> NDArray[np.float64]:
+    def at(self, prestretch: ArrayLike) -> Floats:
         """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
         return np.asarray(np.interp(np.asarray(prestretch, dtype=float), self.prestretch, self.field))
 
@@ -59,7 +60,7 @@ class Breakdown(Result, BreakdownLaw):
         """The table with every field times `factor`."""
         return Breakdown(self.prestretch, tuple(factor * value for value in self.field))
 
-    def is_known_at(self, prestretch: ArrayLike) -> NDArray[np.bool_]:
+    def is_known_at(self, prestretch: ArrayLike) -> Flags:
         """Whether equibiaxial prestretches (any shape) lie within those of the table; one entry alone holds at all."""
         values, ends = np.asarray(prestretch, dtype=float), (self.prestretch[0], self.prestretch[-1])
         # rounding is forgiven
@@ -78,6 +79,6 @@ class Breakdown(Result, BreakdownLaw):
             f"prestretch = [{', '.join(f'{at:.4g}' for at in prestretches)}], field = [{', '.join(fields)}]"
         )
 
-    def typical_fields(self) -> NDArray[np.float64]:
+    def typical_fields(self) -> Floats:
         """The fields of the table."""
         return np.array(self.field)

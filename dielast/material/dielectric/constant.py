@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.dielectric.law import DielectricLaw
 from dielast.material.law import Constant
+from dielast.numerics.arrays import Floats
 from dielast.units import PERMITTIVITY
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
@@ -41,6 +42,6 @@ class ConstantPermittivity(DielectricLaw):
         """The number; none is stated where it is 0."""
         return self.permittivity or None
 
-    def at(self, temperature: ArrayLike) -> NDArray[np.float64]:
+    def at(self, temperature: ArrayLike) -> Floats:
         """The permittivity."""
         return np.full(np.shape(temperature), self.permittivity)

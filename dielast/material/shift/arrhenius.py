@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, warn
 from dielast.material.law import Constant
 from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor
-from dielast.material.shift.law import Array, ShiftLaw
+from dielast.material.shift.law import ShiftLaw
+from dielast.numerics.arrays import Floats
 from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
 
 GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
@@ -29,7 +30,7 @@ class Arrhenius(ShiftLaw):
     title: ClassVar = "Arrhenius"
     constants: ClassVar = (Constant("activation_energy", "Of Arrhenius.", MOLAR_ENERGY),)
 
-    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+    def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T); raises `InputError` at or below absolute zero."""
         kelvin = np.asarray(temperature, dtype=float) + ZERO_CELSIUS
         if np.any(kelvin <= 0):
@@ -49,7 +50,7 @@ class Arrhenius(ShiftLaw):
         return f"an activation energy of {self.activation_energy / 1e3:g} kJ/mol, but {known}: is it in another unit?"
 
     @classmethod
-    def fit(cls, base: float, distance: Array, wanted: Array, whiten: Array) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
         """The activation energy, in which log10 a is linear."""
         unit = cls(base, 1.0)
         energy, moments, response, misfit = fit_factor(whiten, unit.log10_shift_factor(base + distance), wanted)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,10 +22,10 @@ class MovedLaw:
     """
 
     law: Any
-    to_constants: Array
+    to_constants: Floats
     origin: float
-    to_origin: Array
-    others: Array
+    to_origin: Floats
+    others: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,13 +37,13 @@ class FittedLaw:
     """
 
     about: Callable[[float], MovedLaw]
-    moments: Array
-    response: Array
+    moments: Floats
+    response: Floats
     misfit: float
     assumed: str = ""
 
 
-def fit_factor(whiten: Array, column: Array, wanted: Array) -> tuple[float, Array, Array, float]:
+def fit_factor(whiten: Floats, column: Floats, wanted: Floats) -> tuple[float, Floats, Floats, float]:
     """Fit `wanted` (k,) as a factor times `column` (k,): the factor, its variance (1, 1), its response (1, k) and the misfit."""
     white = whiten @ column
     variance = 1 / float(white @ white)
@@ -53,7 +52,7 @@ def fit_factor(whiten: Array, column: Array, wanted: Array) -> tuple[float, Arra
     return value, np.array([[variance]]), response[None, :], reduced_chi_square(whiten @ (wanted - value * column), 1)
 
 
-def reduced_chi_square(whitened: Array, parameters: int) -> float:
+def reduced_chi_square(whitened: Floats, parameters: int) -> float:
     """The squared distance (k,) in standard errors per degree of freedom; 0 where there is no freedom."""
     freedom = whitened.size - parameters
     return float(whitened @ whitened) / freedom if freedom > 0 else 0.0

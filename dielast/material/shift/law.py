@@ -11,13 +11,12 @@ from dataclasses import replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.law import Constant, Law
 from dielast.material.shift.fit import FittedLaw
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
 
 class ShiftLaw(Law):
@@ -31,7 +30,7 @@ class ShiftLaw(Law):
     is_fitted: ClassVar[bool] = True  # whether mastercurve can fit it
     depends_on_temperature: ClassVar[bool] = True
 
-    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+    def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T) for temperatures in degC, of the same shape; `InputError` where the law does not hold."""
         raise NotImplementedError
 
@@ -48,7 +47,7 @@ class ShiftLaw(Law):
         return ""
 
     @classmethod
-    def fit(cls, base: float, distance: Array, wanted: Array, whiten: Array) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
         """Fit the law to shift factors by generalised least squares.
 
         `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) turns its
@@ -57,7 +56,7 @@ class ShiftLaw(Law):
         raise InputError(f"the {cls.title} law cannot be fitted: state it in the material file")
 
     @classmethod
-    def through(cls, temperature: Array, log10_shift_factor: Array, reference_temperature: float) -> tuple[Self, Array] | None:
+    def through(cls, temperature: Floats, log10_shift_factor: Floats, reference_temperature: float) -> tuple[Self, Floats] | None:
         """The law that goes exactly through log10 a (m,) at `temperature` (m,), ascending, if it can.
 
         With it the weights (m,) of the shift factors in log10 a at the `reference_temperature`.
@@ -80,11 +79,11 @@ class ShiftLaw(Law):
         named = {constant.name: value for constant, value in zip(self.constants, numbers, strict=True)}
         return replace(self, **named)  # type: ignore[type-var]
 
-    def numbers_of(self, other: ShiftLaw) -> Array:
+    def numbers_of(self, other: ShiftLaw) -> Floats:
         """The numbers of `drawn` for which this law is the `other` one, which was fitted in the same way."""
         return np.array(list(other.drawn().values()))
 
-    def allows(self, numbers: Array) -> bool:
+    def allows(self, numbers: Floats) -> bool:
         """Whether a material can have these numbers, in the order of `drawn`."""
         return all(constant.is_allowed(value) for constant, value in zip(self.constants, numbers.tolist(), strict=False))
 
@@ -93,19 +92,19 @@ class ShiftLaw(Law):
         """The constants by their names in a summary, which end in the unit."""
         return {constant.name + constant.suffix: constant for constant in cls.constants}
 
-    def summary(self, covariance: Array) -> dict[str, float]:
+    def summary(self, covariance: Floats) -> dict[str, float]:
         """The constants as a summary has them, with standard errors and covariances from their `covariance` (p, p)."""
-        found: dict[str, float] = {}
+        summary: dict[str, float] = {}
         for index, (key, constant) in enumerate(self.summary_names().items()):
-            found |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
+            summary |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
         for index, one in enumerate(self.constants):
             for further, other in enumerate(self.constants[index + 1 :], index + 1):
-                found[f"{one.name}_{other.name}_covariance{one.suffix}{other.suffix}"] = float(covariance[index, further])
-        return found
+                summary[f"{one.name}_{other.name}_covariance{one.suffix}{other.suffix}"] = float(covariance[index, further])
+        return summary
 
     @classmethod
     def from_summary(
-        cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Array, Array]]
+        cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Floats, Floats]]
     ) -> Self:
         """The law from the constants in a `summary`; `measured` gives temperatures (degC) and log10 a, if they are needed."""
         named = {constant.name: float(summary[key]) for key, constant in cls.summary_names().items()}

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.material.shift.law import Array, ShiftLaw
+from dielast.material.shift.law import ShiftLaw
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +23,6 @@ class NoShift(ShiftLaw):
     is_fitted: ClassVar = False
     depends_on_temperature: ClassVar = False
 
-    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+    def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """Zero at every temperature."""
         return np.zeros(np.shape(temperature))

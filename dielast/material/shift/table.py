@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.law import Constant
-from dielast.material.shift.law import Array, ShiftLaw
+from dielast.material.shift.law import ShiftLaw
+from dielast.numerics.arrays import Floats
 
 ROUNDING = 1e-6  # of log10 a, which dielast writes with 9 digits
 
@@ -50,7 +51,7 @@ class ShiftTable(Result, ShiftLaw):
         if not np.all(np.diff(self.temperature) > 0):
             raise InputError("the temperatures of a shift table must ascend")
 
-    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+    def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T), shifted so that it is zero at the reference temperature."""
         wanted = np.asarray(temperature, dtype=float)
         low, high = self.measured_range()
@@ -81,7 +82,7 @@ class ShiftTable(Result, ShiftLaw):
         return f"{stated}: {origin:.3g} is subtracted from every entry, so that it is; {mend}"
 
     @classmethod
-    def through(cls, temperature: Array, log10_shift_factor: Array, reference_temperature: float) -> tuple[Self, Array]:
+    def through(cls, temperature: Floats, log10_shift_factor: Floats, reference_temperature: float) -> tuple[Self, Floats]:
         """The table itself, with a row for the reference temperature, interpolated by a cubic through its four neighbours."""
         if not temperature[0] <= reference_temperature <= temperature[-1]:
             raise InputError(
@@ -108,11 +109,11 @@ class ShiftTable(Result, ShiftLaw):
         """The table with other shift factors."""
         return replace(self, log10_shift=tuple(numbers))
 
-    def numbers_of(self, other: ShiftLaw) -> Array:
+    def numbers_of(self, other: ShiftLaw) -> Floats:
         """The shift factors of the other law at the temperatures of this table."""
         return other.log10_shift_factor(np.array(self.temperature))
 
-    def allows(self, numbers: Array) -> bool:
+    def allows(self, numbers: Floats) -> bool:
         """Any shift factors."""
         return True
 
@@ -121,13 +122,13 @@ class ShiftTable(Result, ShiftLaw):
         """None: the table is a file of its own."""
         return {}
 
-    def summary(self, covariance: Array) -> dict[str, float]:
+    def summary(self, covariance: Floats) -> dict[str, float]:
         """Nothing, likewise."""
         return {}
 
     @classmethod
     def from_summary(
-        cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Array, Array]]
+        cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Floats, Floats]]
     ) -> Self:
         """The table of the measured shift factors."""
         temperature, factor = measured()

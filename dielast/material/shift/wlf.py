@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, warn
 from dielast.material.law import Constant
 from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor, reduced_chi_square
-from dielast.material.shift.law import Array, ShiftLaw
+from dielast.material.shift.law import ShiftLaw
+from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 
 # K, C1 C2 = 1 / (ln 10 alpha_f), whatever the reference temperature: the free volume's expansion alpha_f is 1e-4 to 4e-3 /K
@@ -41,7 +42,7 @@ class WLF(ShiftLaw):
         Constant("C2", "Of WLF.", TEMPERATURE_DIFFERENCE, above=0.0),
     )
 
-    def log10_shift_factor(self, temperature: ArrayLike) -> Array:
+    def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T); raises `InputError` at or below the pole."""
         distance = np.asarray(temperature, dtype=float) - self.reference_temperature
         if np.any(self.C2 + distance <= 0):
@@ -68,7 +69,7 @@ class WLF(ShiftLaw):
         return f"WLF with C1 = {self.C1:g} and C2 = {self.C2:g} K: C1 C2 is {product:.3g} K, but {known}: {guess}"
 
     @classmethod
-    def fit(cls, base: float, distance: Array, wanted: Array, whiten: Array) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
         """log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular also where C2 is large.
 
         Where the data do not determine C2, or bend the other way, C2 = T_ref in kelvin is assumed.
@@ -78,11 +79,11 @@ class WLF(ShiftLaw):
         highest = -BEFORE_POLE / float(distance.min()) if distance.min() < 0 else np.inf
         g, k = _least_squares(distance, wanted, whiten, lowest, highest)
         jacobian = _jacobian(distance, g, k, whiten)
-        normal: Array = jacobian.T @ jacobian
+        normal: Floats = jacobian.T @ jacobian
         misfit = reduced_chi_square(whiten @ (wanted + g * distance / (1 + k * distance)), 2)
         scale = np.sqrt(np.diag(normal))
         regular = distance.size >= 2 and np.linalg.cond(normal / np.outer(scale, scale)) < 1e12
-        moments: Array = np.asarray(np.linalg.inv(normal)) if regular else np.full((2, 2), np.inf)
+        moments: Floats = np.asarray(np.linalg.inv(normal)) if regular else np.full((2, 2), np.inf)
         spread = float(np.sqrt(moments[1, 1] * max(misfit, 1.0)))
         plausible, assumed = np.zeros((0, 2)), ""
         if k <= max(spread, 0.0):
@@ -124,32 +125,32 @@ class WLF(ShiftLaw):
         return FittedLaw(about, moments, response, misfit, assumed)
 
 
-def _with_k(k: Array, distance: Array, wanted: Array, whiten: Array) -> Array:
+def _with_k(k: Floats, distance: Floats, wanted: Floats, whiten: Floats) -> Floats:
     """g and k (n, 2) for the given k (n,)."""
     columns = -distance / (1 + k[:, None] * distance) @ whiten.T
     return np.stack((columns @ whiten @ wanted / np.sum(columns**2, axis=1), k), axis=1)
 
 
-def _jacobian(distance: Array, g: float, k: float, whiten: Array) -> Array:
+def _jacobian(distance: Floats, g: float, k: float, whiten: Floats) -> Floats:
     """Derivatives (m, 2) of the whitened log10 a in g and k."""
     pole = 1 + k * distance
     return whiten @ np.stack((-distance / pole, g * distance**2 / pole**2), axis=1)
 
 
-def _least_squares(distance: Array, wanted: Array, whiten: Array, lowest: float, highest: float) -> tuple[float, float]:
+def _least_squares(distance: Floats, wanted: Floats, whiten: Floats, lowest: float, highest: float) -> tuple[float, float]:
     """g and k, k within bounds; the start is the solution of wanted (1 + k d) = -g d, which is linear in both."""
     from scipy.optimize import least_squares  # which takes its time to load
 
     matrix = whiten @ np.stack((-distance, -wanted * distance), axis=1)
     g, k = np.linalg.lstsq(matrix, whiten @ wanted, rcond=None)[0].tolist()
 
-    def misses(x: Array) -> Array:
+    def misses(x: Floats) -> Floats:
         return np.asarray(whiten @ (-x[0] * distance / (1 + x[1] * distance) - wanted))
 
-    def slopes(x: Array) -> Array:
+    def slopes(x: Floats) -> Floats:
         return _jacobian(distance, float(x[0]), float(x[1]), whiten)
 
-    found = least_squares(
+    solution = least_squares(
         misses,
         np.array([g, float(np.clip(k, lowest, highest))]),
         slopes,
@@ -160,4 +161,4 @@ def _least_squares(distance: Array, wanted: Array, whiten: Array, lowest: float,
         ftol=None,
         gtol=None,
     )
-    return float(found.x[0]), float(found.x[1])
+    return float(solution.x[0]), float(solution.x[1])

@@ -1,4 +1,4 @@
-"""What instruments' own software exports, found by its content and taken apart into steps: units and names come from the file.
+"""Exports of instruments, recognised by their content and divided into steps; units and names come from the file.
 
 A format is a module with a `NAME`, `sniff(text) -> bool` and `read(text, source) -> list[ExportedStep]`, entered in `FORMATS`.
 Sniffing looks for marks that no table made by hand has, so that an ordinary table is never taken for an export.

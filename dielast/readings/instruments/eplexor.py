@@ -1,4 +1,4 @@
-"""Netzsch Gabo Eplexor: text export of its table, in German places with a decimal comma.
+"""Netzsch Gabo Eplexor: text export of its table, with a decimal comma where the computer is set to German.
 
 A header names the instrument; a line of names (`f`, `E'`, `E''`, `|E*|`, `tan delta`, `T`) and a line of units follow; `---` stands
 where nothing was measured.
@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import re
 
-from dielast.errors import InputError
-from dielast.io.text_table import is_number, split_lines
+from dielast.io.text_table import split_lines
 from dielast.readings.instruments.names import deformation_of, plain
-from dielast.readings.instruments.step import ExportedStep, build, is_blank, last_filled, numbered, separator_of
+from dielast.readings.instruments.step import Export, ExportedStep, cut_off, separator_of
 
 NAME = "Gabo Eplexor"
 
 _MAKER = re.compile(r"\b(eplexor|gabo qualimeter)\b", re.IGNORECASE)
-_OWN_NAMES = ({"|e*|", "e'", "e''"}, {"|g*|", "g'", "g''"})
+_MODULI = ({"|e*|", "e'", "e''"}, {"|g*|", "g'", "g''"})
 
 
 def sniff(text: str) -> bool:
@@ -33,18 +32,17 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     start = _header(lines)
     if start is None:
-        raise InputError("an Eplexor export without its line of names: the file seems cut off", file=source, line=len(lines))
-    rows = numbered(text, separator_of(lines[start]))
-    below = [row for row in rows[start + 1 :] if not is_blank(row)]
-    units = below[0] if below else None
-    readings = [row for row in below[1:] if any(is_number(cell, mark) for cell in row[1] for mark in ".,")]
-    deformation = deformation_of(rows[start][1]) or "tension"
-    return [build(source, "table", (rows[start], units), readings, last_line=last_filled(rows), deformation=deformation)]
+        raise cut_off("an Eplexor export without its line of names", source, len(lines))
+    export = Export.of(text, source, separator_of(lines[start]))
+    names = export.rows[start]
+    below = [row for row in export.rows[start + 1 :] if not row.is_blank]
+    readings = [row for row in below[1:] if row.has_number]
+    return [export.step("table", (names, next(iter(below), None)), readings, deformation=deformation_of(names.cells) or "tension")]
 
 
 def _header(lines: list[str]) -> int | None:
     for place, line in enumerate(lines):
         cells = {plain(cell) for cell in line.split(separator_of(line))}
-        if any(len(own & cells) > 1 for own in _OWN_NAMES):
+        if any(len(moduli & cells) > 1 for moduli in _MODULI):
             return place
     return None

@@ -10,7 +10,7 @@ from dielast.io.text_table import MeasuredTable, is_number
 
 Deformation = Literal["tension", "shear"]
 
-# the better choice first: a step's own clock before the test's
+# the better choice first: the time of a step before that of the test
 ROLES: Mapping[str, tuple[str, ...]] = {
     "temperature": ("temperature", "sample temperature", "temp.", "temp", "temperatur"),
     "time": ("step time", "interval time", "time", "segment time", "intervallzeit", "zeit"),
@@ -37,7 +37,7 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     "stress": ("stress", "shear stress", "extensional stress", "tensile stress", "schubspannung"),
 }
 ANGULAR = ROLES["angular_frequency"]
-# one letter is a name only in its own case
+# names of one letter, for which the case matters
 _LETTERS = {"T": "temperature", "t": "time", "f": "frequency", "w": "angular_frequency"}
 
 _TENSION = re.compile(r"\b(young|tensile|extensional)|^\|?e('|\*|\()")
@@ -53,11 +53,11 @@ def plain(name: str) -> str:
 def columns_by_role(table: MeasuredTable) -> dict[str, int]:
     """The column (from 1) for each role that `table` has readings for."""
     known = {plain(name): index for index, name in reversed(list(enumerate(table.names))) if is_filled(table, index)}
-    found = {role: known[name] + 1 for role, names in ROLES.items() for name in reversed(names) if name in known}
+    columns = {role: known[name] + 1 for role, names in ROLES.items() for name in reversed(names) if name in known}
     for index, name in enumerate(table.names):
         if name in _LETTERS and is_filled(table, index):
-            found.setdefault(_LETTERS[name], index + 1)
-    return found
+            columns.setdefault(_LETTERS[name], index + 1)
+    return columns
 
 
 def is_filled(table: MeasuredTable, index: int) -> bool:

@@ -1,7 +1,7 @@
 """Netzsch Proteus: ASCII export of the DMA 242 and others.
 
 A header of lines `#KEY: value` says the decimal mark and the separator; the line of names begins with `##` and has the units in it
-(`##Temp./°C;Time/min;E'/MPa`). With several frequencies a name says its own: `E'(1.000 Hz)/MPa`.
+(`##Temp./°C;Time/min;E'/MPa`). With several frequencies each name contains one: `E'(1.000 Hz)/MPa`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dielast.errors import InputError
 from dielast.io.text_table import split_lines
 from dielast.readings.instruments.names import deformation_of
-from dielast.readings.instruments.step import ExportedStep, Row, build, check_widths, decimal_mark, is_blank, last_filled, numbered
+from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, decimal_mark
 
 NAME = "Netzsch Proteus"
 
@@ -35,32 +35,19 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     start = next((place for place, line in enumerate(lines) if line.startswith("##")), None)
     if start is None:
-        raise InputError(
-            'a Proteus export without its line of names, "##...": the file seems cut off', file=source, line=len(lines)
-        )
+        raise cut_off('a Proteus export without its line of names, "##..."', source, len(lines))
     separator = _named(_SEPARATORS, keys, "SEPARATOR") or next((mark for mark in "\t;," if mark in lines[start]), ";")
-    rows = numbered(text, separator)
-    names, units = zip(*(_split(cell) for cell in rows[start][1]), strict=True)
-    line = rows[start][0]
-    readings = [row for row in rows[start + 1 :] if not is_blank(row) and not row[1][0].startswith("#")]
-    end = last_filled(rows)
+    export = Export.of(text, source, separator)
+    line, cells = export.rows[start]
+    names, units = (Row(line, list(column)) for column in zip(*map(_split, cells), strict=True))
+    readings = [row for row in export.rows[start + 1 :] if not row.is_blank and not row.key.startswith("#")]
     name = keys.get("IDENTITY", "") or "measurement"
     if not readings:
-        raise InputError("nothing follows the line of names: the file seems cut off", file=source, line=line)
-    check_widths(source, name, len(names), readings, end)
-    decimal = _named(_DECIMALS, keys, "DECIMAL") or decimal_mark([cells for _, cells in readings])
-    header, readings = _one_row_a_frequency(list(names), list(units), readings, source, decimal)
-    return [
-        build(
-            source,
-            name,
-            ((line, header[0]), (line, header[1])),
-            readings,
-            last_line=end,
-            decimal=decimal,
-            deformation=deformation_of(header[0]),
-        )
-    ]
+        raise cut_off("nothing follows the line of names", source, line)
+    export.check_widths(name, len(cells), readings)
+    decimal = _named(_DECIMALS, keys, "DECIMAL") or decimal_mark(readings)
+    names, units, readings = _one_row_a_frequency(names, units, readings, source, decimal)
+    return [export.step(name, (names, units), readings, decimal=decimal, deformation=deformation_of(names.cells))]
 
 
 def _named(words: Mapping[str, str], keys: Mapping[str, str], key: str) -> str | None:
@@ -74,37 +61,27 @@ def _split(cell: str) -> tuple[str, str]:
     return (match["name"].strip(), (match["bracketed"] or match["unit"] or "").strip()) if match else (text, "")
 
 
-def _one_row_a_frequency(
-    names: list[str], units: list[str], rows: list[Row], source: str, decimal: str
-) -> tuple[tuple[list[str], list[str]], list[Row]]:
-    """Columns of several frequencies, such as `E'(1.000 Hz)`, one below the other, the frequency in a column of its own."""
+def _one_row_a_frequency(names: Row, units: Row, readings: list[Row], source: str, decimal: str) -> tuple[Row, Row, list[Row]]:
+    """Names, units and readings with columns of several frequencies, such as `E'(1.000 Hz)`, put below each other, and the
+    frequency in a separate column."""
     common: list[int] = []
-    own: dict[str, dict[int, str]] = {}  # of each frequency, its columns and what they hold
-    for k, name in enumerate(names):
+    at_frequency: dict[str, dict[int, str]] = {}  # the columns of each frequency, and what they hold
+    for k, name in enumerate(names.cells):
         if match := _AT.fullmatch(name):
-            own.setdefault(match["frequency"], {})[k] = match["name"]
+            at_frequency.setdefault(match["frequency"], {})[k] = match["name"]
         else:
             common.append(k)
-    if not own:
-        return (names, units), rows
-    first, *others = own.values()
+    if not at_frequency:
+        return names, units, readings
+    first, *others = at_frequency.values()
     measured = list(first.values())
     if any(list(other.values()) != measured for other in others):
-        raise InputError(f"the frequencies {', '.join(own)} Hz do not have the same columns", file=source)
+        raise InputError(f"the frequencies {', '.join(at_frequency)} Hz do not have the same columns", file=source)
     long = [
-        (
-            line,
-            [
-                *(cells[k] if k < len(cells) else "" for k in common),
-                re.sub("[.,]", decimal, frequency),
-                *(cells[k] if k < len(cells) else "" for k in columns),
-            ],
-        )
-        for line, cells in rows
-        if len(cells) >= len(common)
-        for frequency, columns in own.items()
+        row.picked(common, [re.sub("[.,]", decimal, frequency)], columns)
+        for row in readings
+        if len(row.cells) >= len(common)
+        for frequency, columns in at_frequency.items()
     ]
-    return (
-        ([names[k] for k in common] + [_FREQUENCY] + measured, [units[k] for k in common] + ["Hz"] + [units[k] for k in first]),
-        long,
-    )
+    # the columns of the first frequency stand for those of all
+    return Row(names.line, [*names.picked(common).cells, _FREQUENCY, *measured]), units.picked(common, ["Hz"], first), long

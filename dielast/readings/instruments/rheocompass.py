@@ -8,21 +8,9 @@ from __future__ import annotations
 
 import re
 
-from dielast.errors import InputError
-from dielast.io.text_table import is_number, split_lines
+from dielast.io.text_table import split_lines
 from dielast.readings.instruments.names import deformation_of
-from dielast.readings.instruments.step import (
-    ExportedStep,
-    Row,
-    build,
-    is_blank,
-    last_filled,
-    numbered,
-    separator_of,
-    shift_left,
-    stated_points,
-    value,
-)
+from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, separator_of, stated_points
 
 NAME = "Anton Paar RheoCompass"
 
@@ -40,40 +28,37 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     first = next((line for line in lines if _START.match(line)), None)
     if first is None:
-        raise InputError('a RheoCompass export without any "Interval data:": the file seems cut off', file=source, line=len(lines))
-    rows = numbered(text, separator_of(first))
-    end = last_filled(rows)
-    segments: list[ExportedStep] = []
+        raise cut_off('a RheoCompass export without any "Interval data:"', source, len(lines))
+    export = Export.of(text, source, separator_of(first))
+    steps: list[ExportedStep] = []
     result, number, points = "", "", None
-    for place, row in enumerate(rows):
-        key = row[1][0]
-        if key.startswith(("Result:", "Ergebnis:")):
-            result = value(row)
-        elif key.startswith("Interval and data points:"):
-            filled = [cell for cell in row[1][1:] if cell]
-            number = filled[0] if filled else ""
-            points = stated_points(filled[1]) if len(filled) > 1 else None
-        elif _START.match(key):
+    for place, row in enumerate(export.rows):
+        if row.key.startswith(("Result:", "Ergebnis:")):
+            result = row.value
+        elif row.key.startswith("Interval and data points:"):
+            number, count = (*row.values, "", "")[:2]
+            points = stated_points(count)
+        elif _START.match(row.key):
             name = " ".join(part for part in (result, number and f"interval {number}") if part)
-            segments.append(_interval(rows[place:], source, name or f"interval {len(segments) + 1}", end, points))
+            steps.append(_interval(export, place, name or f"interval {len(steps) + 1}", points))
             points = None
-    return segments
+    return steps
 
 
-def _interval(rows: list[Row], source: str, name: str, end: int, points: int | None) -> ExportedStep:
-    """The interval whose line of names is the first of `rows`."""
-    body: list[Row] = []
+def _interval(export: Export, start: int, name: str, points: int | None) -> ExportedStep:
+    """The interval whose line of names is the row at `start`."""
+    names, readings = export.rows[start], list[Row]()
     units: Row | None = None
-    for row in rows[1:]:
-        if row[1][0]:
+    for row in export.rows[start + 1 :]:
+        if row.key:
             break
-        if units is None and any(cell.startswith("[") for cell in row[1]):
-            units = shift_left(row)
-        elif any(is_number(cell, mark) for cell in row[1] for mark in ".,"):
-            body.append(shift_left(row))
+        if units is None and any(cell.startswith("[") for cell in row.cells):
+            units = row.without_key()
+        elif row.has_number:
+            readings.append(row.without_key())
             if units is None:
                 break
-        elif is_blank(row) and body:
+        elif row.is_blank and readings:
             break
-    deformation = deformation_of(rows[0][1]) or "shear"
-    return build(source, name, (shift_left(rows[0]), units), body, last_line=end, points=points, deformation=deformation)
+    deformation = deformation_of(names.cells) or "shear"
+    return export.step(name, (names.without_key(), units), readings, points=points, deformation=deformation)

@@ -7,15 +7,15 @@ and a table that begins with `Meas. Pts.`, a line of units in brackets below.
 from __future__ import annotations
 
 import re
+from itertools import takewhile
 
-from dielast.errors import InputError
 from dielast.io.text_table import is_number, split_lines
 from dielast.readings.instruments.names import deformation_of
-from dielast.readings.instruments.step import ExportedStep, build, last_filled, numbered, separator_of, stated_points, value
+from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, separator_of, stated_points
 
 NAME = "Anton Paar Rheoplus"
 
-# a table of one's own may count its Meas. Pts. as well, but has no line of bare units in brackets below them
+# a table made by hand may have Meas. Pts. as well, but no line of bare units in brackets below them
 _MARK = re.compile(r"^\"?(Data Series Information\"?[\t;, ]*$|Meas\. Pts\.[^\n]*\n\"?[\t;, ]+\"?\[)", re.MULTILINE)
 _TABLE = "Meas. Pts."
 
@@ -30,30 +30,28 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     first = next((line for line in lines if line.strip('"').startswith(_TABLE)), None)
     if first is None:
-        raise InputError(f'a Rheoplus export without any "{_TABLE}": the file seems cut off', file=source, line=len(lines))
-    rows = numbered(text, separator_of(first))
-    end = last_filled(rows)
-    segments = []
+        raise cut_off(f'a Rheoplus export without any "{_TABLE}"', source, len(lines))
+    export = Export.of(text, source, separator_of(first))
+    steps = []
     series, number, points = "", "", None
-    for place, row in enumerate(rows):
-        match row[1][0]:
+    for place, row in enumerate(export.rows):
+        match row.key:
             case "Name:":
-                series = value(row)
+                series = row.value
             case "Interval:":
-                number = value(row)
+                number = row.value
             case "Number of Data Points:":
-                points = stated_points(value(row))
+                points = stated_points(row.value)
             case key if key == _TABLE:
-                below = rows[place + 1 :]
-                units = below[0] if below else None
-                stop = next((k for k, own in enumerate(below[1:], start=1) if not _is_reading(own[1])), len(below))
+                units = next(iter(export.rows[place + 1 :]), None)
+                readings = list(takewhile(_is_reading, export.rows[place + 2 :]))
                 name = " ".join(part for part in (series, number and f"interval {number}") if part)
-                deformation = deformation_of(row[1]) or "shear"
-                header = (row, units if units and not _is_reading(units[1]) else None)
-                segments.append(build(source, name, header, below[1:stop], last_line=end, points=points, deformation=deformation))
+                deformation = deformation_of(row.cells) or "shear"
+                header = (row, units if units and not _is_reading(units) else None)
+                steps.append(export.step(name, header, readings, points=points, deformation=deformation))
                 points = None
-    return segments
+    return steps
 
 
-def _is_reading(cells: list[str]) -> bool:
-    return is_number(cells[0], ".")
+def _is_reading(row: Row) -> bool:
+    return is_number(row.key, ".")

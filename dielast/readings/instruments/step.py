@@ -1,10 +1,10 @@
-"""A step of an export as a table, and what every format's reader needs to make one."""
+"""An export of an instrument, its rows, and its steps as tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,11 +12,49 @@ from dielast.errors import InputError
 from dielast.io.text_table import MeasuredTable, is_number, split_cells, split_lines
 from dielast.readings.instruments.names import ANGULAR, Deformation, plain
 
-Row: TypeAlias = tuple[int, list[str]]
-"""A line's number in the file, from 1, and its cells."""
-
 _PER_SECOND = ("1/s", "s-1", "s^-1", "s⁻¹", "/s")
-_MARKS = ("[]", "()")
+_BRACKETS = ("[]", "()")
+
+
+class Row(NamedTuple):
+    """A line of an export: its number in the file, from 1, and its cells."""
+
+    line: int
+    cells: list[str]
+
+    @property
+    def key(self) -> str:
+        """The first cell, which in many formats says what kind of line it is."""
+        return self.cells[0]
+
+    @property
+    def values(self) -> list[str]:
+        """The cells after the key that hold anything."""
+        return [cell for cell in self.cells[1:] if cell]
+
+    @property
+    def value(self) -> str:
+        """What stands after the key in a line of a header block."""
+        return next(iter(self.values), "")
+
+    @property
+    def is_blank(self) -> bool:
+        """Whether the line holds nothing."""
+        return not any(self.cells)
+
+    @property
+    def has_number(self) -> bool:
+        """Whether any cell is a number, with either decimal mark."""
+        return any(is_number(cell, mark) for cell in self.cells for mark in ".,")
+
+    def picked(self, before: Iterable[int], between: Iterable[str] = (), after: Iterable[int] = ()) -> Row:
+        """The cells at places `before`, the cells `between`, and those at places `after`; empty where the row is shorter."""
+        first, last = ([self.cells[k] if k < len(self.cells) else "" for k in places] for places in (before, after))
+        return Row(self.line, [*first, *between, *last])
+
+    def without_key(self) -> Row:
+        """The row without its first cell."""
+        return Row(self.line, self.cells[1:])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,9 +66,73 @@ class ExportedStep:
     deformation: Deformation | None
 
 
-def numbered(text: str, separator: str) -> list[Row]:
-    """Every line of `text` as its number and cells."""
-    return [(number, split_cells(line, separator)) for number, line in enumerate(split_lines(text), start=1)]
+@dataclass(frozen=True, slots=True, eq=False)
+class Export:
+    """All `rows` of the export that the file `source` holds."""
+
+    source: str
+    rows: list[Row]
+
+    @classmethod
+    def of(cls, text: str, source: str, separator: str) -> Export:
+        """The export with its cells parted by the `separator`."""
+        return cls(source, [Row(number, split_cells(line, separator)) for number, line in enumerate(split_lines(text), start=1)])
+
+    @property
+    def last_line(self) -> int:
+        """The number of the last line that holds anything."""
+        return next((row.line for row in reversed(self.rows) if not row.is_blank), 0)
+
+    def step(
+        self,
+        name: str,
+        header: tuple[Row, Row | None],
+        readings: Sequence[Row],
+        *,
+        points: int | None = None,
+        decimal: str | None = None,
+        deformation: Deformation | None,
+    ) -> ExportedStep:
+        """The step called `name` from its `header`, rows of names and of units, and its rows of `readings`.
+
+        `points` is how many readings the file says there are. Raises `InputError` naming file and line.
+        """
+        (names_line, names), units = header
+        width = max((place for place, cell in enumerate(names, start=1) if cell), default=0)
+        if units is None or any(is_number(cell, mark) and cell != "1" for cell in units.cells for mark in ".,"):
+            raise InputError(f'step "{name}": the row of units under the names is missing', file=self.source, line=names_line)
+        self.check_widths(name, width, readings)
+        if points is not None and points != len(readings):
+            line = readings[-1].line if readings else units.line
+            raise cut_off(f'step "{name}" ends after {len(readings)} of {points} points', self.source, line)
+        table = MeasuredTable(
+            self.source,
+            tuple(names[:width]),
+            tuple(_unit(names[k], units.cells[k] if k < len(units.cells) else "") for k in range(width)),
+            tuple([cells[k] if k < len(cells) else "" for _, cells in readings] for k in range(width)),
+            np.array([row.line for row in readings], dtype=np.int64),
+            decimal or decimal_mark(readings),
+            header_line=units.line,
+        )
+        return ExportedStep(name, table, deformation)
+
+    def check_widths(self, name: str, width: int, readings: Sequence[Row]) -> None:
+        """Raise `InputError` for a row of more than `width` cells, or of fewer in the file's last line, which is then damaged.
+
+        Elsewhere a row that is too short has empty cells at its end.
+        """
+        last_line = self.last_line
+        for line, cells in readings:
+            wrong = f'{len(cells)} cells, but step "{name}" has {width} columns'
+            if any(cells[width:]):
+                raise InputError(wrong, file=self.source, line=line)
+            if line == last_line and len(cells) < width:
+                raise cut_off(wrong, self.source, line)
+
+
+def cut_off(missing: str, source: str, line: int) -> InputError:
+    """The error of an export that is not whole."""
+    return InputError(f"{missing}: the file seems cut off", file=source, line=line)
 
 
 def stated_points(text: str) -> int | None:
@@ -39,91 +141,21 @@ def stated_points(text: str) -> int | None:
 
 
 def separator_of(line: str) -> str:
-    """What parts the cells of a line of names: a tab, else a semicolon, else a comma."""
+    """The separator of the cells of a line of names: a tab, else a semicolon, else a comma."""
     return next((mark for mark in "\t;," if mark in line), "\t")
 
 
-def is_blank(row: Row) -> bool:
-    """Whether a line holds nothing."""
-    return not any(row[1])
-
-
-def shift_left(row: Row) -> Row:
-    """The row without its first cell, which says what kind of line it is."""
-    return row[0], row[1][1:]
-
-
-def value(row: Row) -> str:
-    """What stands after the key in a line of a header block."""
-    return next((cell for cell in row[1][1:] if cell), "")
-
-
-def build(
-    source: str,
-    name: str,
-    header: tuple[Row, Row | None],
-    rows: Sequence[Row],
-    *,
-    last_line: int,
-    points: int | None = None,
-    decimal: str | None = None,
-    deformation: Deformation | None = None,
-) -> ExportedStep:
-    """The step called `name` from its `header`, rows of names and of units, and its `rows` of readings.
-
-    `last_line` is the number of the file's last line that holds anything: a row that is too short is a damaged file there, and has
-    empty cells at its end elsewhere. `points` is how many rows the file says there are. Raises `InputError` naming file and line.
-    """
-    (names_line, names), units = header
-    width = max((place for place, cell in enumerate(names, start=1) if cell), default=0)
-    if units is None or any(is_number(cell, mark) and cell != "1" for cell in units[1] for mark in ".,"):
-        raise InputError(f'step "{name}": the row of units under the names is missing', file=source, line=names_line)
-    check_widths(source, name, width, rows, last_line)
-    if points is not None and points != len(rows):
-        where = rows[-1][0] if rows else units[0]
-        raise InputError(
-            f'step "{name}" ends after {len(rows)} of {points} points: the file seems cut off', file=source, line=where
-        )
-    columns = tuple([cells[k] if k < len(cells) else "" for _, cells in rows] for k in range(width))
-    table = MeasuredTable(
-        source,
-        tuple(names[:width]),
-        tuple(_unit(names[k], units[1][k] if k < len(units[1]) else "") for k in range(width)),
-        columns,
-        np.array([line for line, _ in rows], dtype=np.int64),
-        decimal or decimal_mark([cells for _, cells in rows]),
-        header_line=units[0],
-    )
-    return ExportedStep(name, table, deformation)
-
-
-def check_widths(source: str, name: str, width: int, rows: Sequence[Row], last_line: int) -> None:
-    """Raise `InputError` for a row of more than `width` cells, or of less where the file ends."""
-    for line, cells in rows:
-        if any(cells[width:]):
-            raise InputError(f'{len(cells)} cells, but step "{name}" has {width} columns', file=source, line=line)
-        if line == last_line and len(cells) < width:
-            raise InputError(
-                f'{len(cells)} cells, but step "{name}" has {width} columns: the file seems cut off', file=source, line=line
-            )
-
-
-def decimal_mark(rows: Sequence[Sequence[str]]) -> str:
+def decimal_mark(rows: Sequence[Row]) -> str:
     """The mark that more numbers are written with."""
-    commas = sum("," in cell and is_number(cell, ",") for cells in rows for cell in cells)
-    points = sum("." in cell and is_number(cell, ".") for cells in rows for cell in cells)
+    commas = sum("," in cell and is_number(cell, ",") for row in rows for cell in row.cells)
+    points = sum("." in cell and is_number(cell, ".") for row in rows for cell in row.cells)
     return "," if commas > points else "."
-
-
-def last_filled(rows: Sequence[Row]) -> int:
-    """The number of the last line that holds anything."""
-    return next((row[0] for row in reversed(rows) if not is_blank(row)), 0)
 
 
 def _unit(name: str, cell: str) -> str:
     text = cell.strip()
-    if len(text) > 1 and text[0] + text[-1] in _MARKS:
+    if len(text) > 1 and text[0] + text[-1] in _BRACKETS:
         text = text[1:-1].strip()
     if plain(name) in ANGULAR and text in _PER_SECOND:
-        return "rad/s"  # the column's name says which of the two it is
+        return "rad/s"  # by the name of the column, which is an angular frequency
     return text or "-"

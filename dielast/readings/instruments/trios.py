@@ -9,21 +9,9 @@ from __future__ import annotations
 
 import re
 
-from dielast.errors import InputError
 from dielast.io.text_table import split_lines
 from dielast.readings.instruments.names import Deformation, deformation_of
-from dielast.readings.instruments.step import (
-    ExportedStep,
-    Row,
-    build,
-    is_blank,
-    last_filled,
-    numbered,
-    separator_of,
-    shift_left,
-    stated_points,
-    value,
-)
+from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, separator_of, stated_points
 
 NAME = "TA Instruments TRIOS"
 
@@ -45,10 +33,10 @@ def read(text: str, source: str) -> list[ExportedStep]:
     lines = split_lines(text)
     starts = [index for index, line in enumerate(lines) if _STEP.match(line)]
     if not starts:
-        raise InputError("a TRIOS export without any [step]: the file seems cut off", file=source, line=len(lines))
-    rows = numbered(text, separator_of("".join(lines[starts[0] + 1 :][:6])))
-    deformation, end = _deformation(text), last_filled(rows)
-    return [_step(rows[start:stop], source, end, deformation) for start, stop in zip(starts, [*starts[1:], len(rows)], strict=True)]
+        raise cut_off("a TRIOS export without any [step]", source, len(lines))
+    export = Export.of(text, source, separator_of("".join(lines[starts[0] + 1 :][:6])))
+    ends, deformation = [*starts[1:], len(lines)], _deformation(text)
+    return [_step(export, export.rows[start:end], deformation) for start, end in zip(starts, ends, strict=True)]
 
 
 def _deformation(text: str) -> Deformation | None:
@@ -57,34 +45,27 @@ def _deformation(text: str) -> Deformation | None:
     return next((deformation for pattern, deformation in _KINDS if re.search(pattern, kind, re.IGNORECASE)), None)
 
 
-def _step(rows: list[Row], source: str, end: int, deformation: Deformation | None) -> ExportedStep:
+def _step(export: Export, rows: list[Row], deformation: Deformation | None) -> ExportedStep:
     """One step from the line `[step]` on."""
-    body = [row for row in rows[1:] if not is_blank(row)]
-    if any(row[1][0].casefold() in ("step name", "variables", "data point") for row in body[:4]):
-        return _lims_step(body, source, end, deformation)
-    # whatever comes after the step is a section of its own
-    stop = next((place for place, row in enumerate(body) if row[1][0].startswith("[") and place > 2), len(body))
+    body = [row for row in rows[1:] if not row.is_blank]
+    if any(row.key.casefold() in ("step name", "variables", "data point") for row in body[:4]):
+        return _lims_step(export, body, deformation)
+    # whatever comes after the step is a section of another kind
+    stop = next((place for place, row in enumerate(body) if row.key.startswith("[") and place > 2), len(body))
     if len(body) < 2:
-        raise InputError("a [step] without the names of its columns: the file seems cut off", file=source, line=rows[0][0])
-    units = body[2] if len(body) > 2 else None
-    return build(
-        source, body[0][1][0], (body[1], units), body[3:stop], last_line=end, deformation=deformation_of(body[1][1]) or deformation
-    )
+        raise cut_off("a [step] without the names of its columns", export.source, rows[0].line)
+    name, names, *units = body[:3]
+    deformation = deformation_of(names.cells) or deformation
+    return export.step(name.key, (names, units[0] if units else None), body[3:stop], deformation=deformation)
 
 
-def _lims_step(body: list[Row], source: str, end: int, deformation: Deformation | None) -> ExportedStep:
+def _lims_step(export: Export, body: list[Row], deformation: Deformation | None) -> ExportedStep:
     """One step of the LIMS text."""
-    keyed = {row[1][0].casefold(): row for row in reversed(body)}
+    keyed = {row.key.casefold(): row for row in reversed(body)}
     if "variables" not in keyed:
-        raise InputError("a [step] without its line of variables: the file seems cut off", file=source, line=body[0][0])
-    points = value(keyed["number of points"]) if "number of points" in keyed else ""
-    units = shift_left(keyed["units"]) if "units" in keyed else None
-    return build(
-        source,
-        value(keyed["step name"]) if "step name" in keyed else "",
-        (shift_left(keyed["variables"]), units),
-        [shift_left(row) for row in body if row[1][0].casefold() == "data point"],
-        last_line=end,
-        points=stated_points(points),
-        deformation=deformation,
-    )
+        raise cut_off("a [step] without its line of variables", export.source, body[0].line)
+    name, points = (keyed[key].value if key in keyed else "" for key in ("step name", "number of points"))
+    units = keyed["units"].without_key() if "units" in keyed else None
+    readings = [row.without_key() for row in body if row.key.casefold() == "data point"]
+    header = keyed["variables"].without_key(), units
+    return export.step(name, header, readings, points=stated_points(points), deformation=deformation)

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import re
 
-from dielast.errors import InputError
 from dielast.io.table import split_header
 from dielast.readings.instruments.names import Deformation
-from dielast.readings.instruments.step import ExportedStep, Row, build, is_blank, last_filled, numbered
+from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off
 
 NAME = "TA Instruments Universal Analysis"
 
 _MARK = re.compile(r"^(Nsig\t\d+|StartOfData)\s*$", re.MULTILINE)
-_METHOD_STEP = re.compile(r"-\d+(\.0*)?")
+_STEP_END = re.compile(r"-\d+(\.0*)?")
 
 
 def sniff(text: str) -> bool:
@@ -26,33 +25,24 @@ def sniff(text: str) -> bool:
 
 def read(text: str, source: str) -> list[ExportedStep]:
     """The steps of the export; raises `InputError` naming file and line."""
-    rows = numbered(text, "\t")
-    signals = [row for row in rows if re.fullmatch(r"Sig\d+", row[1][0])]
-    start = next((place for place, row in enumerate(rows) if row[1][0] == "StartOfData"), None)
+    export = Export.of(text, source, "\t")
+    rows = export.rows
+    signals = [row for row in rows if re.fullmatch(r"Sig\d+", row.key)]
+    start = next((place for place, row in enumerate(rows) if row.key == "StartOfData"), None)
     if start is None or not signals:
-        raise InputError(
-            "a Universal Analysis export without its signals or StartOfData: the file seems cut off", file=source, line=rows[-1][0]
-        )
-    headers = [split_header(row[1][1] if len(row[1]) > 1 else "") for row in signals]
-    line = signals[-1][0]
-    header = ((line, [name for name, _ in headers]), (line, [unit or "" for _, unit in headers]))
+        raise cut_off("a Universal Analysis export without its signals or StartOfData", source, rows[-1].line)
+    names, units = zip(*(split_header(row.cells[1] if len(row.cells) > 1 else "") for row in signals), strict=True)
+    line = signals[-1].line
+    header = Row(line, list(names)), Row(line, [unit or "" for unit in units])
+    over_time = names[0].casefold().startswith("time")
     steps: list[list[Row]] = [[]]
     for row in rows[start + 1 :]:
-        if _is_step_end(row[1], headers[0][0]):
+        if over_time and _STEP_END.fullmatch(row.key):
             steps.append([])
-        elif not is_blank(row):
+        elif not row.is_blank:
             steps[-1].append(row)
     filled = [step for step in steps if step] or [[]]
-    end = last_filled(rows)
     # these are analysers of tension and bending; a shear sandwich is named in the header
-    deformation: Deformation = (
-        "shear" if any(re.search(r"\bshear\b", cell, re.IGNORECASE) for row in rows[:start] for cell in row[1]) else "tension"
-    )
-    return [
-        build(source, f"step {number}", header, step, last_line=end, deformation=deformation)
-        for number, step in enumerate(filled, start=1)
-    ]
-
-
-def _is_step_end(cells: list[str], first: str) -> bool:
-    return first.casefold().startswith("time") and _METHOD_STEP.fullmatch(cells[0]) is not None
+    sheared = any(re.search(r"\bshear\b", cell, re.IGNORECASE) for row in rows[:start] for cell in row.cells)
+    deformation: Deformation = "shear" if sheared else "tension"
+    return [export.step(f"step {number}", header, step, deformation=deformation) for number, step in enumerate(filled, start=1)]

@@ -24,22 +24,22 @@ def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
 
     Raises `InputError` naming file and line, column or step, or if there are several temperatures.
     """
-    reading = read_all(data, inputs)
-    temperature = [one.temperature for one in reading.measurements]
+    dataset = read_all(data, inputs)
+    temperature = [one.temperature for one in dataset.measurements]
     if max(temperature) - min(temperature) > data.temperature_tolerance:
-        found = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
-        raise InputError(f'{found}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
+        tests = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
+        raise InputError(f'{tests}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
     measured, stated = round(math.fsum(temperature) / len(temperature), 6), data.reference_temperature
     if stated is not None and abs(measured - stated) > WIDEST * data.temperature_tolerance:
         raise InputError(
             f"the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out", file=data.file
         )
-    columns = _positive(np.concatenate([one.columns for one in reading.measurements], axis=1), data.file)
+    columns = _positive(np.concatenate([one.columns for one in dataset.measurements], axis=1), data.file)
     _warn_of_several(columns, data.file)
     at = measured if stated is None else stated
-    exported = set(reading.formats) != {TABLE}  # of a plain table the recipe says it all
-    read = {**reading.summary, "temperature_degC": at, "points": int(columns.shape[1])} if exported else None
-    return ReducedCurve(reading.kind, tuple(columns), NoShift(at), data=read)
+    exported = set(dataset.formats) != {TABLE}  # of a plain table the recipe says it all
+    read = {**dataset.summary, "temperature_degC": at, "points": int(columns.shape[1])} if exported else None
+    return ReducedCurve(dataset.kind, tuple(columns), NoShift(at), data=read)
 
 
 def _warn_of_several(columns: Floats, source: str) -> None:
@@ -49,8 +49,8 @@ def _warn_of_several(columns: Floats, source: str) -> None:
     starts = np.flatnonzero(np.append(True, np.diff(x) > 0))
     apart = np.exp(np.maximum.reduceat(y, starts) - np.minimum.reduceat(y, starts))
     if np.any(far := apart > NO_SCATTER):
-        found = f"{np.count_nonzero(far)} times or frequencies stand there again with values up to {apart.max():.3g} times as large"
-        warn(f"{found}: are these several tests? Leave the rows of one in the file", file=source)
+        again = f"{np.count_nonzero(far)} times or frequencies appear again with values up to {apart.max():.3g} times as large"
+        warn(f"{again}: are these several tests? Leave the rows of one in the file", file=source)
 
 
 def _positive(columns: Floats, source: str) -> Floats:

@@ -1,0 +1,10 @@
+"""Types of arrays: `Floats` of numbers, `Flags` of truth values, `Index` of places in another array."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
