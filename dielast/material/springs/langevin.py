@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from dielast.numerics.columns import Floats
 
@@ -58,13 +57,15 @@ def _coefficients() -> Floats:
 
     It interpolates Newton's method at Chebyshev's points. With the factor 1 - y^2 the pole at y = 1 is gone.
     """
-
-    def near(t: Floats) -> Floats:
-        square = 0.5 * POLYNOMIAL_BELOW * (1 + t)
-        return (1 - square) * by_newton(np.sqrt(square))[0]
-
-    powers = chebyshev.cheb2poly(chebyshev.chebinterpolate(near, DEGREE))
-    return np.asarray(powers.reshape(-1, LANES, 1)[::-1])
+    order = np.arange(DEGREE + 1)
+    angle = np.pi * (order + 0.5) / order.size
+    square = 0.5 * POLYNOMIAL_BELOW * (1 + np.cos(angle))
+    series = np.cos(np.outer(order, angle)) @ ((1 - square) * by_newton(np.sqrt(square))[0]) * 2 / order.size
+    series[0] /= 2
+    powers = np.eye(order.size)  # row k: Chebyshev's polynomial T_k = 2 t T_(k - 1) - T_(k - 2) in powers of t
+    for k in order[2:]:
+        powers[k] = 2 * np.roll(powers[k - 1], 1) - powers[k - 2]
+    return np.asarray((series @ powers).reshape(-1, LANES, 1)[::-1])
 
 
 _COEFFICIENTS = _coefficients()
@@ -91,10 +92,10 @@ def stiffness(square: Floats) -> Floats:
     ratio = pairs[1] * squared
     ratio += pairs[0]
     ratio /= 1 - square
-    ratio = ratio.reshape(shape)
+    stiff: Floats = ratio.reshape(shape)
     if beyond:
-        ratio[far] = by_newton(np.sqrt(outside))[0]
-    return ratio
+        stiff[far] = by_newton(np.sqrt(outside))[0]
+    return stiff
 
 
 def stiffness_and_slope(square: Floats) -> tuple[Floats, Floats]:
