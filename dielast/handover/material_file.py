@@ -11,11 +11,12 @@ import numpy as np
 from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
+from dielast.handover.breakdown_section import BreakdownSection, breakdown_section
 from dielast.handover.law_section import LawSection, law_section, stated_law
 from dielast.handover.scaling_section import ScalingSection, scaling_section, stated_scaling
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
-from dielast.material.breakdown import BREAKDOWNS, Breakdown
+from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
 from dielast.material.material import Material
@@ -23,7 +24,7 @@ from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
-from dielast.recipe.base import BreakdownField, Dielectric
+from dielast.recipe.base import Dielectric
 from dielast.recipe.fields import Modulus, Section, Temperature
 from dielast.recipe.validate import check
 
@@ -113,10 +114,6 @@ class DielectricSection(LawSection):
         return law.brief()
 
 
-class BreakdownSection(LawSection):
-    """Breakdown field, one for every prestretch, or interpolated over prestretch and beyond its ends that of the nearest."""
-
-
 class DamageSection(LawSection):
     """Damage that adds up over the time under voltage: a film fails when it comes to 1, even if it never breaks down at once."""
 
@@ -190,7 +187,7 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
             "constant",
             "Law of the permittivity; left out: that of the keys beside it.",
         ),
-        "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", "Law of the field; left out: table."),
+        "breakdown": breakdown_section(),
         "damage": law_section(DamageSection, DAMAGES, "inverse-power", "Law of the damage; left out: inverse-power."),
         "temperature": scaling_section(ScalingSection, MODULI, "constant"),
     }
@@ -205,11 +202,6 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
 def permittivity(section: Dielectric) -> float | None:
     """Permittivity in F/m, if one is stated."""
     return ConstantPermittivity(section.permittivity or 0.0, section.relative_permittivity).permittivity or None
-
-
-def breakdown(section: BreakdownField | None) -> Breakdown | None:
-    """The breakdown field over prestretch, if one is stated."""
-    return None if section is None else Breakdown(tuple(section.prestretch or [1.0]), section.field)
 
 
 def parse_material(content: bytes, source: str) -> Material:

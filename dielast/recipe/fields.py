@@ -157,7 +157,6 @@ Force = Annotated[float, Quantity(units.FORCE)]
 Stress = Annotated[float, Quantity(units.STRESS)]
 Length = Annotated[float, Quantity(units.LENGTH, above=0.0)]
 MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
-BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
 
 
 def _share(value: Any) -> float:

@@ -12,8 +12,8 @@ from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError, shown
+from dielast.handover.breakdown_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.base import BreakdownField
 from dielast.recipe.fields import ColumnName, Length, Section, Voltage, VoltageRate
 from dielast.units import VOLTAGE
 

@@ -12,7 +12,8 @@ from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, FilmBase, Pu
 from dielast.commands.simulation.recipe import Solver
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
-from dielast.recipe.base import BreakdownField, RecipeBase
+from dielast.handover.breakdown_section import BreakdownField
+from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import InputFile, PositiveTime, Section, Temperatures, Time, Voltage, Voltages
 
 Value = TypeVar("Value")

@@ -16,7 +16,8 @@ from dielast.commands.simulation.checks import warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import Problem, placed
-from dielast.handover.material_file import breakdown, parse_material
+from dielast.handover.breakdown_section import breakdown
+from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.mechanics.stability import TimeScale
