@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Set
 from copy import copy
 from functools import lru_cache
 from pathlib import Path
@@ -12,7 +13,7 @@ from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownSection, breakdown_section
-from dielast.handover.law_section import LawSection, law_section, stated_law
+from dielast.handover.law_section import LawSection, law_constants, law_section, stated_law
 from dielast.handover.scaling_section import ScalingSection, scaling_section, stated_scaling
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
@@ -34,7 +35,15 @@ NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 OPTIONAL = ("dielectric", "breakdown", "damage", "temperature")  # tables of laws that a material file may lack
 
 
-class Equilibrium(LawSection):
+class SpringSection(LawSection):
+    """A table that states the law of springs."""
+
+    def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
+        """The `values` without any constant: those of one law of springs mean something else in another."""
+        return {key: value for key, value in values.items() if key not in law_constants(self.FAMILY)}
+
+
+class Equilibrium(SpringSection):
     """The spring that never relaxes; without J_lim it is neo-Hookean."""
 
     shear_modulus: Modulus | None = Field(
@@ -47,6 +56,14 @@ class Equilibrium(LawSection):
         self._modulus_of(law)
         return law
 
+    def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
+        """The `values` with the same initial modulus, if that is stated by itself."""
+        kept = super().restated(values, law, given)
+        kept.pop("shear_modulus", None)
+        spring: type[SpringLaw] = self.FAMILY[law]
+        by_itself = spring.takes_modulus and not any(c.file_key in given for c in spring.constants if not c.needed)
+        return kept | ({"shear_modulus": values.get("shear_modulus", f"{self.modulus()!r} Pa")} if by_itself else {})
+
     def modulus(self) -> float:
         """The initial shear modulus in Pa, stated or that of the constants."""
         return self._modulus_of(self.stated())
@@ -58,7 +75,7 @@ class Equilibrium(LawSection):
         return modulus
 
 
-class Nonequilibrium(LawSection):
+class Nonequilibrium(SpringSection):
     """The relaxation processes at the reference temperature.
 
     Constants of the law that are stresses are those of a spring of any modulus: each branch has the same ratios of them.

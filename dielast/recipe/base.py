@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, Field, field_validator, model_validator
 
 from dielast.errors import InputError, shown
 from dielast.recipe.fields import Permittivity, Section, SheetName
@@ -19,6 +19,11 @@ class RecipeBase(Section):
     """What every recipe has."""
 
     title: str | None = Field(None, description="A line for the head of the plot, such as where the data come from.")
+
+    @classmethod
+    def material_model(cls) -> type[BaseModel] | None:
+        """The model of the material file whose keys a sweep and --set may state, too; None for recipes without a material."""
+        return None
 
 
 class TextTable(Section):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -182,14 +182,33 @@ def is_path(field: FieldInfo) -> bool:
     return NAMES_FILES in field.metadata or within(field.annotation)
 
 
-def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
-    """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension."""
+def dimension_of(field: FieldInfo | None) -> Dimension | None:
+    """The dimension of the quantities that a field takes, if it takes any."""
+
+    def within(annotation: Any) -> Iterator[Dimension]:
+        for inner in get_args(annotation):
+            yield from [inner.dimension] if isinstance(inner, Quantity) else within(inner)
+
+    if field is None:
+        return None
+    stated = [mark.dimension for mark in field.metadata if isinstance(mark, Quantity)]
+    return next(iter([*stated, *within(field.annotation)]), None)
+
+
+def on_one_scale(values: Sequence[Any], dimension: Dimension | None = None) -> tuple[list[float], str] | None:
+    """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension.
+
+    `dimension` is that of quantities whose text may stand for another, as "187 K" for a temperature.
+    """
     found = []
     for value in values:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             return None
         try:
-            found.append(units.recognise(value) if isinstance(value, str) else (float(value), "1"))
+            if not isinstance(value, str):
+                found.append((float(value), "1"))
+            else:
+                found.append(units.recognise(value) if dimension is None else (units.parse(value, dimension), dimension.unit))
         except InputError:
             return None
     units_found = {unit for _, unit in found}
