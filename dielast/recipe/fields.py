@@ -156,6 +156,7 @@ Temperatures = Annotated[tuple[float, ...], Quantity(units.TEMPERATURE, above=-u
 Force = Annotated[float, Quantity(units.FORCE)]
 Stress = Annotated[float, Quantity(units.STRESS)]
 Length = Annotated[float, Quantity(units.LENGTH, above=0.0)]
+Area = Annotated[float, Quantity(units.AREA, above=0.0)]
 MolarEnergy = Annotated[float, Quantity(units.MOLAR_ENERGY)]
 
 

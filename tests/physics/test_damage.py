@@ -16,6 +16,7 @@ from scipy.integrate import quad
 
 from dielast import (
     Breakdown,
+    DamageScatter,
     Gent,
     InputError,
     Material,
@@ -25,6 +26,7 @@ from dielast import (
     Waveform,
     WeibullScatter,
     actuate,
+    draw_sample,
     failure_map,
 )
 from dielast.material.damage import InversePower
@@ -143,6 +145,23 @@ def test_a_film_with_the_share_of_weibull_has_failed() -> None:
     share = np.mean([np.isfinite(each.time_to_failure[0, 0]) for each in drawn], axis=0)
     damage = (np.array(voltage) * 1.7**2 / THICKNESS / 80e6) ** 18.5
     assert share == pytest.approx(1 - np.exp(-(damage ** (shape / 18.5))), abs=1 / draws)
+
+
+def test_the_damage_at_failure_may_scatter_by_itself_and_with_the_area() -> None:
+    """1 - exp(-(A/A_0) D^beta), of draws that are evenly spaced quantiles; a larger film fails sooner."""
+    draws, shape, ratio = 400, 1.3, 4.0
+    factors = DamageScatter(shape, ratio).factors((np.arange(draws) + 0.5) / draws)
+    sample = Sample((SILICONE,) * draws, np.full(draws, 1.1), np.ones(draws), factors)
+    voltage = [11e3, 13e3, 14e3]
+    _, *drawn = solve_map(plan_failure_map(SILICONE, voltage=voltage, horizon=HOUR, sample=sample, **CLAMPED))
+    share = np.mean([np.isfinite(each.time_to_failure[0, 0]) for each in drawn], axis=0)
+    damage = (np.array(voltage) * 1.7**2 / THICKNESS / 80e6) ** 18.5
+    assert share == pytest.approx(1 - np.exp(-ratio * damage**shape), abs=1 / draws)
+    drawn = draw_sample([SILICONE], 2000, damage=DamageScatter(shape, ratio))
+    assert drawn.damage_factor is not None
+    assert np.mean(drawn.damage_factor < 0.4) == pytest.approx(1 - np.exp(-ratio * 0.4**shape), abs=0.04)
+    with pytest.raises(InputError, match="area_ratio: 0: a positive number is needed"):
+        DamageScatter(1.0, 0.0)
 
 
 def test_a_map_has_the_cells_of_films_and_only_materials_with_damage_have_it() -> None:

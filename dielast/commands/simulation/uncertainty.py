@@ -33,23 +33,23 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
         )
     if members:
         _warn_of_draws(name, material, members)
-    field = thickness = None
-    if isinstance(uncertainty, FilmUncertainty):
-        field, thickness = uncertainty.scatter()
-    if not members and field is None and thickness is None:
+    scatter: dict[str, Any] = uncertainty.scatter() if isinstance(uncertainty, FilmUncertainty) else {}
+    if "damage" in scatter and material.damage is None:
+        raise InputError(f"{name} has no [damage] that could scatter", key="uncertainty.damage")
+    if not members and not scatter:
         raise InputError(
             f"{name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum write a "
             "material with draws",
             key="uncertainty",
         )
     draws = uncertainty.draws
-    if field is None and thickness is None and draws > len(members):
+    if not scatter and draws > len(members):
         # the same again tells nothing more
         if "draws" in uncertainty.model_fields_set:
             less = f"{name} has {len(members)} draws, and nothing else scatters: not {draws}, but these are used"
             warn(less, key="uncertainty.draws")
         draws = len(members)
-    return draw_sample(members or (material,), draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
+    return draw_sample(members or (material,), draws, seed=uncertainty.seed, **scatter)
 
 
 def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping[str, Any]) -> tuple[Material, ...]:

@@ -46,6 +46,10 @@ class InversePower(DamageLaw):
         """(|E|/E_0)^n/t_0."""
         return np.asarray((np.asarray(field, dtype=float) / self.field) ** self.exponent / self.time)
 
+    def lasting(self, factor: float) -> InversePower:
+        """The law with the time times `factor`."""
+        return replace(self, time=factor * self.time)
+
     def scaled(self, factor: float) -> InversePower:
         """The law with the field times `factor`."""
         return replace(self, field=factor * self.field)
