@@ -156,6 +156,8 @@ def draw_sample(
 
 def fewest_draws(level: float) -> int:
     """The smallest number of draws whose extremes bound an interval of this `level`."""
+    if not 0 < level < 1:
+        raise InputError(f"{level:g}: a probability above 0 and below 1 is needed, such as 0.9", argument="level")
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
 
 
@@ -165,6 +167,8 @@ def interval(values: Array, level: float) -> tuple[Array, Array]:
     The bounds are order statistics, never between two draws, so that infinite values (what has not happened) are in order. NaN is
     no draw, and bounds that the rest cannot tell are NaN.
     """
+    if not 0 < level < 1:
+        raise InputError(f"{level:g}: a probability above 0 and below 1 is needed, such as 0.9", argument="level")
     ordered = np.sort(values, axis=0)  # NaN last
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)

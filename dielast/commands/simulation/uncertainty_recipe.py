@@ -87,15 +87,15 @@ class FilmUncertainty(Uncertainty):
     draws: DrawCount = Field(
         200,
         description="How many films to draw. They are of the draws of the material in the order of its table, and of some of these "
-        "again, chosen at random, if that is not enough; without breakdown_field, thickness and damage, at most all of the table are used. "
+        "again, chosen at random, if that is not enough; where nothing else scatters, at most all of the table are used. "
         "An interval of level 0.9 takes at least 19; bounds of an event that happens in some draws only need as many in which it "
         "happens, else they are empty.",
     )
     seed: int = Field(
         1,
         ge=0,
-        description="Of the random numbers for breakdown_field, thickness and damage, and for draws of the material that are used again; "
-        "without these it has no effect.",
+        description="Of the random numbers for breakdown_field, thickness and damage, and for draws of the material that are used "
+        "again; without these it has no effect.",
     )
     level: Level = Field(
         0.9,
@@ -110,8 +110,8 @@ class FilmUncertainty(Uncertainty):
 
     damage: DamageAtFailure | None = Field(
         None,
-        description="Scatter of the damage at failure from film to film; left out: that of the breakdown field is one of the field of "
-        "[damage], too.",
+        description="Scatter of the damage at failure from film to film; left out: that of the breakdown field is one of the "
+        "field of [damage], too.",
     )
 
     def scatter(self) -> dict[str, Scatter | DamageScatter]:

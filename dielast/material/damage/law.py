@@ -11,7 +11,10 @@ from dielast.material.law import Law
 
 
 class DamageLaw(Law):
-    """Base of the damage laws; a law states `rate`, `scaled` and `lasting`. Its constants are numbers, of which it takes arrays, too."""
+    """Base of the damage laws; a law states `rate`, `lasting` and `scaled`.
+
+    Its constants are numbers, of which it takes arrays, too.
+    """
 
     __slots__ = ()
 
