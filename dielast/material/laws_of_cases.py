@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.material.law import Law
+from dielast.numerics.columns import Cases, Floats
 
-Floats = NDArray[np.float64]
-Cases = NDArray[np.intp]
 Kind = TypeVar("Kind", bound=Law)
 
 

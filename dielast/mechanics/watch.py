@@ -16,8 +16,8 @@ from dielast.mechanics.brackets import Brackets
 from dielast.mechanics.clock import VoltageClock
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import stability_at
+from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.exposure import Exposure
-from dielast.mechanics.happening import Happening
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
@@ -37,7 +37,7 @@ class Lookout:
     signal: Signal | None
     seen: Flags
     last: Floats
-    happened: Happening
+    happened: EventArrays
     exposure: Exposure | None = None
     brackets: list[Brackets] = field(default_factory=list)
 
@@ -47,7 +47,7 @@ class Lookout:
         cases = films.breakdown_field.size
         signal, rate = criterion.signal(films), criterion.rate(films)
         exposure = None if rate is None else Exposure(rate, cases)
-        return cls(criterion, signal, np.zeros(cases, dtype=bool), np.ones(cases), Happening.never(cases), exposure)
+        return cls(criterion, signal, np.zeros(cases, dtype=bool), np.ones(cases), EventArrays.never(cases), exposure)
 
 
 class Watch:
@@ -67,7 +67,7 @@ class Watch:
         self._begun = False
 
     @property
-    def happened(self) -> dict[Criterion, Happening]:
+    def happened(self) -> dict[Criterion, EventArrays]:
         """What happened, by criterion."""
         return {lookout.criterion: lookout.happened for lookout in self.lookouts}
 
@@ -162,7 +162,7 @@ class Watch:
         lookout.seen[moment.cases] = True
         determinant = lookout.criterion.determinant(self.stability(moment))
         membrane = moment.log_squared_stretch, moment.nominal_stress
-        lookout.happened.put(moment.cases, Happening(time, moment.field, *membrane, determinant))
+        lookout.happened.put(moment.cases, EventArrays(time, moment.field, *membrane, determinant))
 
     def stability(self, moment: Moment) -> Stability:
         """How stable films are."""

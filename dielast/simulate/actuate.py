@@ -16,7 +16,7 @@ from dielast.material.material import Material
 from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
-from dielast.mechanics.happening import Happening
+from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.history import voltage_pieces
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
@@ -138,7 +138,7 @@ class _Run:
 
     record: Record
     begin: Floats
-    happened: Mapping[Criterion, Happening]
+    happened: Mapping[Criterion, EventArrays]
     reached: Floats
     status: Cases
     cycles: CycleTable | None = None
@@ -151,7 +151,7 @@ class _Run:
             return np.concatenate([getattr(run, name) for run in runs], axis=-1)[..., place]
 
         happened = {
-            criterion: Happening.joined([run.happened[criterion] for run in runs]).take(place) for criterion in runs[0].happened
+            criterion: EventArrays.joined([run.happened[criterion] for run in runs]).take(place) for criterion in runs[0].happened
         }
         time = np.concatenate([run.record.time for run in runs])[place]
         record = Record(time, np.concatenate([run.record.values for run in runs], axis=1)[:, place])

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.material.breakdown.law import BreakdownLaw
-from dielast.material.laws_of_cases import Cases, Floats, LawsOfCases
+from dielast.material.laws_of_cases import LawsOfCases
+from dielast.numerics.columns import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

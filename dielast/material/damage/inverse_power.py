@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.damage.law import DamageLaw
 from dielast.material.law import Constant
+from dielast.numerics.columns import Floats
 from dielast.units import FIELD, TIME
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
