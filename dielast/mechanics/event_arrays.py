@@ -15,7 +15,7 @@ class EventArrays:
     """When the signal of one criterion first fell to zero, and how the films were then: arrays (cases,), NaN where it did not.
 
     `time` in s since the voltage programme began, `field` the nominal field in V/m; Lambda and the mechanical nominal stress in Pa
-    are (2, cases); `determinant` is that of pull-in.
+    are (2, cases); `determinant` is that of pull-in, `exposed` (exposures, cases) what adds up over time.
     """
 
     time: Floats
@@ -23,11 +23,12 @@ class EventArrays:
     log_squared_stretch: Floats
     nominal_stress: Floats
     determinant: Floats
+    exposed: Floats
 
     @classmethod
-    def never(cls, cases: int) -> EventArrays:
-        """It has not happened yet."""
-        return cls(*(np.full((*axes, cases), np.nan) for axes in ((), (), (2,), (2,), ())))
+    def never(cls, cases: int, exposures: int) -> EventArrays:
+        """It has not happened yet, to films of which so many things add up over time."""
+        return cls(*(np.full((*axes, cases), np.nan) for axes in ((), (), (2,), (2,), (), (exposures,))))
 
     @classmethod
     def joined(cls, parts: Sequence[EventArrays]) -> EventArrays:
@@ -36,8 +37,9 @@ class EventArrays:
 
     @property
     def row(self) -> Floats:
-        """A row of output at the event (6, cases): Lambda, nominal stress, field, determinant."""
-        return np.concatenate((self.log_squared_stretch, self.nominal_stress, self.field[None], self.determinant[None]))
+        """A row of output at the event (6 + exposures, cases): Lambda, nominal stress, field, determinant, what adds up."""
+        single = self.field[None], self.determinant[None]
+        return np.concatenate((self.log_squared_stretch, self.nominal_stress, *single, self.exposed))
 
     def take(self, cases: Cases) -> EventArrays:
         """The same for some of the cases."""

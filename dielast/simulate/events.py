@@ -54,7 +54,7 @@ def events_of(happened: Mapping[Criterion, EventArrays], case: int, thickness: f
 def first_of(happened: Mapping[Criterion, EventArrays], name: str) -> EventArrays:
     """When a criterion of this name first happened, and how the films were then."""
     entries = [entry for criterion, entry in happened.items() if criterion.name == name]
-    first = EventArrays.never(entries[0].time.size)
+    first = EventArrays.never(entries[0].time.size, len(entries[0].exposed))
     for entry in entries:
         first.put(earlier := np.flatnonzero(~(first.time <= entry.time) & ~np.isnan(entry.time)), entry.take(earlier))
     return first

@@ -60,7 +60,9 @@ def test_a_run_stops_at_the_damage_and_its_draws_have_bounds(folder: Path, diela
     assert done.returncode == 0, done.stderr
     (event,) = rows(folder / "one/events.csv")
     assert event["event"] == "damage"
-    assert rows(folder / "one/actuate.csv")[-1]["time [s]"] == event["time [s]"]
+    end = rows(folder / "one/actuate.csv")[-1]
+    assert end["time [s]"] == event["time [s]"]
+    assert float(end["damage [1]"]) == pytest.approx(1.0, rel=1e-7)
     assert "damage" in (folder / "one/actuate.svg").read_text()
     (folder / "actuate.toml").write_text(ACTUATE + DRAWS)
     done = dielast("actuate", "actuate.toml", "-o", "many", "--plot", "none")

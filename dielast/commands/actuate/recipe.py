@@ -19,7 +19,14 @@ from dielast.units import VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
-FIELD_COLUMNS = ("voltage [V]", "relative_stretch_1 [1]", "relative_stretch_2 [1]", "true_field [V/m]", "stability [1]")
+FIELD_COLUMNS = (
+    "voltage [V]",
+    "relative_stretch_1 [1]",
+    "relative_stretch_2 [1]",
+    "true_field [V/m]",
+    "stability [1]",
+    "damage [1]",
+)
 
 
 def _stop(value: Any) -> str:

@@ -94,7 +94,16 @@ def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
 
 def result_columns(results: Sequence[CaseResult]) -> Table:
     """The table of all cases, one below the other."""
-    return case_table([result.temperature for result in results], [result.columns for result in results])
+    headers = dict.fromkeys(header for result in results for header in result.columns)
+    # what is not known of a case, as the damage of a film without [damage], is left empty
+    columns = [
+        {header: result.columns.get(header, np.full(_rows(result.columns), np.nan)) for header in headers} for result in results
+    ]
+    return case_table([result.temperature for result in results], columns)
+
+
+def _rows(columns: Mapping[str, Floats]) -> int:
+    return next(iter(columns.values())).size
 
 
 def cycle_columns(results: Sequence[CaseResult]) -> Table | None:
