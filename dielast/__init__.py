@@ -53,6 +53,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         RelaxationCurve as RelaxationCurve,
     )
     from dielast.material.scatter import (
+        DamageScatter as DamageScatter,
         NormalScatter as NormalScatter,
         Sample as Sample,
         WeibullScatter as WeibullScatter,

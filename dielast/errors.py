@@ -185,6 +185,15 @@ def in_a_draw(**place: Unpack[Where]) -> AbstractContextManager[None]:
     return placed(lambda problem: Problem(f"in a draw: {replace(problem, case=None)}", **place))
 
 
+def nearest(wrong: object, names: Iterable[str]) -> str:
+    """What to write instead of a `wrong` one of some names: the nearest, or one of all."""
+    import difflib  # which takes its time to load
+
+    known = list(names)
+    near = difflib.get_close_matches(str(wrong), known, n=1)
+    return f'did you mean "{near[0]}"?' if near else f"one of {', '.join(known)} is needed"
+
+
 def shown(value: Any) -> str:
     """A value as an error message shows it: as TOML has it, in one line, cut if long."""
     text = _printable(as_toml(value, _SHOWN))

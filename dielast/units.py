@@ -84,6 +84,7 @@ class Dimension:
 
 TIME = Dimension("a time", "s", "1.5 h")
 LENGTH = Dimension("a length", "m", "0.5 mm")
+AREA = Dimension("an area", "m^2", "4 cm^2")
 TEMPERATURE = Dimension("a temperature", "degC", "20 degC")
 TEMPERATURE_DIFFERENCE = Dimension("a temperature difference", "K", "187.1 K")
 THERMAL_EXPANSION = Dimension("a thermal expansion coefficient", "1/K", "6e-4 /K")

@@ -35,7 +35,8 @@ def validate_files(paths: Sequence[Path]) -> int:
         for message in caught:
             print(f"warning: {path}: {message}", file=sys.stderr)
     if mistakes:
-        raise InputError(*mistakes)
+        # a load file may be stated by itself and by a recipe
+        raise InputError(*{str(problem): problem for problem in mistakes}.values())
     return 0
 
 

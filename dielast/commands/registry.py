@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from dielast.recipe.cases import Case
 
 
-class Registry(Mapping[str, Command]):
+class Commands(Mapping[str, Command]):
     """The commands by name, in the order of a workflow; a command is imported when it is asked for."""
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class Registry(Mapping[str, Command]):
         return name in self._homes
 
 
-COMMANDS = Registry()
+COMMANDS = Commands()
 COMMANDS.register("mastercurve", "dielast.commands.mastercurve:MASTERCURVE")
 COMMANDS.register("spectrum", "dielast.commands.spectrum:SPECTRUM")
 COMMANDS.register("relax", "dielast.commands.membrane:RELAX")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from dielast.errors import InputError, Mistakes, shown
+from dielast.errors import InputError, Mistakes, nearest, shown
 from dielast.export import abaqus, ansys, comsol, febio, mfront
 from dielast.export.code import Code
 from dielast.export.options import CardOptions
@@ -32,11 +32,11 @@ def export_card(material: Material, form: str, options: CardOptions | None = Non
     represent the material and the options do not allow a replacement.
     """
     if form not in CODES:
-        raise InputError(f"{shown(form)}: one of {', '.join(CODES.names)} is needed", argument="formats")
+        raise InputError(f"{shown(form)}: {nearest(form, CODES.names)}", argument="formats")
     options = options or CardOptions()
     known = spring_names()
     if options.hyperelastic is not None and options.hyperelastic not in known:
-        raise InputError(f'"{options.hyperelastic}": one of {", ".join(known)} is needed', argument="hyperelastic")
+        raise InputError(f"{shown(options.hyperelastic)}: {nearest(options.hyperelastic, known)}", argument="hyperelastic")
     code = CODES[form]
     return code.write(prepare(material, code, options))
 

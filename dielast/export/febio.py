@@ -54,6 +54,11 @@ def _gent(spring: CardForm, card: Card) -> list[str]:
     return _elastic("Gent", {"G": spring.modulus, "Jm": spring.constants["J_lim"]})
 
 
+def _yeoh(spring: CardForm, card: Card) -> list[str]:
+    """c_i of (I1 - 3)^i."""
+    return _elastic("Yeoh", {f"c{power}": value for power, value in enumerate(spring.constants.values(), 1)})
+
+
 def _neo_hookean(spring: CardForm, card: Card) -> list[str]:
     return _elastic("Mooney-Rivlin", {"c1": spring.modulus / 2, "c2": 0.0})
 
@@ -72,7 +77,7 @@ def _ogden(spring: CardForm, card: Card) -> list[str]:
 
 CODE = Code(
     "febio",
-    {"gent": _gent, "neo-hookean": _neo_hookean, "mooney-rivlin": _mooney_rivlin, "ogden": _ogden},
+    {"gent": _gent, "neo-hookean": _neo_hookean, "mooney-rivlin": _mooney_rivlin, "ogden": _ogden, "yeoh": _yeoh},
     {},
     _files,
     most_terms=6,

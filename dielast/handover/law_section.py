@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence, Set
 from itertools import chain
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
@@ -45,6 +45,14 @@ class LawSection(FamilySection):
         """
         law = self.FAMILY[self.law_stated()]
         return law(*place, **law.arguments(self.constants()))
+
+    def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
+        """The `values` of this table for another law of the family: without the constants that it does not take.
+
+        `given` are the keys of constants that are then stated.
+        """
+        taken = {constant.file_key for constant in self.FAMILY[law].constants}
+        return {key: value for key, value in values.items() if key in taken or key not in law_constants(self.FAMILY)}
 
     def constants(self) -> dict[str, Any]:
         """The values (SI) of the constants of all laws by their keys, None for those left out."""

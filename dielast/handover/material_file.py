@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Set
 from copy import copy
 from functools import lru_cache
 from pathlib import Path
@@ -11,11 +12,12 @@ import numpy as np
 from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
-from dielast.handover.law_section import LawSection, law_section, stated_law
+from dielast.handover.breakdown_section import BreakdownSection, breakdown_section
+from dielast.handover.law_section import LawSection, law_constants, law_section, stated_law
 from dielast.handover.scaling_section import SCALING_KEYS, ScalingSection, stated_scaling
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
-from dielast.material.breakdown import BREAKDOWNS, Breakdown
+from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
 from dielast.material.material import Material
@@ -23,7 +25,7 @@ from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
-from dielast.recipe.base import BreakdownField, Dielectric
+from dielast.recipe.base import Dielectric
 from dielast.recipe.fields import Modulus, Section, Temperature
 from dielast.recipe.validate import check
 
@@ -33,7 +35,15 @@ NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 OPTIONAL = ("dielectric", "breakdown", "damage", "temperature")  # tables of laws that a material file may lack
 
 
-class Equilibrium(LawSection):
+class SpringSection(LawSection):
+    """A table that states the law of springs."""
+
+    def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
+        """The `values` without any constant: those of one law of springs mean something else in another."""
+        return {key: value for key, value in values.items() if key not in law_constants(self.FAMILY)}
+
+
+class Equilibrium(SpringSection):
     """The spring that never relaxes; without J_lim it is neo-Hookean."""
 
     shear_modulus: Modulus | None = Field(
@@ -46,6 +56,14 @@ class Equilibrium(LawSection):
         self._modulus_of(law)
         return law
 
+    def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
+        """The `values` with the same initial modulus, if that is stated by itself."""
+        kept = super().restated(values, law, given)
+        kept.pop("shear_modulus", None)
+        spring: type[SpringLaw] = self.FAMILY[law]
+        by_itself = spring.takes_modulus and not any(c.file_key in given for c in spring.constants if not c.needed)
+        return kept | ({"shear_modulus": values.get("shear_modulus", f"{self.modulus()!r} Pa")} if by_itself else {})
+
     def modulus(self) -> float:
         """The initial shear modulus in Pa, stated or that of the constants."""
         return self._modulus_of(self.stated())
@@ -57,7 +75,7 @@ class Equilibrium(LawSection):
         return modulus
 
 
-class Nonequilibrium(LawSection):
+class Nonequilibrium(SpringSection):
     """The relaxation processes at the reference temperature.
 
     Constants of the law that are stresses are those of a spring of any modulus: each branch has the same ratios of them.
@@ -111,10 +129,6 @@ class DielectricSection(LawSection):
         """What `Material` takes; None if nothing is stated."""
         law: DielectricLaw = self.stated()
         return law.brief()
-
-
-class BreakdownSection(LawSection):
-    """Breakdown field, one for every prestretch, or interpolated over prestretch and beyond its ends that of the nearest."""
 
 
 class DamageSection(LawSection):
@@ -189,7 +203,7 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
             "constant",
             law="Law of the permittivity; left out: that of the keys beside it.",
         ),
-        "breakdown": law_section(BreakdownSection, BREAKDOWNS, "table", law="Law of the field; left out: table."),
+        "breakdown": breakdown_section(),
         "damage": law_section(DamageSection, DAMAGES, "inverse-power", law="Law of the damage; left out: inverse-power."),
         "temperature": law_section(ScalingSection, MODULI, "constant", **SCALING_KEYS),
     }
@@ -204,11 +218,6 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
 def permittivity(section: Dielectric) -> float | None:
     """Permittivity in F/m, if one is stated."""
     return ConstantPermittivity(section.permittivity or 0.0, section.relative_permittivity).permittivity or None
-
-
-def breakdown(section: BreakdownField | None) -> Breakdown | None:
-    """The breakdown field over prestretch, if one is stated."""
-    return None if section is None else Breakdown(tuple(section.prestretch or [1.0]), section.field)
 
 
 def parse_material(content: bytes, source: str) -> Material:

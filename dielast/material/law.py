@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Generic, TypeVar
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, nearest, shown
 from dielast.units import Dimension
 
 
@@ -134,7 +134,7 @@ class Registry(Generic[Entry]):
 
     def __getitem__(self, name: str) -> Entry:
         if name not in self._entries:
-            raise InputError(f"{shown(name)}: {self.kind}: one of {', '.join(self._entries)} is needed")
+            raise InputError(f"{shown(name)}: {self.kind}: {nearest(name, self._entries)}")
         return self._entries[name]
 
     def __contains__(self, name: object) -> bool:

@@ -60,26 +60,55 @@ class WeibullScatter:
         return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15))) ** (1 / self.shape))
 
 
+@dataclass(frozen=True, slots=True)
+class DamageScatter:
+    """How the damage D at which films fail scatters: a share P_f = 1 - exp(-a D^beta) of them has failed at D, with the Weibull
+    `shape` beta and a = `area_ratio`, the area of the films over that for which the constants of the damage hold: the weakest spot
+    of a larger film is weaker.
+    """
+
+    shape: float
+    area_ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("shape", "area_ratio"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"{value:g}: a positive number is needed", argument=name)
+
+    def factors(self, quantile: Floats) -> Floats:
+        """The damage at failure, of the shape of `quantile`."""
+        return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15)) / self.area_ratio) ** (1 / self.shape))
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Sample(TabularResult):
-    """Draws of films: a material each, and factors (draws,) on the breakdown field and on the undeformed thickness."""
+    """Draws of films: a material each, and factors (draws,) on the breakdown field and on the undeformed thickness; and the damage
+    (draws,) at which each fails, where that has a scatter of its own.
+    """
 
     materials: tuple[Material, ...]
     breakdown_factor: Floats
     thickness_factor: Floats
+    damage_factor: Floats | None = None
 
     def aged(self) -> tuple[Material, ...]:
-        """The material of each draw with the factor on its breakdown field also on the field of its damage: a film that is stronger
-        lives longer, too.
+        """The material of each draw with a law by which its damage comes to 1 when the film fails.
+
+        Without a scatter of the damage, the factor on the breakdown field is one on the field of the damage, too: a film that is
+        stronger lives longer.
 
         Of Weibull's shape m, D at a film's failure is then of shape beta = m/n, n the exponent of the damage: a share
         1 - exp(-D^beta) of the films has failed when a film of the stated constants has the damage D.
         """
-        factors = self.breakdown_factor.tolist()
-        return tuple(
-            material if material.damage is None else replace(material, damage=material.damage.scaled(factor))
-            for material, factor in zip(self.materials, factors, strict=True)
-        )
+        factors = (self.breakdown_factor if self.damage_factor is None else self.damage_factor).tolist()
+        aged = []
+        for material, factor in zip(self.materials, factors, strict=True):
+            law = material.damage
+            if law is not None:
+                law = law.scaled(factor) if self.damage_factor is None else law.lasting(factor)
+            aged.append(replace(material, damage=law))
+        return tuple(aged)
 
     def __len__(self) -> int:
         return len(self.materials)
@@ -92,6 +121,7 @@ class Sample(TabularResult):
             Column("material", None, np.array([numbers[id(material)] for material in self.materials])),
             Column("breakdown_factor", "1", self.breakdown_factor),
             Column("thickness_factor", "1", self.thickness_factor),
+            *([] if self.damage_factor is None else [Column("damage_factor", "1", self.damage_factor)]),
         ]
 
 
@@ -102,6 +132,7 @@ def draw_sample(
     seed: int = 1,
     breakdown_field: Scatter | None = None,
     thickness: Scatter | None = None,
+    damage: DamageScatter | None = None,
 ) -> Sample:
     """So many draws of the `members`, the draws of a material (one alone is a material known exactly), with scatter.
 
@@ -117,11 +148,14 @@ def draw_sample(
         tuple(members[k] for k in which),
         ones if breakdown_field is None else breakdown_field.factors(stream(seed, "breakdown field").random(draws)),
         ones if thickness is None else thickness.factors(stream(seed, "thickness").random(draws)),
+        None if damage is None else damage.factors(stream(seed, "damage").random(draws)),
     )
 
 
 def fewest_draws(level: float) -> int:
     """The smallest number of draws whose extremes bound an interval of this `level`."""
+    if not 0 < level < 1:
+        raise InputError(f"{level:g}: a probability above 0 and below 1 is needed, such as 0.9", argument="level")
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
 
 
@@ -131,6 +165,8 @@ def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     The bounds are order statistics, never between two draws, so that infinite values (what has not happened) are in order. NaN is
     no draw, and bounds that the rest cannot tell are NaN.
     """
+    if not 0 < level < 1:
+        raise InputError(f"{level:g}: a probability above 0 and below 1 is needed, such as 0.9", argument="level")
     ordered = np.sort(values, axis=0)  # NaN last
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)

@@ -27,12 +27,14 @@ class Brackets:
     switched_on: Floats
     last: Floats
     value: Floats
+    exposed: Floats
+    """What adds up over time, at the beginning of the steps (exposures, k)."""
 
     @classmethod
     def joined(cls, parts: list[Brackets]) -> Brackets:
         """The columns of all parts."""
-        names = ("begin", "switched_on", "last", "value")
-        numbers = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+        names = ("begin", "switched_on", "last", "value", "exposed")
+        numbers = (np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names)
         return cls(DenseSteps.joined([part.steps for part in parts]), Load.joined([part.load for part in parts]), *numbers)
 
     def sampled(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Floats]:

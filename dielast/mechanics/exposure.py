@@ -22,6 +22,8 @@ class Exposure:
 
     def __init__(self, rate: Signal, cases: int) -> None:
         self.rate, self.total = rate, np.zeros(cases)
+        self.before = np.zeros(0)
+        """At the beginning of the step that was followed last (pool,)."""
 
     def follow(self, stride: Stride, system: Films) -> tuple[Floats, Floats]:
         """Go through a step; the integrals (pool,) before and after it, as if it were accepted."""
@@ -29,7 +31,18 @@ class Exposure:
         before = self.total[stride.cases]
         after = before + self._within(steps, system, stride.accepted.astype(float))
         self.total[stride.cases[stride.accepted]] = after[stride.accepted]
+        self.before = before
         return before, after
+
+    def along(self, stride: Stride, system: Films, columns: Cases, fraction: Floats) -> Floats:
+        """The integrals (k,) of `columns` (k,) at fractions (k,) of the step that was followed last."""
+        steps = DenseSteps.of(stride, slice(system.border, None), columns)
+        return self.before[columns] + self._within(steps, system.take(columns), fraction)
+
+    def at(self, brackets: Brackets, before: Floats, time: Floats, system: Films) -> Floats:
+        """The integrals (k,) at a `time` (k,) within steps at whose beginning they are those `before` (k,)."""
+        steps = brackets.steps.take(np.arange(before.size), slice(system.border, None))
+        return before + self._within(steps, system, np.clip((time - steps.time) / steps.step, 0.0, 1.0))
 
     def reached(self, brackets: Brackets, system: Films) -> tuple[Floats, Moment]:
         """The time (k,) since the span began at which the integral is 1, within steps before and after which it is `last` and

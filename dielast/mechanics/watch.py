@@ -16,8 +16,8 @@ from dielast.mechanics.brackets import Brackets
 from dielast.mechanics.clock import VoltageClock
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import stability_at
+from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.exposure import Exposure
-from dielast.mechanics.happening import Happening
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
@@ -37,7 +37,7 @@ class Lookout:
     signal: Signal | None
     seen: Flags
     last: Floats
-    happened: Happening
+    happened: EventArrays
     exposure: Exposure | None = None
     brackets: list[Brackets] = field(default_factory=list)
 
@@ -47,7 +47,7 @@ class Lookout:
         cases = films.breakdown_field.size
         signal, rate = criterion.signal(films), criterion.rate(films)
         exposure = None if rate is None else Exposure(rate, cases)
-        return cls(criterion, signal, np.zeros(cases, dtype=bool), np.ones(cases), Happening.never(cases), exposure)
+        return cls(criterion, signal, np.zeros(cases, dtype=bool), np.ones(cases), EventArrays.never(cases, 0), exposure)
 
 
 class Watch:
@@ -62,12 +62,15 @@ class Watch:
         cases = films.breakdown_field.size
         self.films, self.until = films, until
         self.lookouts = [Lookout.of(criterion, films) for criterion in criteria]
+        self.exposures = {one.criterion.name: one.exposure for one in self.lookouts if one.exposure is not None}
+        for lookout in self.lookouts:
+            lookout.happened = EventArrays.never(cases, len(self.exposures))
         self.clock = VoltageClock.at_rest(cases)
         self._start = np.zeros(cases)
         self._begun = False
 
     @property
-    def happened(self) -> dict[Criterion, Happening]:
+    def happened(self) -> dict[Criterion, EventArrays]:
         """What happened, by criterion."""
         return {lookout.criterion: lookout.happened for lookout in self.lookouts}
 
@@ -101,6 +104,7 @@ class Watch:
         """Note what falls within the step; columns whose case ends with it."""
         system, cases = _films(stride), stride.cases
         restarted = self.clock.follow(stride, system.load, self._start)
+        exposed = {name: exposure.follow(stride, system) for name, exposure in self.exposures.items()}
         opening = halfway = ending = None
         for lookout in self.lookouts:
             wanted = stride.accepted & ~lookout.seen[cases]
@@ -130,7 +134,7 @@ class Watch:
         for lookout in self.lookouts:
             wanted = stride.accepted & ~lookout.seen[cases]
             if lookout.exposure is not None and wanted.any():
-                last, value = lookout.exposure.follow(stride, system)
+                last, value = exposed[lookout.criterion.name]
                 fallen = wanted & ~(value < 1)
                 if fallen.any():
                     lookout.brackets.append(self._brackets(stride, where(fallen), last, value))
@@ -152,17 +156,31 @@ class Watch:
                 assert lookout.signal is not None
                 time, moment = brackets.first_fall(lookout.signal, system, criterion.needs_springs)
             time, moment = criterion.refined(self.films, time, moment, brackets.load)
-            self.note(lookout, brackets.begin + time, moment)
+            parts = zip(self.exposures.values(), brackets.exposed, strict=True)
+            self.note(lookout, brackets.begin + time, moment, [own.at(brackets, before, time, system) for own, before in parts])
             lookout.brackets = []
 
-    def note(self, lookout: Lookout, time: Floats, moment: Moment) -> None:
-        """Note that it happened at these times (k,) in s since the programme began, to the films of a moment."""
+    def note(self, lookout: Lookout, time: Floats, moment: Moment, exposed: Sequence[Floats] | None = None) -> None:
+        """Note that it happened at these times (k,) in s since the programme began, to the films of a moment.
+
+        What adds up over time was then `exposed` (k,) each, by default what it is between two steps.
+        """
         if not moment.cases.size:
             return
         lookout.seen[moment.cases] = True
         determinant = lookout.criterion.determinant(self.stability(moment))
         membrane = moment.log_squared_stretch, moment.nominal_stress
-        lookout.happened.put(moment.cases, Happening(time, moment.field, *membrane, determinant))
+        added = self.exposed(moment.cases) if exposed is None else np.reshape(exposed, (len(self.exposures), time.size))
+        lookout.happened.put(moment.cases, EventArrays(time, moment.field, *membrane, determinant, added))
+
+    def exposed(self, cases: Cases) -> Floats:
+        """What has added up over time so far (exposures, k)."""
+        return np.reshape([exposure.total[cases] for exposure in self.exposures.values()], (len(self.exposures), cases.size))
+
+    def exposed_along(self, stride: Stride, columns: Cases, fraction: Floats) -> Floats:
+        """What has added up (exposures, k) at fractions (k,) of a step that was observed last."""
+        parts = [exposure.along(stride, _films(stride), columns, fraction) for exposure in self.exposures.values()]
+        return np.reshape(parts, (len(self.exposures), columns.size))
 
     def stability(self, moment: Moment) -> Stability:
         """How stable films are."""
@@ -186,6 +204,7 @@ class Watch:
             self.clock.started[cases],
             last[columns],
             value[columns],
+            np.reshape([own.before[columns] for own in self.exposures.values()], (len(self.exposures), columns.size)),
         )
 
 

@@ -27,6 +27,7 @@ NAMES = {
     "relative_stretch_1": "relative stretch",
     "relative_stretch_2": "relative stretch in axis 2",
     "stability": "stability det H / det H$_0$",
+    "damage": "damage",
 }
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import codecs
-from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, Field, field_validator, model_validator
 
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import BreakdownFields, Permittivity, Section, SheetName
+from dielast.recipe.fields import Permittivity, Section, SheetName
 from dielast.units import Dimension, conversion
 
 if TYPE_CHECKING:
@@ -20,6 +19,11 @@ class RecipeBase(Section):
     """What every recipe has."""
 
     title: str | None = Field(None, description="A line for the head of the plot, such as where the data come from.")
+
+    @classmethod
+    def material_model(cls) -> type[BaseModel] | None:
+        """The model of the material file whose keys a sweep and --set may state, too; None for recipes without a material."""
+        return None
 
 
 class TextTable(Section):
@@ -76,25 +80,6 @@ def units_of(**roles: Dimension | None) -> AfterValidator:
         return units
 
     return AfterValidator(check)
-
-
-class BreakdownField(Section):
-    """Breakdown field, one for every prestretch, or interpolated over prestretch and beyond its ends that of the nearest."""
-
-    prestretch: list[Annotated[float, Field(ge=1)]] | None = Field(
-        None, description="Ascending equibiaxial prestretches, one for each field; left out: one field for all."
-    )
-    field: BreakdownFields = Field(
-        description="True field that the film breaks down at, for each prestretch; interpolated in between, the nearest beyond."
-    )
-
-    @model_validator(mode="after")
-    def _paired(self) -> Self:
-        if len(self.field) != len(self.prestretch or [1.0]):
-            raise InputError(f"{len(self.prestretch or [])} prestretches but {len(self.field)} fields")
-        if self.prestretch and any(b <= a for a, b in pairwise(self.prestretch)):
-            raise InputError("prestretch must ascend")
-        return self
 
 
 class Dielectric(Section):

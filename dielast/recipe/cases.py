@@ -18,26 +18,41 @@ from dielast.errors import InputError, Mistakes, Problem, located, placed, quote
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import Section
+from dielast.recipe.fields import Section, dimension_of, on_one_scale
 from dielast.recipe.kinds import Kinds, or_kind
 from dielast.recipe.overrides import read_override
 from dielast.recipe.paths import read_path, set_key
-from dielast.recipe.validate import Mistake, Place, examine, in_order
+from dielast.recipe.validate import Mistake, Place, examine, field_at, in_order, on_the_way, unknown_key
 
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
 MOST_CASES = 100_000
 NOT_SWEPT = ("kind", "title", "plot", "compare")
 """Keys about all cases together."""
+NOT_CHANGED = "draws"
+"""The key of a material file that names a file beside it."""
 MOST_WRONG_CASES = 100
 """Cases whose mistakes are stated: those of further cases are most likely the same."""
 
 
 @dataclass(frozen=True, slots=True)
 class Case(Generic[Recipe]):
-    """A case: its `recipe`, and the swept `settings` by key path as the recipe spells them."""
+    """A case: its `recipe`, the swept `settings` by key path as the recipe spells them, and what it states of the keys of its
+    material file, `of_material`, by key path likewise.
+    """
 
     recipe: Recipe
     settings: Mapping[str, Any] = field(default_factory=dict)
+    of_material: Mapping[str, Any] = field(default_factory=dict)
+
+    def origin(self, key: str) -> str:
+        """What states a key of the material file."""
+        return f"sweep.{quoted(key)}" if key in self.settings else f"--set {key}"
+
+    def on_one_scale(self, key: str, values: Sequence[Any]) -> tuple[list[float], str] | None:
+        """The values that cases have of a key, as numbers, and their unit; None unless they are quantities of one dimension."""
+        material = self.recipe.material_model() if key in self.of_material else None
+        path = read_path(key) or (key,)
+        return on_one_scale(values, None if material is None else dimension_of(field_at(material, path)))
 
 
 def read_cases(
@@ -48,23 +63,31 @@ def read_cases(
     The recipe is of the given `kind`, or if that is None of any of the `kinds`. `content` is what the file holds, if it has been
     read. Raises `InputError` with a line for every mistake, in the order of the recipe.
     """
-    values, wrongly_set = _read_values(kinds, path, kind, overrides, content)
+    values, of_material, wrongly_set = _read_values(kinds, path, kind, overrides, content)
     model = kinds[values["kind"]].model
     source, folder = str(path), path.parent
     sweep = values.get("sweep") if "sweep" in model.model_fields else None
     settings, mistakes = _combinations(sweep, source) if isinstance(sweep, dict) else ([{}], [])
+    beyond = {key for key in settings[0] if _is_of_material(model, read_path(key) or (key,))}
+    mistakes += [
+        (("sweep", key), Problem(unknown, file=source, key=f"sweep.{quoted(key)}"))
+        for key in settings[0]
+        if key in beyond and (unknown := _unknown_of_material(model, read_path(key) or (key,)))
+    ]
     # keys that a wrong list would have set are not missed
     unset = [keys for place, _ in mistakes if len(place) > 1 and (keys := read_path(str(place[1])))]
     cases, wrong = [], 0
     for setting in settings:
         case_values = copy.deepcopy(values, {id(sweep): sweep})  # the sweep grows with the number of cases and is never changed
-        case_mistakes, empty = _set(kinds, case_values, setting, model, source, folder)
+        stated_of_material = of_material | {key: value for key, value in setting.items() if key in beyond}
+        in_recipe = {key: value for key, value in setting.items() if key not in beyond}
+        case_mistakes, empty = _set(kinds, case_values, in_recipe, model, source, folder)
         recipe = examine(model, case_values, source, folder, kinds)
         if isinstance(recipe, list):
-            stated = [mistake for mistake in recipe if not any(_on_the_way(mistake[0], keys) for keys in (*empty, *unset))]
-            case_mistakes += [(place, problem.adding(_from_sweep(place, setting, values))) for place, problem in stated]
+            stated = [mistake for mistake in recipe if not any(on_the_way(mistake[0], keys) for keys in (*empty, *unset))]
+            case_mistakes += [(place, problem.adding(_from_sweep(place, in_recipe, values))) for place, problem in stated]
         elif not case_mistakes:
-            cases.append(Case(recipe, setting))
+            cases.append(Case(recipe, setting, stated_of_material))
             continue
         mistakes += case_mistakes
         wrong += 1
@@ -77,28 +100,52 @@ def read_cases(
 
 def _read_values(
     kinds: Kinds, path: Path, kind: str | None, overrides: Sequence[str], content: bytes | None
-) -> tuple[dict[str, Any], Mistakes]:
-    """The unchecked values of a recipe, `overrides` applied, and the mistakes in the overrides.
+) -> tuple[dict[str, Any], dict[str, Any], Mistakes]:
+    """The unchecked values of a recipe, `overrides` applied, those of the material's keys, and the mistakes in the overrides.
 
     Raises `InputError` if the file is no TOML, or its kind is unknown or not the `kind` asked for.
     """
     values = parse_toml(read_file(path, str(path)) if content is None else content, str(path))
-    wrong = Mistakes()
-    for override in overrides:
-        wrong.tried(partial(_override, values, override))
+    wrong, of_material = Mistakes(), dict[str, Any]()
+    read = [(override, setting) for override in overrides if (setting := wrong.tried(partial(read_override, override)))]
+    for _, (keys, value) in read:
+        if keys == ("kind",):
+            values["kind"] = value
     stated = values.get("kind")
+    model = kinds[stated].model if isinstance(stated, str) and stated in kinds else None
+    for override, (keys, value) in read:
+        if model is not None and _is_of_material(model, keys):
+            if unknown := _unknown_of_material(model, keys):
+                wrong.append(Problem(unknown, key=f"--set {override}"))
+            of_material[shown_path(keys)] = value
+        else:
+            wrong.tried(partial(_override, values, override, keys, value))
     if stated not in tuple(kinds):
         needed = f"{shown(stated)}: {or_kind(str(stated), kinds)}" if "kind" in values else f"is needed: one of {', '.join(kinds)}"
         raise InputError(*wrong, Problem(needed, file=path, key="kind"))
     if kind is not None and stated != kind:
         other = f'the recipe is one of "{stated}": run it with "dielast {stated}"'
         raise InputError(*wrong, Problem(other, file=path, key="kind"))
-    return values, wrong
+    return values, of_material, wrong
 
 
-def _override(values: dict[str, Any], override: str) -> None:
+def _override(values: dict[str, Any], override: str, keys: Sequence[str], value: Any) -> None:
     with located(key=f"--set {override}"):
-        set_key(values, *read_override(override))
+        set_key(values, keys, value)
+
+
+def _is_of_material(model: type[RecipeBase], path: Place) -> bool:
+    """Whether a path is that of a key of the material file: one that the recipe does not have."""
+    material = model.material_model()
+    if material is None or path[0] not in material.model_fields or path[0] == NOT_CHANGED or field_at(model, path) is not None:
+        return False
+    return field_at(model, path[:1]) is None or field_at(material, path) is not None
+
+
+def _unknown_of_material(model: type[RecipeBase], path: Place) -> str | None:
+    """What is wrong with the path of a key of the material file."""
+    material = model.material_model()
+    return None if material is None else unknown_key(material, path, {})
 
 
 def _set(
@@ -138,14 +185,9 @@ def _from_sweep(place: Place, setting: Mapping[str, Any], values: Mapping[str, A
     for key in setting:
         path = read_path(key) or (key,)
         # a swept value brings all within it, and the tables that lead to it unless the recipe has them itself
-        if _on_the_way(place, path) and (len(place) >= len(path) or inner is None):
+        if on_the_way(place, path) and (len(place) >= len(path) or inner is None):
             return f" (from sweep.{quoted(key)})"
     return ""
-
-
-def _on_the_way(place: Place, path: Place) -> bool:
-    """Whether two places are the same, or one is within the other."""
-    return all(str(key) == str(other) for key, other in zip(place, path, strict=False))
 
 
 def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, Any]], list[Mistake]]:

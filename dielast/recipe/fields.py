@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -159,7 +159,7 @@ Temperatures = Annotated[tuple[float, ...], Quantity(units.TEMPERATURE, above=-u
 Force = Annotated[float, Quantity(units.FORCE)]
 Stress = Annotated[float, Quantity(units.STRESS)]
 Length = Annotated[float, Quantity(units.LENGTH, above=0.0)]
-BreakdownFields = Annotated[tuple[float, ...], Quantity(units.FIELD, above=0.0, many=True)]
+Area = Annotated[float, Quantity(units.AREA, above=0.0)]
 
 
 def _share(value: Any) -> float:
@@ -185,14 +185,34 @@ def is_path(field: FieldInfo) -> bool:
     return NAMES_FILES in field.metadata or within(field.annotation)
 
 
-def on_one_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
-    """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension."""
+def dimension_of(field: FieldInfo | None) -> Dimension | None:
+    """The dimension of the quantities that a field takes, if it takes any."""
+
+    def within(annotation: Any) -> Iterator[Dimension]:
+        for inner in get_args(annotation):
+            yield from [inner.dimension] if isinstance(inner, Quantity) else within(inner)
+
+    if field is None:
+        return None
+    stated = [mark.dimension for mark in field.metadata if isinstance(mark, Quantity)]
+    return next(iter([*stated, *within(field.annotation)]), None)
+
+
+def on_one_scale(values: Sequence[Any], dimension: Dimension | None = None) -> tuple[list[float], str] | None:
+    """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension.
+
+    `dimension` is that of quantities whose text may stand for another, as "187 K" for a temperature.
+    """
     quantities = []
     for value in values:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             return None
         try:
-            quantities.append(units.recognise(value) if isinstance(value, str) else (float(value), "1"))
+            if not isinstance(value, str):
+                quantities.append((float(value), "1"))
+            else:
+                stated = units.recognise(value) if dimension is None else (units.parse(value, dimension), dimension.unit)
+                quantities.append(stated)
         except InputError:
             return None
     scales = {unit for _, unit in quantities}

@@ -96,6 +96,17 @@ def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Pro
     return list(dict.fromkeys(problem for _, problem in sorted(mistakes, key=position)))
 
 
+def on_the_way(place: Place, path: Place) -> bool:
+    """Whether two places are the same, or one is within the other."""
+    return all(str(key) == str(other) for key, other in zip(place, path, strict=False))
+
+
+def unknown_key(model: type[BaseModel], keys: Place, kinds: Kinds) -> str | None:
+    """What is wrong with the path `keys`, if it leads to no key of `model`; indices at its end are not looked at."""
+    named = [key for key in keys if not str(key).isdecimal()]
+    return _unknown(model, tuple(named), kinds) if field_at(model, tuple(named)) is None else None
+
+
 def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:
     """The field that `keys` lead to, whatever the indices of lists on the way; None if the model has no such key."""
     table = _table_at(model, keys[:-1])

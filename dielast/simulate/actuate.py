@@ -16,7 +16,7 @@ from dielast.material.material import Material
 from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
-from dielast.mechanics.happening import Happening
+from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.history import voltage_pieces
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
@@ -39,13 +39,15 @@ class ActuationHistory(History):
 
     Time starts with the voltage programme; the relative stretch is that over the prestretch; the nominal stress is mechanical;
     `stability` is the pull-in determinant over its value when the programme starts. `events` lists those of each case in order of
-    time. An outcome is completed where the programme came to its end, or to the event named as its reason; after its time
-    everything is NaN.
+    time, `damage` is
+    None where no material has a damage law. An outcome is completed where the programme came to its end, or to the event named as
+    its reason; after its time everything is NaN.
     """
 
     UNITS: ClassVar = {
         **{"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "relative_stretch_1": "1", "relative_stretch_2": "1"},
         **{"nominal_stress_1": "Pa", "nominal_stress_2": "Pa", "true_field": "V/m", "stability": "1"},
+        **{"damage": "1"},
     }
 
     temperature: Floats
@@ -62,6 +64,7 @@ class ActuationHistory(History):
     events: tuple[tuple[Event, ...], ...]
     outcome: tuple[Outcome, ...]
     cycles: CycleTable | None = None
+    damage: Floats | None = None
 
     def events_to_frame(self) -> Frame:
         """The events as a data frame, by case and time."""
@@ -138,7 +141,7 @@ class _Run:
 
     record: Record
     begin: Floats
-    happened: Mapping[Criterion, Happening]
+    happened: Mapping[Criterion, EventArrays]
     reached: Floats
     status: Cases
     cycles: CycleTable | None = None
@@ -151,7 +154,7 @@ class _Run:
             return np.concatenate([getattr(run, name) for run in runs], axis=-1)[..., place]
 
         happened = {
-            criterion: Happening.joined([run.happened[criterion] for run in runs]).take(place) for criterion in runs[0].happened
+            criterion: EventArrays.joined([run.happened[criterion] for run in runs]).take(place) for criterion in runs[0].happened
         }
         time = np.concatenate([run.record.time for run in runs])[place]
         record = Record(time, np.concatenate([run.record.values for run in runs], axis=1)[:, place])
@@ -209,4 +212,15 @@ def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: Cycl
         events=tuple(events_of(run.happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
         outcome=tuple(Outcome.of(*ended, stop_at) for ended in zip(run.status.tolist(), reached.tolist(), strict=True)),
         cycles=cycles,
+        damage=_damage(setup, record),
     )
+
+
+def _damage(setup: Setup, record: Record) -> Floats | None:
+    """The damage (cases, times), NaN for films of no damage law; None if no film has one."""
+    if setup.damage is None:
+        return None
+    every = np.arange(record.time.shape[0])
+    ages = setup.damage.ask(every, lambda law, columns: np.ones(columns.size), np.nan)
+    (damage,) = record.exposed
+    return np.asarray(damage * ages[:, None])

@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.io.table import Column, Table
 from dielast.mechanics.criteria.criterion import Criterion
-from dielast.mechanics.happening import Happening
+from dielast.mechanics.event_arrays import EventArrays
 
 UNITS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}
 """Units of the numbers of an event."""
@@ -39,7 +39,7 @@ def event_columns(events: Sequence[Sequence[Event]]) -> Table:
     ]
 
 
-def events_of(happened: Mapping[Criterion, Happening], case: int, thickness: float, end: float) -> tuple[Event, ...]:
+def events_of(happened: Mapping[Criterion, EventArrays], case: int, thickness: float, end: float) -> tuple[Event, ...]:
     """The events of one case up to its end in s, in order of time."""
     events: list[Event] = []
     for criterion, entry in happened.items():
@@ -51,10 +51,10 @@ def events_of(happened: Mapping[Criterion, Happening], case: int, thickness: flo
     return tuple(sorted(events, key=lambda event: event.time))
 
 
-def first_of(happened: Mapping[Criterion, Happening], name: str) -> Happening:
+def first_of(happened: Mapping[Criterion, EventArrays], name: str) -> EventArrays:
     """When a criterion of this name first happened, and how the films were then."""
     entries = [entry for criterion, entry in happened.items() if criterion.name == name]
-    first = Happening.never(entries[0].time.size)
+    first = EventArrays.never(entries[0].time.size, len(entries[0].exposed))
     for entry in entries:
         first.put(earlier := np.flatnonzero(~(first.time <= entry.time) & ~np.isnan(entry.time)), entry.take(earlier))
     return first

@@ -15,7 +15,9 @@ from dielast.simulate.film import Outcome
 
 
 class History(TabularResult):
-    """Arrays (cases, times) by the names of `UNITS`, `temperature` (cases,) in degC, one `outcome` a case."""
+    """Arrays (cases, times) by the names of `UNITS`, None for what is not known; `temperature` (cases,) in degC, one `outcome` a
+    case.
+    """
 
     __slots__ = ()
     UNITS: ClassVar[Mapping[str, str]]
@@ -29,7 +31,8 @@ class History(TabularResult):
     def case(self, row: int) -> dict[str, Floats]:
         """The columns of a case up to where it ended, (rows,), by their headers."""
         reached = np.isfinite(self.stretch_1[row])
-        return {f"{name} [{unit}]": np.asarray(getattr(self, name)[row][reached]) for name, unit in self.UNITS.items()}
+        known = {f"{name} [{unit}]": getattr(self, name) for name, unit in self.UNITS.items()}
+        return {header: np.asarray(values[row][reached]) for header, values in known.items() if values is not None}
 
     def columns(self) -> Table:
         """All cases, one below the other."""

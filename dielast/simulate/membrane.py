@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from functools import wraps
+from typing import Any, ClassVar, ParamSpec
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +27,8 @@ from dielast.simulate.history import History
 from dielast.simulate.reach import check_reach, symmetry_of
 from dielast.simulate.record import Recorder
 from dielast.simulate.wanted import Wanted, check_cycles, check_end, check_tolerance
+
+Test = ParamSpec("Test")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -160,4 +163,27 @@ def simulate(
     )
 
 
-relax = creep = simulate
+def _prescribing(
+    function: Callable[Test, MembraneHistory], name: str, control: Control, other: str
+) -> Callable[Test, MembraneHistory]:
+    """The same function for histories that prescribe one control, in a step at least; the `other` function is for those that
+    prescribe the other control alone.
+    """
+    wrong = next(each.value for each in Control if each is not control)
+
+    @wraps(function)
+    def run(*arguments: Test.args, **keywords: Test.kwargs) -> MembraneHistory:
+        stated: Any = keywords["steps"] if "steps" in keywords else arguments[1] if len(arguments) > 1 else ()
+        steps = [step for step in stated if isinstance(step, Step)] if isinstance(stated, Sequence) else []
+        others = [index for index, step in enumerate(steps) if getattr(step, wrong) is not None]
+        if others and all(getattr(step, control.value) is None for step in steps):
+            needed = f"{name} is about a {control.value} that is prescribed: state that, or use {other}"
+            raise InputError(needed, step=others[0], argument=wrong)
+        return function(*arguments, **keywords)
+
+    run.__name__ = run.__qualname__ = name
+    return run
+
+
+relax = _prescribing(simulate, "relax", Control.STRETCH, "creep")
+creep = _prescribing(simulate, "creep", Control.STRESS, "relax")

@@ -21,8 +21,8 @@ AFTER = 1e-13  # of the duration of a piece: a row so soon after another shows w
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Record:
-    """Films at output times (cases, rows) in s: `values` (6, cases, rows), NaN for what was never reached, and x (2, n, cases,
-    rows) if it was asked for.
+    """Films at output times (cases, rows) in s: `values` (6 + exposures, cases, rows), NaN for what was never reached, and x (2, n,
+    cases, rows) if it was asked for.
     """
 
     time: Floats
@@ -48,6 +48,11 @@ class Record:
     def determinant(self) -> Floats:
         """That of pull-in (cases, rows), of films that are watched."""
         return np.asarray(self.values[5])
+
+    @property
+    def exposed(self) -> Floats:
+        """What adds up over time (exposures, cases, rows), of films that are watched."""
+        return self.values[ROWS:]
 
 
 @dataclass(slots=True, eq=False)
@@ -89,14 +94,16 @@ class Recorder:
         else:
             relative = self._within(times, start, course.duration, last)
         if times is None or not self._values:
-            self._values.append(np.full((ROWS, *relative.shape), np.nan))
+            rows = ROWS + (0 if self.watch is None else len(self.watch.exposures))
+            self._values.append(np.full((rows, *relative.shape), np.nan))
             if self.wanted.internal:
                 self._internal.append(np.full((2, self.springs, *relative.shape), np.nan))
         self._relative = relative if alive.all() else np.where(alive[:, None], relative, np.nan)
         after = self._relative > 0
         self._next = np.where(after.any(axis=1), np.argmax(after, axis=1), relative.shape[1])
         case, row = (paired(part) for part in np.nonzero(self._relative == 0))
-        self._write(system, state[:, case], case, case, row, np.zeros(case.size), np.zeros(case.size))
+        exposed = None if self.watch is None else self.watch.exposed(case)
+        self._write(system, state[:, case], case, case, row, np.zeros(case.size), np.zeros(case.size), exposed)
 
     def _rows(self, course: Course, start: Floats, jumped: Flags) -> Floats:
         """Times (cases, k) of a piece since it began that suit its load; NaN is no time."""
@@ -142,11 +149,22 @@ class Recorder:
             part = slice(None) if whole else slice(stride.system.border, None)
             fraction = np.minimum((moment - stride.time[pooled]) / stride.step[pooled], 1.0)
             state = stride.dense(part, pooled, fraction)
-            self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled])
+            exposed = None if self.watch is None else self.watch.exposed_along(stride, pooled, fraction)
+            self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled], exposed)
 
-    def _write(self, system: Films, state: Floats, pooled: Cases, case: Cases, row: Cases, moment: Floats, begin: Floats) -> None:
+    def _write(
+        self,
+        system: Films,
+        state: Floats,
+        pooled: Cases,
+        case: Cases,
+        row: Cases,
+        moment: Floats,
+        begin: Floats,
+        exposed: Floats | None,
+    ) -> None:
         """Write states (rows, k) of columns `pooled` of the system at times (k,) since a span began, `begin` (k,) since the piece
-        did.
+        did, and what has added up, `exposed` (exposures, k), of films that are watched.
         """
         if not case.size:
             return
@@ -157,6 +175,7 @@ class Recorder:
         if self.watch is not None:
             seen = self.watch.moment(films, case, begin, moment, state)
             self._values[-1][5, case, row] = self.watch.stability(seen).determinant
+            self._values[-1][ROWS:, case, row] = exposed
         if self.wanted.internal:
             self._internal[-1][:, :, case, row] = films.internal(state)
 

@@ -60,7 +60,9 @@ def test_a_run_stops_at_the_damage_and_its_draws_have_bounds(folder: Path, diela
     assert done.returncode == 0, done.stderr
     (event,) = rows(folder / "one/events.csv")
     assert event["event"] == "damage"
-    assert rows(folder / "one/actuate.csv")[-1]["time [s]"] == event["time [s]"]
+    end = rows(folder / "one/actuate.csv")[-1]
+    assert end["time [s]"] == event["time [s]"]
+    assert float(end["damage [1]"]) == pytest.approx(1.0, rel=1e-7)
     assert "damage" in (folder / "one/actuate.svg").read_text()
     (folder / "actuate.toml").write_text(ACTUATE + DRAWS)
     done = dielast("actuate", "actuate.toml", "-o", "many", "--plot", "none")
@@ -68,6 +70,31 @@ def test_a_run_stops_at_the_damage_and_its_draws_have_bounds(folder: Path, diela
     (bounded,) = rows(folder / "many/events.csv")
     low, time, high = (float(bounded[f"time{which} [s]"]) for which in ("_lower", "", "_upper"))
     assert low < time == float(event["time [s]"]) < high
+
+
+def test_the_damage_at_failure_scatters_with_shape_and_area(folder: Path, dielast: Run) -> None:
+    times = []
+    for area in ("", ', area = "400 mm^2", reference_area = "1 cm^2"'):
+        (folder / "actuate.toml").write_text(ACTUATE + f"[uncertainty]\ndraws = 19\ndamage = {{ shape = 2{area} }}\n")
+        done = dielast("actuate", "actuate.toml", "-o", "out", "--plot", "none")
+        assert (done.returncode, done.stderr) == (0, "")
+        (event,) = rows(folder / "out/events.csv")
+        times.append([float(event[f"time{which} [s]"]) for which in ("_lower", "", "_upper")])
+    assert all(low < time < high for low, time, high in times[:1])
+    assert times[1][1] == times[0][1]  # that of the film stated
+    assert times[1][0] < times[0][0]
+    assert times[1][2] < times[0][2]
+    for text, message in (
+        ('{ shape = 2, area = "4 cm^2" }', "uncertainty.damage: area and reference_area belong together: state both or none"),
+        ("{ shape = 0 }", "uncertainty.damage.shape: 0: a number above 0 is needed"),
+        ('{ shape = 2, area = "4 cm", reference_area = "1 cm^2" }', 'uncertainty.damage.area: "4 cm": an area is needed'),
+    ):
+        done = dielast("actuate", "actuate.toml", "--set", f"uncertainty.damage={text}")
+        assert done.returncode == 2
+        assert message in done.stderr
+    (folder / "film.toml").write_text(MATERIAL + '[breakdown]\nfield = "40 MV/m"\n')
+    done = dielast("actuate", "actuate.toml", "--set", "stop.at=breakdown")
+    assert (done.returncode, "uncertainty.damage: film.toml has no [damage] that could scatter" in done.stderr) == (2, True)
 
 
 def test_a_map_without_a_breakdown_field_is_about_damage(folder: Path, dielast: Run) -> None:

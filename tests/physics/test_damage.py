@@ -16,6 +16,7 @@ from scipy.integrate import quad
 
 from dielast import (
     Breakdown,
+    DamageScatter,
     Gent,
     InputError,
     Material,
@@ -25,6 +26,7 @@ from dielast import (
     Waveform,
     WeibullScatter,
     actuate,
+    draw_sample,
     failure_map,
 )
 from dielast.material.damage import InversePower
@@ -143,6 +145,49 @@ def test_a_film_with_the_share_of_weibull_has_failed() -> None:
     share = np.mean([np.isfinite(each.time_to_failure[0, 0]) for each in drawn], axis=0)
     damage = (np.array(voltage) * 1.7**2 / THICKNESS / 80e6) ** 18.5
     assert share == pytest.approx(1 - np.exp(-(damage ** (shape / 18.5))), abs=1 / draws)
+
+
+def test_the_table_of_a_run_holds_the_damage() -> None:
+    """(V/V_0)^n/t_0 times the time under a clamp; 1 at the event damage, and what the quadrature of the field gives at another."""
+    voltage, times = 14e3, np.linspace(0.0, 4000.0, 41)
+    programme = [VoltageStep(voltage), VoltageStep.hold(4000.0)]
+    rate = (voltage * 1.7**2 / THICKNESS / 80e6) ** 18.5 / HOUR
+    for kept in (times, None):
+        history = actuate([SILICONE, ELASTIC], programme, stop_at="end", times=kept, **CLAMPED)
+        assert history.damage is not None
+        assert history.damage[0] == pytest.approx(rate * history.time[0], rel=1e-9)
+        assert np.isnan(history.damage[1]).all()
+    assert actuate(ELASTIC, programme, stop_at="end", **CLAMPED).damage is None
+    assert rate * 4000.0 > 1  # it goes on after the failure
+    film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": 1.9, "relax": 60.0}
+    law = InversePower(2.2e7, 2.0, 6.0)
+    for stop, limit in (("damage", 1e9), ("breakdown", 2.3e7)):
+        material = replace(GENT, damage=law, breakdown=Breakdown((1.0,), (limit,)))
+        history = actuate(material, PROGRAMME, stop_at=stop, points_per_decade=300, **film)
+        assert history.damage is not None
+        assert history.events[0][-1].name == stop
+        time, found = history.time[0][np.isfinite(history.time[0])], history.damage[0]
+        last = found[np.isfinite(found)][-1]
+        whole = float(np.trapezoid(law.rate(history.true_field[0][: time.size]), time))
+        assert last == pytest.approx(1.0 if stop == "damage" else whole, rel=1e-7 if stop == "damage" else 2e-4)
+        assert np.all(np.diff(found[np.isfinite(found)]) >= 0)
+
+
+def test_the_damage_at_failure_may_scatter_by_itself_and_with_the_area() -> None:
+    """1 - exp(-(A/A_0) D^beta), of draws that are evenly spaced quantiles; a larger film fails sooner."""
+    draws, shape, ratio = 400, 1.3, 4.0
+    factors = DamageScatter(shape, ratio).factors((np.arange(draws) + 0.5) / draws)
+    sample = Sample((SILICONE,) * draws, np.full(draws, 1.1), np.ones(draws), factors)
+    voltage = [11e3, 13e3, 14e3]
+    _, *drawn = solve_map(plan_failure_map(SILICONE, voltage=voltage, horizon=HOUR, sample=sample, **CLAMPED))
+    share = np.mean([np.isfinite(each.time_to_failure[0, 0]) for each in drawn], axis=0)
+    damage = (np.array(voltage) * 1.7**2 / THICKNESS / 80e6) ** 18.5
+    assert share == pytest.approx(1 - np.exp(-ratio * damage**shape), abs=1 / draws)
+    drawn = draw_sample([SILICONE], 2000, damage=DamageScatter(shape, ratio))
+    assert drawn.damage_factor is not None
+    assert np.mean(drawn.damage_factor < 0.4) == pytest.approx(1 - np.exp(-ratio * 0.4**shape), abs=0.04)
+    with pytest.raises(InputError, match="area_ratio: 0: a positive number is needed"):
+        DamageScatter(1.0, 0.0)
 
 
 def test_a_map_has_the_cells_of_films_and_only_materials_with_damage_have_it() -> None:

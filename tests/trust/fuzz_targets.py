@@ -22,6 +22,7 @@ from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
+from dielast.recipe.cases import Case
 from dielast.units import STRESS, TEMPERATURE, TIME
 
 SECONDS = 10
@@ -336,7 +337,8 @@ def _draws(scratch: Path) -> dict[str, Target]:
         law = next((law for law, header in laws.items() if header in data), "wlf")
         folder = scratch / "draws" / law
         (folder / "draws.csv").write_bytes(data)
-        return sample_of("material.toml", materials[law], wanted, Inputs(folder))
+        recipe = SimpleNamespace(material="material.toml", uncertainty=wanted)
+        return sample_of(Case(recipe), materials[law], Inputs(folder))  # type: ignore[type-var]
 
     # too few draws are the recipe's own affair: it may ask for less
     return {"draws": Target("draws", seeds, read, ["draws.csv", "uncertainty.level: the "])}

@@ -12,9 +12,10 @@ from films import followed
 from scipy.optimize import brentq
 
 from dielast.errors import InputError, NumericsError
+from dielast.export.card import export_card
 from dielast.material.material import Breakdown, Material
-from dielast.material.scatter import draw_sample
-from dielast.material.shift import NoShift, ShiftTable
+from dielast.material.scatter import draw_sample, interval
+from dielast.material.shift import WLF, NoShift, ShiftTable
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Floats, Gent
 from dielast.material.springs.first_invariant import FirstInvariantLaw
@@ -50,8 +51,8 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
         (lambda: ShiftTable(20.0, (0.0, 20.0, 20.0), (1.0, 0.0, -1.0)), r"must ascend"),
         (lambda: Breakdown((1.0, 2.0), (4e7,)), r"2 prestretches but 1 breakdown fields: one field for each is needed"),
         (lambda: Breakdown((), ()), r"0 prestretches but 0 breakdown fields"),
-        (lambda: Breakdown((1.0, 3.0, 2.0), (4e7, 5e7, 6e7)), r"breakdown prestretches must ascend"),
-        (lambda: Breakdown((1.0, 1.0), (4e7, 5e7)), r"breakdown prestretches must ascend"),
+        (lambda: Breakdown((1.0, 3.0, 2.0), (4e7, 5e7, 6e7)), r"breakdown prestretch must ascend"),
+        (lambda: Breakdown((1.0, 1.0), (4e7, 5e7)), r"breakdown prestretch must ascend"),
         (lambda: Breakdown((1.0, 2.0), (4e7, 0.0)), r"a breakdown field must be positive"),
         (driven([VoltageStep(1e3)], prestretch=(1.5, 1.5, 1.5)), r"prestretch: 3 values: a pair, one for each axis, is needed"),
         (driven([VoltageStep(1e3)], material=[]), r"a material is needed"),
@@ -105,11 +106,19 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
         (lambda: relax(SOLID, [Step(stretch=Waveform(0.0, 1.5, 1.0))]), r"step 0: stretch 0: it must be positive"),
         (lambda: relax(SOLID, [Step(stretch=Waveform(1.0, 11.0, 1.0))]), r"step 0: stretch 11 is beyond the Gent limit"),
         (lambda: relax(SOLID, [Step(stretch=Track([0.0, 1.0], [1.0, 2.0]), rate=1.0)]), r"step 0: .* has its pace with it"),
-        (lambda: relax(SOLID, HOLD, cycles="first"), r'cycles: "first": "all", "last" or a list of their numbers'),
-        (lambda: relax(SOLID, HOLD, cycles=[0]), r"cycles: \[0\]: "),
+        (lambda: creep(SOLID, HOLD, cycles="first"), r'cycles: "first": "all", "last" or a list of their numbers'),
+        (lambda: creep(SOLID, HOLD, cycles=[0]), r"cycles: \[0\]: "),
         (driven([VoltageStep(Waveform(0.0, 1e3, 1.0), duration=1.0)]), r"step 0: a waveform or a track has its pace with it"),
         (lambda: creep(SOLID, HOLD, times=[[0.0], [0.5], [1.0]]), r"times: one list for all cases, or one for each of 1 cases"),
         (lambda: relax(SOLID, [Step(stretch=2.0)]).stored_energy(), r"energies need the viscous stretches"),
+        (lambda: creep(SOLID, [Step.hold(1.0), Step(stretch=2.0)]), r"step 1: stretch: creep is about a stress .*, or use relax"),
+        (lambda: relax(SOLID, steps=[Step(stress=(1e4, 0.0))]), r"step 0: stress: relax is about a stretch .*, or use creep"),
+        (lambda: Gent(-1.0), r"J_lim: -1: I1 - 3 where the chains end is needed, above 0"),
+        (lambda: Gent(np.array([[5.0], [np.nan]])), r"J_lim: nan: "),
+        (lambda: WLF(20.0, 13.7, -100.0), r"C2: -100: a number of K above 0 is needed"),
+        (lambda: WLF(20.0, np.nan, 100.0), r"C1: nan: a finite number is needed"),
+        (lambda: interval(np.arange(20.0), 2), r"level: 2: a probability above 0 and below 1 is needed, such as 0.9"),
+        (lambda: export_card(SOLID, "abacus"), r'formats: "abacus": did you mean "abaqus"\?'),
         (lambda: plan_failure_map(SOLID, voltage=[np.nan], horizon=1.0, **FILM), r"voltage: every value must be finite"),
         (
             lambda: plan_failure_map(

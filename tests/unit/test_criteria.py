@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from dielast import VoltageStep, actuate
 from dielast.cli.app import application
 from dielast.errors import InputError
-from dielast.mechanics.criteria import CRITERIA, names
+from dielast.mechanics.criteria import CRITERIA, named, names
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.numerics.columns import Floats
 
@@ -119,3 +119,9 @@ def test_a_tension_that_a_voltage_applied_at_once_takes_away_is_lost_at_once() -
     film = {"thickness": 5e-4, "prestretch": (2.0, 1.5), "relax": 600.0, "boundary": "clamped", "breakdown_field": 1e12}
     history = actuate(SOFT, [VoltageStep(2e4), VoltageStep.hold(10.0)], stop_at="end", **film)
     assert [(event.name, event.time) for event in history.events[0]] == [("loss-of-tension", 0.0)]
+
+
+def test_a_criterion_that_there_is_not_is_refused() -> None:
+    assert named("pull-in").name == "pull-in"
+    with pytest.raises(InputError, match='"pullin": criterion: did you mean "pull-in"'):
+        named("pullin")

@@ -101,6 +101,9 @@ def febio(law: str, files: dict[str, str]) -> Any:
         assert elastic.get("type") == "Ogden"
         terms = range(1, len(value) // 2 + 1)
         return powers([value[f"c{k}"] / value[f"m{k}"] ** 2 for k in terms], [value[f"m{k}"] for k in terms])
+    if law == "yeoh":
+        assert elastic.get("type") == "Yeoh"
+        return yeoh(value["c1"], value["c2"], value["c3"])
     assert elastic.get("type") == "Mooney-Rivlin"
     return mooney_rivlin(value["c1"], value["c2"])
 

@@ -29,7 +29,7 @@ def test_columns_of_a_voltage_table_can_be_named(tmp_path: Path) -> None:
     (tmp_path / "v.csv").write_text("t [ms],U1 [kV],U2 [kV]\n0,0,0\n2000,1,2\n4000,0,0\n")
     columns = 'columns = { time = "t", voltage = "U2" }\n'
     assert followed(tmp_path, f'table = "v.csv"\n{columns}') == [([0.0, 2.0, 4.0], [0.0, 2000.0, 0.0])]
-    with pytest.raises(InputError, match=r'^v\.csv: no column "time" for time'):
+    with pytest.raises(InputError, match=r'^step\[0\]\.columns\.time: v\.csv: no column "time" for time'):
         followed(tmp_path, 'table = "v.csv"\n')
     with pytest.raises(InputError, match=r"step\[0\]: columns is about a table$"):
         followed(tmp_path, f'hold = "1 s"\n{columns}')

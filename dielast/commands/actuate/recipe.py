@@ -12,14 +12,21 @@ from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError, shown
+from dielast.handover.breakdown_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.base import BreakdownField
 from dielast.recipe.fields import ColumnName, Length, Section, Voltage, VoltageRate
 from dielast.units import VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
-FIELD_COLUMNS = ("voltage [V]", "relative_stretch_1 [1]", "relative_stretch_2 [1]", "true_field [V/m]", "stability [1]")
+FIELD_COLUMNS = (
+    "voltage [V]",
+    "relative_stretch_1 [1]",
+    "relative_stretch_2 [1]",
+    "true_field [V/m]",
+    "stability [1]",
+    "damage [1]",
+)
 
 
 def _stop(value: Any) -> str:

@@ -13,7 +13,7 @@ from dielast.commands.simulation.cases import case_result, each, last
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Columns, Simulation, report_of
-from dielast.handover.material_file import breakdown
+from dielast.handover.breakdown_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material

@@ -13,4 +13,4 @@ from dielast.recipe.cases import Case
 
 def readings(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Iterator[Reading]:
     """The material and its draws."""
-    return material_readings(cases[0].recipe, inputs)
+    return material_readings(cases[0], inputs)

@@ -12,7 +12,9 @@ from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, FilmBase, Pu
 from dielast.commands.simulation.recipe import Solver
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
-from dielast.recipe.base import BreakdownField, RecipeBase
+from dielast.handover.breakdown_section import BreakdownField
+from dielast.handover.material_file import MaterialFile, material_file
+from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import InputFile, PositiveTime, Section, Temperatures, Time, Voltage, Voltages
 
 Value = TypeVar("Value")
@@ -114,6 +116,11 @@ class FailureMapRecipe(RecipeBase):
     pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
     solver: MapSolver = Field(MapSolver(), description="How exactly the equations are solved.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
+
+    @classmethod
+    def material_model(cls) -> type[MaterialFile]:
+        """The model of the material file."""
+        return material_file()
 
     @model_validator(mode="after")
     def _on_in_time(self) -> Self:

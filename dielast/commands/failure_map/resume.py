@@ -17,6 +17,7 @@ from dielast.errors import InputError, NumericsError
 from dielast.io.files import KEPT, STORE, Inputs, write_files
 from dielast.numerics.integrate import Status
 from dielast.recipe.base import RecipeBase
+from dielast.recipe.cases import Case
 from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
 from dielast.sharing.versions import VERSIONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
@@ -28,10 +29,11 @@ NONE_SOLVED = "no cell was solved yet; the same command begins anew"
 PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than a disk saves
 
 
-def fingerprint(recipe: RecipeBase, inputs: Inputs) -> str:
+def fingerprint(case: Case[RecipeBase], inputs: Inputs) -> str:
     """A digest of all that an unfinished map must share with this map to be continued: versions, recipe and inputs."""
+    recipe = case.recipe
     # whether a value is stated may matter, even where it is the default
-    stated = f"{VERSIONS}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{sorted(inputs.digests)}"
+    stated = f"{VERSIONS}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{case.of_material!r}\n{sorted(inputs.digests)}"
     return hashlib.sha256(stated.encode()).hexdigest()
 
 

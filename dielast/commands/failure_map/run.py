@@ -11,12 +11,12 @@ import numpy as np
 
 from dielast.commands.failure_map.recipe import FailureMapRecipe, VoltageAxis
 from dielast.commands.failure_map.resume import fingerprint, solve
-from dielast.commands.simulation.cases import first_of_each
+from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.checks import warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import Problem, placed
-from dielast.handover.material_file import breakdown, parse_material
+from dielast.handover.breakdown_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.mechanics.stability import TimeScale
@@ -34,18 +34,18 @@ if TYPE_CHECKING:
 def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Plan the map, solve its cells, report."""
     recipe = cases[0].recipe
-    material, wanted = parse_material(inputs.read(recipe.material), recipe.material), recipe.uncertainty
+    material, wanted = material_of(cases[0], inputs), recipe.uncertainty
     sample = None
     if wanted is not None:
         from dielast.commands.simulation.uncertainty import sample_of
 
-        sample = sample_of(recipe.material, material, wanted, inputs)
+        sample = sample_of(cases[0], material, inputs)
     temperatures = recipe.temperature or [material.reference_temperature]
     films = len(temperatures) * len(recipe.film.prestretch)
     check_cells(films * voltages(recipe.voltage).size, 0 if sample is None else len(sample))
     plan = _plan(recipe, material, sample)
     warn_of_map(recipe, material, plan)
-    result, *drawn = assembled(plan, solve(plan, fingerprint(recipe, inputs), execution))
+    result, *drawn = assembled(plan, solve(plan, fingerprint(cases[0], inputs), execution))
     warn_of_failures(recipe, material, result)
     lines = fit_lifetime(result)
 

@@ -15,15 +15,14 @@ from dielast.commands.simulation.comparison_recipe import Comparison
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, GivenUp
 from dielast.commands.simulation.step_recipe import HistoryStep
-from dielast.errors import InputError, Problem, as_toml, placed
-from dielast.handover.material_file import parse_material
+from dielast.errors import InputError, Mistakes, Problem, as_toml, placed
+from dielast.handover.changed_material import parse_changed_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
-from dielast.recipe.fields import on_one_scale
 from dielast.simulate.cycles import cycle_table
 from dielast.simulate.history import History
 
@@ -53,12 +52,27 @@ class SimulationBatch:
         return [self.result(history, row) for row in range(len(self.members))]
 
 
+def material_of(case: Case[Any], inputs: Inputs) -> Material:
+    """The material of a case: that of its file, but for what the case states of it."""
+    name = case.recipe.material
+    return parse_changed_material(inputs.read(name), name, case.of_material, case.origin)
+
+
+def material_key(case: Case[Any]) -> str:
+    """The same for cases of the same material."""
+    return f"{case.recipe.material}\n{as_toml(case.of_material)}"
+
+
 def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> list[Material]:
-    """The material of every case; each file is read once."""
-    named = {name: parse_material(inputs.read(name), name) for name in dict.fromkeys(case.recipe.material for case in cases)}
-    for material in named.values():
+    """The material of every case; each is read once."""
+    first = {material_key(case): case for case in reversed(cases)}
+    wrong = Mistakes()
+    known = {key: wrong.tried(partial(material_of, case, inputs)) for key, case in reversed(first.items())}
+    wrong.refuse()
+    materials = {key: material for key, material in known.items() if material is not None}
+    for material in materials.values():
         warn_of_material(material)
-    return [named[case.recipe.material] for case in cases]
+    return [materials[material_key(case)] for case in cases]
 
 
 def temperature_of(recipe: SimulationRecipe, material: Material) -> float:
@@ -80,7 +94,16 @@ def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
 
 def result_columns(results: Sequence[CaseResult]) -> Table:
     """The table of all cases, one below the other."""
-    return case_table([result.temperature for result in results], [result.columns for result in results])
+    headers = dict.fromkeys(header for result in results for header in result.columns)
+    # what is not known of a case, as the damage of a film without [damage], is left empty
+    columns = [
+        {header: result.columns.get(header, np.full(_rows(result.columns), np.nan)) for header in headers} for result in results
+    ]
+    return case_table([result.temperature for result in results], columns)
+
+
+def _rows(columns: Mapping[str, Floats]) -> int:
+    return next(iter(columns.values())).size
 
 
 def cycle_columns(results: Sequence[CaseResult]) -> Table | None:
@@ -217,7 +240,7 @@ def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
     columns = [Column("case", None, np.arange(len(cases)))]
     for key in cases[0].settings:
         values = [case.settings[key] for case in cases]
-        quantities = on_one_scale(values)
+        quantities = cases[0].on_one_scale(key, values)
         if quantities is None:
             columns.append(Column(key, None, [_spelled(value) for value in values]))
         else:

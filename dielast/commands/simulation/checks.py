@@ -14,7 +14,7 @@ from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.history import Entry, aims, corners, lasting, reached
 from dielast.commands.simulation.result import CaseResult
 from dielast.errors import warn
-from dielast.handover.material_file import breakdown
+from dielast.handover.breakdown_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (
     FAINTEST,
@@ -88,8 +88,9 @@ def warn_of_films(
     even = [len({*case.recipe.film.prestretch}) == 1 and len({*case.recipe.film.boundary}) == 1 for case in cases]
     _warn_of_unstable(materials, results, ["equibiaxial" if both else None for both in even])
     films = [case.recipe.film for case in cases]
-    limits = [breakdown(case.recipe.breakdown) or own.breakdown for case, own in zip(cases, materials, strict=True)]
-    warn_of_breakdown([field for case in cases if case.recipe.breakdown for field in case.recipe.breakdown.field])
+    stated = [breakdown(case.recipe.breakdown) for case in cases]
+    limits = [law or own.breakdown for law, own in zip(stated, materials, strict=True)]
+    warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
     warn_of_prestretches([film.prestretch for film in films], limits)
     warn_of_thickness([film.thickness for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import InputError, Problem
+from dielast.errors import InputError, Problem, placed
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.load import Path, Step, Track, VoltageStep, Waveform
@@ -151,12 +151,23 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
 
     name, control, columns = step.table, step.CONTROL, step.columns
     points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
+    key = f"step[{index}].columns"
+
+    def named(role: str, column: str | int) -> str | int:
+        """The column, once it is known to be there."""
+        with placed(lambda problem: problem.within(key=f"{key}.{role}")):
+            points.find(column, role)
+        return column
+
+    at = named("time", (columns and columns.time) or "time")
     if control == "voltage":
-        role, column, jumps = control, (columns and columns.voltage) or control, points.has("true_field")
+        role, column = control, named(control, (columns and columns.voltage) or control)
+        jumps = points.has("true_field")
     else:
-        role, column = role_in(points, control, columns)
-        jumps = column in OWN
-    time = ascending_times(points, name, jumps, (columns and columns.time) or "time")
+        with placed(lambda problem: problem.within(key=key)):
+            role, column = role_in(points, control, columns)
+        jumps = named(role, column) in OWN
+    time = ascending_times(points, name, jumps, at)
     if control == "voltage":
         return tracks(index, control, time, points.column(column, control, VOLTAGE))
     values = read_as(points, role, column, recipe.specimen)

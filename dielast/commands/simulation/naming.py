@@ -13,7 +13,6 @@ from dielast.plots.looks import Swept
 from dielast.plots.quantities import UNITS, unit_for
 from dielast.plots.style import FIXED, degrees, lasting, number, typeset
 from dielast.recipe.cases import Case
-from dielast.recipe.fields import on_one_scale
 
 UNNAMED = "unnamed"  # what a material file without a name says
 TIMES = " \N{MULTIPLICATION SIGN} "
@@ -24,7 +23,7 @@ def swept(cases: Sequence[Case[Any]], materials: Sequence[Material] = ()) -> lis
     factors = []
     for key, name in _short(list(cases[0].settings)).items():
         values = [case.settings[key] for case in cases]
-        scale = _on_a_scale(values)
+        scale = _on_a_scale(values, cases[0].on_one_scale(key, values))
         if scale is not None:
             numbers, unit = scale
             label = f"{name} [{unit}]" if unit else name
@@ -48,9 +47,8 @@ def labels(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> list[st
     return [", ".join(one.text(case) for one in factors) for case in range(len(cases))]
 
 
-def _on_a_scale(values: Sequence[Any]) -> tuple[list[float], str] | None:
-    """The values as numbers in one unit, none if they are plain; None unless all are quantities of one kind."""
-    known = on_one_scale(values)
+def _on_a_scale(values: Sequence[Any], known: tuple[list[float], str] | None) -> tuple[list[float], str] | None:
+    """The values as numbers in the unit of figures, none if they are plain, given those in SI units; None unless they have one."""
     if known is None:
         return None
     numbers, unit = known

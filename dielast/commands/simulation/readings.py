@@ -7,30 +7,30 @@ from functools import partial
 from typing import Any
 
 from dielast.commands.command import Reading
-from dielast.commands.simulation.cases import check_case
+from dielast.commands.simulation.cases import check_case, material_key, material_of
 from dielast.commands.simulation.compare import read_points
 from dielast.commands.simulation.history import solver_steps
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.uncertainty import sample_of
 from dielast.errors import InputError
-from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import Case
 
 
-def material_readings(recipe: Any, inputs: Inputs) -> Iterator[Reading]:
+def material_readings(case: Case[Any], inputs: Inputs) -> Iterator[Reading]:
     """The material and its draws."""
-    yield "material", recipe.material, lambda: parse_material(inputs.read(recipe.material), recipe.material)
+    recipe, material = case.recipe, material_key(case)
+    yield "material", material, partial(material_of, case, inputs)
     if recipe.uncertainty is not None:
-        yield "uncertainty", (recipe.material, recipe.uncertainty), lambda: _read_draws(recipe, inputs)
+        yield "uncertainty", (material, recipe.uncertainty), partial(_read_draws, case, inputs)
 
 
 def simulation_readings(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> Iterator[Reading]:
     """The files of every case."""
     for case in cases:
         recipe: Any = case.recipe
-        yield from material_readings(recipe, inputs)
+        yield from material_readings(case, inputs)
         for index, step in enumerate(recipe.step):
             if step.table is not None:
                 alone: RecipeBase = recipe.model_copy(update={"step": [step], "load": None})
@@ -42,10 +42,10 @@ def simulation_readings(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs)
         yield "", (index, comparison), partial(check_case, index, comparison, len(cases))
 
 
-def _read_draws(recipe: Any, inputs: Inputs) -> None:
+def _read_draws(case: Case[Any], inputs: Inputs) -> None:
     """The draws of the material; a mistake in the material itself is stated with the material's key."""
     try:
-        material = parse_material(inputs.read(recipe.material), recipe.material)
+        material = material_of(case, inputs)
     except InputError:
         return
-    sample_of(recipe.material, material, recipe.uncertainty, inputs)
+    sample_of(case, material, inputs)

@@ -10,6 +10,7 @@ from dielast.commands.simulation.comparison_recipe import Comparison
 from dielast.commands.simulation.result_columns import COLUMNS, Abscissa, ResultColumn
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, shown, shown_path
+from dielast.handover.material_file import MaterialFile, material_file
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import InputFile, Section, Temperature, Time
 from dielast.recipe.paths import read_path
@@ -130,12 +131,21 @@ class SimulationRecipe(RecipeBase):
     material: InputFile = Field(description="A material file, written by spectrum or by hand.")
     temperature: Temperature | None = Field(None, description="Default: the material's reference temperature.")
     load: InputFile | None = Field(None, description="A TOML file that holds the steps instead.")
-    sweep: Sweep | None = Field(None, description="Lists of values by key path; every combination is one case.")
+    sweep: Sweep | None = Field(
+        None,
+        description="Lists of values by key path, of this recipe or else of the material file, such as equilibrium.J_lim; every "
+        "combination is one case.",
+    )
     compare: list[Comparison] = Field([], description="Measured points over the plot; their misfit goes into the summary.")
     output: Output = Field(Output(), description="Where the result is given.")
     solver: Solver = Field(Solver(), description="How exactly the equations are solved.")
     plot: PlotAxes = Field(PlotAxes(), description="What the plot shows.")
     uncertainty: Uncertainty | None = Field(None, description="Intervals about all results, from draws of the material.")
+
+    @classmethod
+    def material_model(cls) -> type[MaterialFile]:
+        """The model of the material file."""
+        return material_file()
 
     @model_validator(mode="after")
     def _cases_to_join(self) -> Self:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from dielast.commands.simulation.cases import each
+from dielast.commands.simulation.cases import each, material_key
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.errors import InputError, warn
 from dielast.handover.material_draws import beside, parse_draws
@@ -15,14 +15,16 @@ from dielast.handover.material_file import draws_file, parse_material
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, draw_sample, fewest_draws
+from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
 
 BESIDE = 1.1  # factor by which a material may miss the range of its draws: more is not noise
 
 
-def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: Inputs) -> Sample:
-    """The draws of the material in the file `name`; raises `InputError` if there is nothing that could differ between them."""
-    members = read_members(name, inputs)
+def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
+    """The draws of the material of a case; raises `InputError` if there is nothing that could differ between them."""
+    name, uncertainty = case.recipe.material, case.recipe.uncertainty
+    members = read_members(name, inputs, material, case.of_material)
     if members and len(members) < (fewest := fewest_draws(uncertainty.level)):
         raise InputError(
             f"the {len(members)} draws of {name} do not tell an interval of level {uncertainty.level:g}: at least {fewest} are "
@@ -31,33 +33,57 @@ def sample_of(name: str, material: Material, uncertainty: Uncertainty, inputs: I
         )
     if members:
         _warn_of_draws(name, material, members)
-    field = thickness = None
-    if isinstance(uncertainty, FilmUncertainty):
-        field, thickness = uncertainty.scatter()
-    if not members and field is None and thickness is None:
+    scatter: dict[str, Any] = uncertainty.scatter() if isinstance(uncertainty, FilmUncertainty) else {}
+    if "damage" in scatter and material.damage is None:
+        raise InputError(f"{name} has no [damage] that could scatter", key="uncertainty.damage")
+    if not members and not scatter:
         raise InputError(
             f"{name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum write a "
             "material with draws",
             key="uncertainty",
         )
     draws = uncertainty.draws
-    if field is None and thickness is None and draws > len(members):
+    if not scatter and draws > len(members):
         # the same again tells nothing more
         if "draws" in uncertainty.model_fields_set:
             less = f"{name} has {len(members)} draws, and nothing else scatters: not {draws}, but these are used"
             warn(less, key="uncertainty.draws")
         draws = len(members)
-    return draw_sample(members or (material,), draws, seed=uncertainty.seed, breakdown_field=field, thickness=thickness)
+    return draw_sample(members or (material,), draws, seed=uncertainty.seed, **scatter)
 
 
-def read_members(name: str, inputs: Inputs) -> tuple[Material, ...]:
-    """The draws of the material in a material file, none if it names no table of them."""
+def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping[str, Any]) -> tuple[Material, ...]:
+    """The draws of the `material`, that in a material file but for `changes`; none if the file names no table of draws.
+
+    Raises `InputError` for a change of what the draws have each for itself.
+    """
     content = inputs.read(name)
     file = draws_file(content, name)
     if file is None:
         return ()
     table = beside(name, file)
-    return parse_draws(inputs.read(table), table, parse_material(content, name))
+    if changes:
+        plain = parse_material(content, name)
+        drawn = [
+            own
+            for own, changed in (
+                ("the equilibrium modulus", material.equilibrium_modulus != plain.equilibrium_modulus),
+                ("the relaxation spectrum", _differ(material.spectrum, plain.spectrum)),
+                ("the shift law", material.shift.name != plain.shift.name or material.shift.drawn() != plain.shift.drawn()),
+                ("the reference temperature", material.reference_temperature != plain.reference_temperature),
+            )
+            if changed
+        ]
+        if drawn:
+            what = f"{' and '.join(drawn)} of each draw of {name} {'is' if len(drawn) == 1 else 'are'} its own"
+            raise InputError(f"{what}, and cannot be changed by {', '.join(changes)}", key="uncertainty")
+    return parse_draws(inputs.read(table), table, material)
+
+
+def _differ(one: Spectrum, other: Spectrum) -> bool:
+    """Whether two spectra have other times or moduli."""
+    pairs = ((one.relaxation_time, other.relaxation_time), (one.shear_modulus, other.shear_modulus))
+    return not all(np.array_equal(first, second) for first, second in pairs)
 
 
 def _warn_of_draws(name: str, material: Material, members: Sequence[Material]) -> None:
@@ -102,9 +128,9 @@ def samples_of(cases: Sequence[Case[Any]], materials: Sequence[Material], inputs
         if wanted is None:
             samples.append(None)
             continue
-        key = f"{case.recipe.material}\n{wanted!r}"
+        key = f"{material_key(case)}\n{wanted!r}"
         if key not in known:
-            known[key] = sample_of(case.recipe.material, material, wanted, inputs)
+            known[key] = sample_of(case, material, inputs)
         samples.append(known[key])
     return samples
 

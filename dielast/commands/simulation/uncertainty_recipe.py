@@ -7,8 +7,8 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from dielast.errors import InputError
-from dielast.material.scatter import NormalScatter, Scatter, WeibullScatter, fewest_draws
-from dielast.recipe.fields import Section, Share
+from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter, fewest_draws
+from dielast.recipe.fields import Area, Section, Share
 
 DrawCount = Annotated[int, Field(ge=2, le=100_000)]
 Level = Annotated[float, Field(gt=0, lt=1)]
@@ -18,7 +18,8 @@ class Uncertainty(Section):
     """How many draws of the material are simulated, and what interval of them is told."""
 
     ELSEWHERE: ClassVar = dict.fromkeys(
-        ("breakdown_field", "thickness"), "relax and creep draw the material alone; films scatter in actuate and failure-map"
+        ("breakdown_field", "thickness", "damage"),
+        "relax and creep draw the material alone; films scatter in actuate and failure-map",
     )
 
     draws: DrawCount = Field(
@@ -62,21 +63,39 @@ class FieldScatter(Section):
         return WeibullScatter(self.shape) if self.shape is not None else NormalScatter(self.relative or 0.0)
 
 
+class DamageAtFailure(Section):
+    """How the damage at which films fail scatters: a share 1 - exp(-(area/reference_area) D^shape) of them has failed at D."""
+
+    shape: float = Field(gt=0, allow_inf_nan=False, description="Of Weibull's distribution of the damage.")
+    area: Area | None = Field(None, description="Of the electrode; left out: that for which the constants of [damage] hold.")
+    reference_area: Area | None = Field(None, description="Of the films for which the constants of [damage] hold.")
+
+    @model_validator(mode="after")
+    def _two_areas(self) -> Self:
+        if (self.area is None) != (self.reference_area is None):
+            raise InputError("area and reference_area belong together: state both or none")
+        return self
+
+    def scatter(self) -> DamageScatter:
+        """The distribution."""
+        return DamageScatter(self.shape, (self.area or 1.0) / (self.reference_area or 1.0))
+
+
 class FilmUncertainty(Uncertainty):
     """The same for films under voltage, which scatter too."""
 
     draws: DrawCount = Field(
         200,
         description="How many films to draw. They are of the draws of the material in the order of its table, and of some of these "
-        "again, chosen at random, if that is not enough; without breakdown_field and thickness, at most all of the table are used. "
+        "again, chosen at random, if that is not enough; where nothing else scatters, at most all of the table are used. "
         "An interval of level 0.9 takes at least 19; bounds of an event that happens in some draws only need as many in which it "
         "happens, else they are empty.",
     )
     seed: int = Field(
         1,
         ge=0,
-        description="Of the random numbers for breakdown_field and thickness, and for draws of the material that are used again; "
-        "without these it has no effect.",
+        description="Of the random numbers for breakdown_field, thickness and damage, and for draws of the material that are used "
+        "again; without these it has no effect.",
     )
     level: Level = Field(
         0.9,
@@ -89,7 +108,16 @@ class FilmUncertainty(Uncertainty):
         None, description="Relative standard deviation of the undeformed thickness from film to film, normally distributed."
     )
 
-    def scatter(self) -> tuple[Scatter | None, Scatter | None]:
-        """The distributions of breakdown field and thickness."""
+    damage: DamageAtFailure | None = Field(
+        None,
+        description="Scatter of the damage at failure from film to film; left out: that of the breakdown field is one of the "
+        "field of [damage], too.",
+    )
+
+    def scatter(self) -> dict[str, Scatter | DamageScatter]:
+        """The distributions by what has them."""
         field = None if self.breakdown_field is None else self.breakdown_field.scatter()
-        return field, None if self.thickness is None else NormalScatter(self.thickness)
+        thickness = None if self.thickness is None else NormalScatter(self.thickness)
+        damage = None if self.damage is None else self.damage.scatter()
+        known = {"breakdown_field": field, "thickness": thickness, "damage": damage}
+        return {name: scatter for name, scatter in known.items() if scatter is not None}

@@ -8,8 +8,9 @@ from pydantic import Field, model_validator
 
 from dielast.commands.spectrum.export import Export
 from dielast.errors import InputError
+from dielast.handover.breakdown_section import BreakdownField
 from dielast.readings.curve_recipe import CurveData
-from dielast.recipe.base import BreakdownField, Dielectric, RecipeBase
+from dielast.recipe.base import Dielectric, RecipeBase
 from dielast.recipe.fields import (
     InputFolder,
     Modulus,

@@ -15,9 +15,10 @@ from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, Materia
 from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_keys, located, warn
 from dielast.export.card import export_cards
 from dielast.export.options import CardOptions
+from dielast.handover.breakdown_section import breakdown
 from dielast.handover.mastercurve_draws import DRAWS, DrawnMaterials, drawn_materials, read_curve_draws
 from dielast.handover.mastercurve_folder import ReducedCurve, read_master_curve
-from dielast.handover.material_file import breakdown, permittivity, write_material
+from dielast.handover.material_file import permittivity, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import warn_of_material

@@ -48,7 +48,7 @@ class Breakdown(Result, BreakdownLaw):
                 f"{len(self.prestretch)} prestretches but {len(self.field)} breakdown fields: one field for each is needed"
             )
         if any(b <= a for a, b in zip(self.prestretch, self.prestretch[1:], strict=False)):
-            raise InputError("breakdown prestretches must ascend")
+            raise InputError("breakdown prestretch must ascend")
         if any(value <= 0 for value in self.field):
             raise InputError("a breakdown field must be positive")
 

@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.damage.law import DamageLaw
 from dielast.material.law import Constant
+from dielast.numerics.columns import Floats
 from dielast.units import FIELD, TIME
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +44,10 @@ class InversePower(DamageLaw):
     def rate(self, field: ArrayLike) -> Floats:
         """(|E|/E_0)^n/t_0."""
         return np.asarray((np.asarray(field, dtype=float) / self.field) ** self.exponent / self.time)
+
+    def lasting(self, factor: float) -> InversePower:
+        """The law with the time times `factor`."""
+        return replace(self, time=factor * self.time)
 
     def scaled(self, factor: float) -> InversePower:
         """The law with the field times `factor`."""

@@ -11,12 +11,19 @@ from dielast.material.law import Law
 
 
 class DamageLaw(Law):
-    """Base of the damage laws; a law states `rate` and `scaled`. Its constants are numbers, of which it takes arrays, too."""
+    """Base of the damage laws; a law states `rate`, `lasting` and `scaled`.
+
+    Its constants are numbers, of which it takes arrays, too.
+    """
 
     __slots__ = ()
 
     def rate(self, field: ArrayLike) -> NDArray[np.float64]:
         """dD/dt in 1/s at the size of the true field in V/m, of any shape; the film fails where D, its integral, is 1."""
+        raise NotImplementedError
+
+    def lasting(self, factor: float) -> Self:
+        """The law of a film that fails at `factor` times the damage."""
         raise NotImplementedError
 
     def scaled(self, factor: float) -> Self:

@@ -42,6 +42,12 @@ class WLF(ShiftLaw):
         Constant("C2", "Of WLF.", TEMPERATURE_DIFFERENCE, above=0.0),
     )
 
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.C1):  # a fit to temperatures that are mixed up has a negative one
+            raise InputError(f"{self.C1:g}: a finite number is needed", argument="C1")
+        if not (np.isfinite(self.C2) and self.C2 > 0):
+            raise InputError(f"{self.C2:g}: a number of K above 0 is needed", argument="C2")
+
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T); raises `InputError` at or below the pole."""
         distance = np.asarray(temperature, dtype=float) - self.reference_temperature

@@ -11,7 +11,7 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import FirstInvariantLaw
-from dielast.material.springs.langevin import chain_energy, inverse
+from dielast.material.springs.langevin import chain_energy, stiffness, stiffness_and_slope
 from dielast.material.springs.law import CardForm
 from dielast.numerics.columns import Floats
 
@@ -31,6 +31,7 @@ class ArrudaBoyce(FirstInvariantLaw):
 
     locking_stretch: float | Floats = math.inf
     _share: Floats = field(init=False, repr=False)
+    _third: Floats = field(init=False, repr=False)
     _rest: Floats = field(init=False, repr=False)
 
     name: ClassVar = "arruda-boyce"
@@ -45,15 +46,16 @@ class ArrudaBoyce(FirstInvariantLaw):
         if not np.all(locking > 1):
             raise InputError(f"locking_stretch: {float(np.min(locking)):g}: above 1 is needed: chains at rest have a stretch of 1")
         object.__setattr__(self, "_share", 1 / locking)
-        object.__setattr__(self, "_rest", inverse(1 / locking)[1])
+        object.__setattr__(self, "_third", 1 / (3 * locking**2))
+        object.__setattr__(self, "_rest", stiffness(1 / locking**2))
 
     def stiffness(self, invariant: Floats) -> Floats:
         """(b/y)/(b_0/y_0)."""
-        return np.asarray(inverse(np.sqrt(invariant / 3) * self._share)[1] / self._rest)
+        return np.asarray(stiffness(invariant * self._third) / self._rest)
 
     def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
         """phi, and (db/dy - b/y)/(2 I1)/(b_0/y_0), as dy/dI1 = y/(2 I1)."""
-        _, ratio, slope = inverse(np.sqrt(invariant / 3) * self._share)
+        ratio, slope = stiffness_and_slope(invariant * self._third)
         with np.errstate(invalid="ignore"):
             steeper = np.where(np.isfinite(ratio), slope - ratio, np.inf)
         return ratio / self._rest, steeper / (2 * invariant * self._rest)

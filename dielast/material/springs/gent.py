@@ -36,7 +36,11 @@ class Gent(FirstInvariantLaw):
     )
 
     def __post_init__(self) -> None:
-        slope = -1 / np.asarray(self.J_lim, dtype=float)
+        limit = np.asarray(self.J_lim, dtype=float)
+        if not np.all(limit > 0):
+            wrong = float(limit[~(limit > 0)].flat[0])
+            raise InputError(f"{wrong:g}: I1 - 3 where the chains end is needed, above 0", argument="J_lim")
+        slope = -1 / limit
         object.__setattr__(self, "_slope", slope)
         object.__setattr__(self, "_offset", 1 - 3 * slope)
 

@@ -9,6 +9,8 @@ from dielast.numerics.columns import Floats
 FRACTION_BELOW, FRACTION_TERMS = 4.0, 15  # b below which L is a continued fraction, of so many terms
 NEWTON_STEPS = 3  # the start is right to 0.3 %, and each step squares the error: 1e-5, 1e-10, rounding
 SERIES_BELOW, SERIES_TERMS = 1.0, 9  # b below which ln(sinh b / b) is a series, of so many terms
+POLYNOMIAL_BELOW = 0.6  # y^2 up to which a polynomial stands for the inverse: at 0.6, b is 4.4
+LANES, DEGREE = 4, 23  # coefficients of the polynomial fall below 1e-16 from the degree 22 on
 
 
 def over_argument(b: Floats) -> tuple[Floats, Floats]:
@@ -32,8 +34,8 @@ def over_argument(b: Floats) -> tuple[Floats, Floats]:
     return ratio, slope
 
 
-def inverse(y: Floats) -> tuple[Floats, Floats, Floats]:
-    """b with L(b) = y, b/y (3 at y = 0), and db/dy, at 0 <= y < 1 of any shape; infinite at and beyond 1.
+def by_newton(y: Floats) -> tuple[Floats, Floats]:
+    """b/y (3 at y = 0) and db/dy with L(b) = y, at 0 <= y < 1 of any shape; infinite at and beyond 1.
 
     Newton's method from y (3 - y^2/5 (6 + y^2 - 2 y^4))/(1 - y^2), which is right to 0.3 % (Kroger 2015,
     DOI 10.1016/j.jnnfm.2015.05.007).
@@ -46,7 +48,71 @@ def inverse(y: Floats) -> tuple[Floats, Floats, Floats]:
         ratio, slope = over_argument(b)
         b -= (ratio * b - share) / slope
     ratio, slope = over_argument(b)
-    return tuple(np.where(inside, value, np.inf) for value in (b, 1 / ratio, 1 / slope))  # type: ignore[return-value]
+    return np.where(inside, 1 / ratio, np.inf), np.where(inside, 1 / slope, np.inf)
+
+
+def _coefficients() -> Floats:
+    """Of the polynomial in t that is (1 - y^2) b/y at y^2 = (1 + t) `POLYNOMIAL_BELOW`/2, shape (steps, lanes, 1): from the highest
+    power of t to the lanes on, those of t to the power 0, 1, 2 and 3.
+
+    It interpolates Newton's method at Chebyshev's points. With the factor 1 - y^2 the pole at y = 1 is gone.
+    """
+    order = np.arange(DEGREE + 1)
+    angle = np.pi * (order + 0.5) / order.size
+    square = 0.5 * POLYNOMIAL_BELOW * (1 + np.cos(angle))
+    series = np.cos(np.outer(order, angle)) @ ((1 - square) * by_newton(np.sqrt(square))[0]) * 2 / order.size
+    series[0] /= 2
+    powers = np.eye(order.size)  # row k: Chebyshev's polynomial T_k = 2 t T_(k - 1) - T_(k - 2) in powers of t
+    for k in order[2:]:
+        powers[k] = 2 * np.roll(powers[k - 1], 1) - powers[k - 2]
+    return np.asarray((series @ powers).reshape(-1, LANES, 1)[::-1])
+
+
+_COEFFICIENTS = _coefficients()
+
+
+def stiffness(square: Floats) -> Floats:
+    """b/y with L(b) = y at `square` = y^2 >= 0 of any shape; infinite at and beyond 1."""
+    far = square > POLYNOMIAL_BELOW
+    if beyond := bool(np.any(far)):
+        outside, square = square[far], np.where(far, 0.0, square)
+    shape, square = np.shape(square), np.ravel(square)
+    t = square * (2 / POLYNOMIAL_BELOW)
+    t -= 1
+    # the powers are summed up in lanes, whose arrays are of a size for few and long operations
+    squared = t * t
+    fourth = squared * squared
+    lanes = np.broadcast_to(_COEFFICIENTS[0], (LANES, square.size)).copy()
+    for coefficients in _COEFFICIENTS[1:]:
+        lanes *= fourth
+        lanes += coefficients
+    lanes[1::2] *= t
+    pairs = lanes[::2]
+    pairs += lanes[1::2]
+    ratio = pairs[1] * squared
+    ratio += pairs[0]
+    ratio /= 1 - square
+    stiff: Floats = ratio.reshape(shape)
+    if beyond:
+        stiff[far] = by_newton(np.sqrt(outside))[0]
+    return stiff
+
+
+def stiffness_and_slope(square: Floats) -> tuple[Floats, Floats]:
+    """b/y and db/dy with L(b) = y at `square` = y^2 >= 0 of any shape, by dL/db = 1 - y^2 - 2 y/b; infinite at and beyond 1."""
+    ratio = stiffness(square)
+    slope = np.asarray(1 - square - 2 / ratio)
+    with np.errstate(divide="ignore"):
+        np.divide(1, slope, out=slope)
+    if np.any(far := square > POLYNOMIAL_BELOW):  # where the terms would cancel
+        slope[far] = by_newton(np.sqrt(square[far]))[1]
+    return ratio, slope
+
+
+def inverse(y: Floats) -> tuple[Floats, Floats, Floats]:
+    """b with L(b) = y, b/y (3 at y = 0), and db/dy, at 0 <= y < 1 of any shape; infinite at and beyond 1."""
+    ratio, slope = stiffness_and_slope(y * y)
+    return y * ratio, ratio, slope
 
 
 def chain_energy(y: Floats) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.law import Constant
-from dielast.material.springs.law import CardForm
+from dielast.material.springs.law import CardForm, Symmetry
 from dielast.material.springs.scaled import ScaledLaw
 from dielast.numerics.columns import Floats
 from dielast.units import STRESS
@@ -84,6 +84,25 @@ class Ogden(ScaledLaw):
             total += weight / (2 * power) * (np.expm1(power * log).sum(axis=0) + np.expm1(power * third))
         return np.asarray(total)
 
+    def axial_stress(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
+        """Sum w (A^h - C^h)."""
+        log, carried = np.log(front), np.zeros_like(front)
+        for weight, power in zip(self._weight, self._power, strict=True):
+            first, last = _powers(symmetry, power * log)
+            first -= last
+            first *= weight
+            carried += first
+        return carried
+
+    def axial_tangent(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> tuple[Floats, Floats]:
+        """Sum w (A^h - C^h), and sum w h (A^h + `thinning` C^h)."""
+        log, carried, slope = np.log(front), np.zeros_like(front), np.zeros_like(front)
+        for weight, power in zip(self._weight, self._power, strict=True):
+            first, last = _powers(symmetry, power * log)
+            carried += weight * (first - last)
+            slope += weight * power * (first + symmetry.thinning * last)
+        return carried, slope
+
     def unlimited(self) -> Ogden:
         """One term with the exponent 2, beside as many that carry nothing."""
         count = len(np.atleast_1d(np.asarray(self.mu)))
@@ -111,6 +130,15 @@ class Ogden(ScaledLaw):
             case "neo-hookean":
                 return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
         return None
+
+
+def _powers(symmetry: Symmetry, exponent: Floats) -> tuple[Floats, Floats]:
+    """A^h and C^h = A^(-h `thinning`) from h ln A (...), `thinning` being 1/2 or 2: one exponential for both."""
+    if symmetry.thinning > 1:
+        front = np.exp(exponent)
+        return front, 1 / (front * front)
+    root = np.exp(symmetry.thinning * exponent)
+    return root * root, 1 / root
 
 
 _NEO_HOOKEAN_NOTES = ("  A neo-Hookean spring has one exponent, 2, and the same modulus: it is right at small strain only.",)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dielast.errors import InputError, nearest, shown
 from dielast.material.material import Material
-from dielast.mechanics.criteria.breakdown import Breakdown
+from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.criteria.damage import Damage
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
 
 CRITERIA: list[Criterion] = [
-    Breakdown(),
+    ElectricalBreakdown(),
     PullIn(),
     Damage(),
     *(LossOfTension(axis) for axis in (0, 1)),
@@ -33,5 +34,8 @@ def failures_of(materials: Sequence[Material]) -> tuple[str, ...]:
 
 
 def named(name: str) -> Criterion:
-    """The first criterion of this name."""
-    return next(known for known in CRITERIA if known.name == name)
+    """The first criterion of this name; raises `InputError` if there is none."""
+    for known in CRITERIA:
+        if known.name == name:
+            return known
+    raise InputError(f"{shown(name)}: criterion: {nearest(name, names())}")

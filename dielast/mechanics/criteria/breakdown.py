@@ -10,7 +10,7 @@ from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, Watc
 from dielast.numerics.columns import Floats
 
 
-class Breakdown(Criterion):
+class ElectricalBreakdown(Criterion):
     """1 - |E|/E_EB falls to zero."""
 
     name: ClassVar[str] = "breakdown"

@@ -1,0 +1,31 @@
+"""The table that states a breakdown law, in material files and in recipes alike."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dielast.handover.law_section import LawSection, law_section
+from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
+
+
+class BreakdownSection(LawSection):
+    """Breakdown field: one for every prestretch, a table over prestretch, or a law of the film at the moment."""
+
+
+def breakdown_section() -> type[BreakdownSection]:
+    """The table with the keys of the laws that are registered at present."""
+    return law_section(BreakdownSection, BREAKDOWNS, "table", law="Law of the field; left out: table.")
+
+
+def breakdown(section: BreakdownSection | None) -> BreakdownLaw | None:
+    """The law of the breakdown field, if one is stated."""
+    if section is None:
+        return None
+    law: BreakdownLaw = section.stated()
+    return law
+
+
+if TYPE_CHECKING:
+    BreakdownField = BreakdownSection
+else:
+    BreakdownField = breakdown_section()

@@ -1,0 +1,75 @@
+"""A material file some of whose keys a recipe states otherwise, by a sweep or on the command line."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from dielast.errors import InputError, Problem, shown
+from dielast.handover.law_section import LawSection
+from dielast.handover.material_file import NO_TABLE, MaterialFile, material_file
+from dielast.io.toml import parse_toml
+from dielast.material.material import Material
+from dielast.recipe.paths import read_path, set_key
+from dielast.recipe.validate import Place, check, examine, in_order, on_the_way
+
+Origin = Callable[[str], str]
+"""What states the key of a path, as messages name it."""
+
+
+def parse_changed_material(content: bytes, source: str, changes: Mapping[str, Any], origin: Origin) -> Material:
+    """The material in the bytes of a material file, with other values by the paths of their keys.
+
+    Of a spring with another law, the modulus stays; the other constants are those of the changes alone. Other laws keep the
+    constants that they share with the file's. Raises `InputError` for mistakes in the file, and with the `origin` of a change for
+    what is wrong with that.
+    """
+    values = parse_toml(content, source, NO_TABLE)
+    plain = check(material_file(), values, source, Path())
+    if not changes:
+        return plain.material()
+    values, paths = copy.deepcopy(values), {key: read_path(key) or (key,) for key in changes}
+    problems: list[Problem] = []
+
+    def tried(key: str, change: Callable[[], None]) -> None:
+        try:
+            change()
+        except InputError as error:
+            problems.extend(Problem(f"{problem.text} (from {origin(key)})", key=key) for problem in error.problems)
+
+    # a law comes before its constants, in whatever order they are stated
+    for key, path in paths.items():
+        if path[-1] == "law" and isinstance(values.get(path[0]), dict):
+            tried(key, partial(_restate, values, plain, path[0], str(changes[key]), changes, list(paths.values())))
+    for key, path in paths.items():
+        tried(key, partial(set_key, values, path, copy.deepcopy(changes[key])))
+    if not problems:
+        checked = examine(material_file(), values, source, Path())
+        if not isinstance(checked, list):
+            return checked.material()
+        problems = in_order([(place, _from(place, problem, paths, origin)) for place, problem in checked], values)
+    raise InputError(*problems)
+
+
+def _restate(
+    values: dict[str, Any], plain: MaterialFile, section: str, law: str, changes: Mapping[str, Any], paths: list[Place]
+) -> None:
+    """Prepare a table for another law, whose constants the `paths` state."""
+    stated = getattr(plain, section, None)
+    if not isinstance(stated, LawSection) or law not in stated.FAMILY or stated.law_stated() == law:
+        return
+    given = {str(path[1]) for path in paths if len(path) > 1 and path[0] == section}
+    constants = stated.FAMILY[law].constants
+    told = [constant.file_key for constant in constants if constant.left_out is not None]
+    if told and not any(constant.is_needed for constant in constants) and not given & set(told):
+        raise InputError(f"law {shown(law)} needs {' or '.join(told)}, which the material file does not state")
+    values[section] = stated.restated(values[section], law, given)
+
+
+def _from(place: Place, problem: Problem, paths: Mapping[str, Place], origin: Origin) -> Problem:
+    """A problem at a place of the changed file, with the changes that may have led to it."""
+    near = [key for key, path in paths.items() if on_the_way(place, path)] or list(paths)
+    return Problem(f"{problem.text} (from {' and '.join(map(origin, near))})", key=problem.key)
