@@ -8,10 +8,12 @@ import numpy as np
 
 from dielast.mechanics.chain import Chain
 from dielast.mechanics.course import Course
+from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
+from dielast.simulate.electrical import EXTRA, ElectricMeter
 from dielast.simulate.wanted import Wanted
 
 ROWS = 6
@@ -22,7 +24,7 @@ AFTER = 1e-13  # of the duration of a piece: a row so soon after another shows w
 @dataclass(frozen=True, slots=True, eq=False)
 class Record:
     """Films at output times (cases, rows) in s: `values` (6, cases, rows), NaN for what was never reached, and x (2, n, cases,
-    rows) if it was asked for.
+    rows) if it was asked for. Below the six rows are those of `electrical.EXTRA`, if they were asked for.
     """
 
     time: Floats
@@ -49,6 +51,11 @@ class Record:
         """That of pull-in (cases, rows), of films that are watched."""
         return np.asarray(self.values[5])
 
+    @property
+    def electrical(self) -> Floats:
+        """What is electrical, (6, cases, rows), or no rows."""
+        return self.values[ROWS:]
+
 
 @dataclass(slots=True, eq=False)
 class Recorder:
@@ -60,6 +67,7 @@ class Recorder:
     cases: int
     springs: int
     watch: Watch | None = None
+    electric: ElectricMeter | None = None
     _times: list[Floats] = field(default_factory=list)
     _values: list[Floats] = field(default_factory=list)
     _internal: list[Floats] = field(default_factory=list)
@@ -89,7 +97,7 @@ class Recorder:
         else:
             relative = self._within(times, start, course.duration, last)
         if times is None or not self._values:
-            self._values.append(np.full((ROWS, *relative.shape), np.nan))
+            self._values.append(np.full((ROWS + (len(EXTRA) if self.electric else 0), *relative.shape), np.nan))
             if self.wanted.internal:
                 self._internal.append(np.full((2, self.springs, *relative.shape), np.nan))
         self._relative = relative if alive.all() else np.where(alive[:, None], relative, np.nan)
@@ -97,6 +105,10 @@ class Recorder:
         self._next = np.where(after.any(axis=1), np.argmax(after, axis=1), relative.shape[1])
         case, row = (paired(part) for part in np.nonzero(self._relative == 0))
         self._write(system, state[:, case], case, case, row, np.zeros(case.size), np.zeros(case.size))
+        if self.electric is not None:
+            self.electric.begin(start, course.start[ELECTRIC])
+            if case.size:
+                self._values[-1][ROWS:, case, row] = self.electric.now(system.take(case), state[:, case], case)
 
     def _rows(self, course: Course, start: Floats, jumped: Flags) -> Floats:
         """Times (cases, k) of a piece since it began that suit its load; NaN is no time."""
@@ -143,6 +155,11 @@ class Recorder:
             fraction = np.minimum((moment - stride.time[pooled]) / stride.step[pooled], 1.0)
             state = stride.dense(part, pooled, fraction)
             self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled])
+            if self.electric is not None:
+                self._values[-1][ROWS:, case, rows] = self.electric.at(stride, pooled, fraction)
+        if self.electric is not None:
+            done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
+            self.electric.follow(stride, done)
 
     def _write(self, system: Films, state: Floats, pooled: Cases, case: Cases, row: Cases, moment: Floats, begin: Floats) -> None:
         """Write states (rows, k) of columns `pooled` of the system at times (k,) since a span began, `begin` (k,) since the piece
@@ -151,7 +168,7 @@ class Recorder:
         if not case.size:
             return
         films = system.take(pooled)
-        driven = films.load.value(moment)
+        driven = films.driven(moment, state)
         log_squared, nominal = films.membrane(state, driven)
         self._values[-1][:5, case, row] = np.concatenate((log_squared, nominal, driven[2:]))
         if self.watch is not None:
@@ -177,7 +194,7 @@ class Recorder:
 
 def ending(record: Record, reached: Floats, at_end: Floats) -> Record:
     """The record up to `reached` (cases,), whose last row is what held there, `at_end` (6, cases), NaN for a case that has its last
-    row already.
+    row already; it has as many rows as the record has.
 
     That comes in the place of the first output that was not reached, or of one at the same time.
     """
