@@ -173,9 +173,31 @@ def test_viscoelastic_films_agree_with_the_peer(electric: str, prestretch: tuple
     assert np.stack((here.stretch_1[0], here.stretch_2[0])) == pytest.approx(there.stretch, rel=within)
     assert here.electrical.charge_density[0] == pytest.approx(there.charge, rel=within)
     assert here.voltage[0] == pytest.approx(there.field * THICKNESS, rel=within)
+    if "source_resistance" in wired:
+        current = (np.minimum(times / up, 1.0) * field - there.field) / r
+        assert here.electrical.current_density[0] == pytest.approx(current, rel=1e-5, abs=1e-6 * np.max(np.abs(current)))
     at_rest = Run(film, [Piece(1.0, load)], replace(relaxed, time=0.0), theta=lambda t: 0 * t, rtol=3e-8).determinant(0.0)
     assert here.stability[0] == pytest.approx(run.determinant(times) / at_rest, rel=within)
     assert not here.events[0]
+
+
+@pytest.mark.parametrize("prestretch", [1.9, (2.0, 1.6)])
+def test_the_current_is_the_rate_of_the_charge_and_what_leaks(prestretch: float | tuple[float, float]) -> None:
+    """Under a voltage, whose charge follows from the stretches; also just after a voltage applied at once."""
+    film = {"prestretch": prestretch, "relax": 60.0, **FILM}
+    times = np.linspace(0.0, 2.0, 1001)
+    steps = [VoltageStep(1e3), VoltageStep(Waveform(1e3, 2e3, 1.0, 2))]
+    run = actuate(SOFT, steps, times=times, leakage=Leakage(1e-13), rtol=1e-8, **film)
+    assert run.electrical is not None
+    charge, current = run.electrical.charge_density[0], run.electrical.current_density[0]
+    leak = 1e-13 * charge / 4e-11  # sigma E lambda_1 lambda_2
+    flowing = (current - leak)[1:]
+    simpson = np.cumsum((flowing[:-2:2] + 4 * flowing[1:-1:2] + flowing[2::2]) * (times[1] - times[0]) / 3)
+    assert charge[3::2] - charge[1] == pytest.approx(simpson, abs=1e-6 * np.max(charge))
+    held = actuate(SOFT, [VoltageStep(2e3), VoltageStep.hold(1.0)], electrical=True, **film)
+    assert held.electrical is not None
+    assert held.electrical.current_density[0, 0] == pytest.approx(held.electrical.current_density[0, 1], rel=1e-5)
+    assert held.electrical.current_density[0, 0] > 0
 
 
 def test_pull_in_behind_a_resistance_is_that_of_the_time_scale() -> None:
