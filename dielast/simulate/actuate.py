@@ -228,7 +228,9 @@ def _run(
     record, happened = recorder.collect(), watch.happened
     extra = np.zeros((0, part.size))
     if electric is not None:
-        extra = electric.ended(first_of(happened, until[0]).time if until else followed.time)
+        last = first_of(happened, until[0] if until else names()[0])
+        extra = electric.ended(last.time)
+        extra[0] = nominal(film.points, last.log_squared_stretch, last.field)[1]
     if film.points.electric is CHARGE:
         record, happened = _in_fields(film.points, record, happened)
     return _Run(record, begin, happened, followed.time, followed.status, extra, meter.collect())

@@ -173,8 +173,8 @@ class ElectricMeter:
         self.totals[:, steps.cases] = before + self._energies(films, steps, np.ones(columns.size))
 
     def ended(self, time: Floats) -> Floats:
-        """Rows `EXTRA` (6, cases) at the times (cases,) in s at which films were stopped; of a film that a load at once ended, the
-        energies are those before it, and charge and current are not known.
+        """Rows `EXTRA` (6, cases) at the times (cases,) in s at which films were stopped; of a film that a load at once ended,
+        charge and current are left open, and the energies are those of the load, where the film holds that, or before it.
         """
         none = np.full(time.size, np.nan)
         rows = np.stack((none, self._source, none, *self.totals))

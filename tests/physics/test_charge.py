@@ -283,6 +283,11 @@ def test_results_do_not_depend_on_company_and_events_hold_what_is_electrical() -
         area = last["stretch_1 [1]"] ** 4
         assert last["charge_density [C/m^2]"] == pytest.approx(4e-11 * area * event.voltage / THICKNESS, rel=1e-9)
         assert last["electrical_energy [J/m^3]"] > last["leaked_energy [J/m^3]"] > 0
+    # a charge applied at once: the film breaks down with it on
+    (event,) = (run := actuate(SOFT, [ChargeStep(9e-3)], **film)).events[0]
+    assert run.electrical is not None
+    assert event.time == 0
+    assert run.electrical.charge_density[0, 0] == pytest.approx(9e-3, rel=1e-12)
 
 
 def test_what_cannot_be_is_refused() -> None:
