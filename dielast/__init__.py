@@ -46,6 +46,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.handover.material_file import read_material as read_material, write_material as write_material
     from dielast.material.breakdown import PowerBreakdown as PowerBreakdown
     from dielast.material.damage import InversePower as InversePower
+    from dielast.material.leakage import Leakage as Leakage
     from dielast.material.material import Breakdown as Breakdown, Material as Material
     from dielast.material.measurement import (
         CreepCurve as CreepCurve,
@@ -70,7 +71,13 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         Ogden as Ogden,
         Yeoh as Yeoh,
     )
-    from dielast.mechanics.load import Step as Step, Track as Track, VoltageStep as VoltageStep, Waveform as Waveform
+    from dielast.mechanics.load import (
+        ChargeStep as ChargeStep,
+        Step as Step,
+        Track as Track,
+        VoltageStep as VoltageStep,
+        Waveform as Waveform,
+    )
     from dielast.mechanics.stability import TimeScale as TimeScale
     from dielast.plots.mastercurve import plot_master_curve as plot_master_curve
     from dielast.plots.spectrum import plot_spectrum as plot_spectrum

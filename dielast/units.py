@@ -47,8 +47,10 @@ psi: 6894.757293168361 Pa
 joule J: 1 N*m
 watt W: 1 J/s
 volt V: 1 W/A
-coulomb coul: 1 A*s
+coulomb coul C: 1 A*s
 farad F: 1 A*s/V
+ohm Ω: 1 V/A
+siemens S: 1 A/V
 hertz Hz: 1 1/s
 radian rad: 1 1
 percent %: 0.01 1
@@ -105,6 +107,13 @@ MASS = Dimension("a mass", "kg", "5 g")
 VOLTAGE = Dimension("a voltage", "V", "2.5 kV")
 VOLTAGE_RATE = Dimension("a voltage rate", "V/s", "0.25 kV/s")
 FIELD = Dimension("an electric field", "V/m", "48 MV/m")
+CHARGE = Dimension("a charge", "C", "20 nC")
+CHARGE_DENSITY = Dimension("a charge density", "C/m^2", "2 mC/m^2")
+CHARGE_RATE = Dimension("a rate of charge", "A", "5 nC/s")
+CHARGE_DENSITY_RATE = Dimension("a rate of charge density", "A/m^2", "0.5 mC/m^2/s")
+ENERGY_DENSITY = Dimension("an energy density", "J/m^3", "5 kJ/m^3")
+RESISTANCE = Dimension("a resistance", "ohm", "10 Mohm")
+CONDUCTIVITY = Dimension("a conductivity", "S/m", "3e-14 S/m")
 PERMITTIVITY = Dimension("a permittivity", "F/m", "3.98e-11 F/m")
 MOLAR_ENERGY = Dimension("a molar energy", "J/mol", "120 kJ/mol")
 
@@ -114,9 +123,13 @@ _COMMON = (
     *("Pa", "kPa", "MPa", "GPa", "1/Pa", "/Pa", "1/kPa", "1/MPa", "1/GPa", "Pa*s", "Pa.s", "mPa*s", "mPa.s", "kPa*s"),
     *("Hz", "mHz", "kHz", "rad/s", "Pa/s", "kPa/s", "MPa/s", "%", "1/s", "/s", "%/s", "%/min", "N", "mN", "N/s", "mN/s"),
     *("V", "kV", "V/s", "kV/s", "V/m", "MV/m", "kV/mm", "F/m", "J/mol", "kJ/mol"),
+    *("C", "uC", "nC", "C/m^2", "ohm", "kohm", "Mohm", "Gohm", "S/m"),
 )
 MISTAKEN = (FORCE, LENGTH, STRESS, STRAIN, TORQUE, STIFFNESS, MASS, TIME, TEMPERATURE, FREQUENCY, ANGULAR_FREQUENCY)
-RECOGNISED = (TIME, LENGTH, TEMPERATURE, STRESS, STRESS_RATE, STRAIN_RATE, FORCE, FORCE_RATE, VOLTAGE, VOLTAGE_RATE, FIELD, STRAIN)
+RECOGNISED = (
+    *(TIME, LENGTH, TEMPERATURE, STRESS, STRESS_RATE, STRAIN_RATE, FORCE, FORCE_RATE, VOLTAGE, VOLTAGE_RATE, FIELD, STRAIN),
+    *(CHARGE, CHARGE_DENSITY, CHARGE_RATE, CHARGE_DENSITY_RATE, RESISTANCE, CONDUCTIVITY),
+)
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _COMMA = re.compile(r"(?<![\w.,])[+-]?\d++,(\d++)(?![\w.,]*,)")
@@ -124,14 +137,16 @@ _COMMA = re.compile(r"(?<![\w.,])[+-]?\d++,(\d++)(?![\w.,]*,)")
 _ABROAD = {"sek": "s", "sekunden": "s", "minuten": "min", "std": "h", "stunden": "h", "tage": "d", "grad": "degC"}
 _QUANTITY = re.compile(rf"({_NUMBER})\s*+(.*+)", re.DOTALL)  # of text without blanks around it
 # a name with a small power, and products and quotients of such: units of measurement need no more
-_NAME = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)?-?[1-9])?"
+_NAME = r"[A-Za-zµμ°%_Ω]+(?:(?:\^|\*\*)?-?[1-9])?"
 _UNIT = re.compile(rf"(?:1\s*/\s*)?{_NAME}(?:\s*[*/·.]\s*{_NAME}|\s+{_NAME})*")
-_FACTOR = re.compile(r"(?P<sign>[*/·.\s]*)(?P<name>%|[A-Za-zµμ°_]+)(?:(?:\^|\*\*)?(?P<power>-?[1-9]))?")
+_FACTOR = re.compile(r"(?P<sign>[*/·.\s]*)(?P<name>%|[A-Za-zµμ°_Ω]+)(?:(?:\^|\*\*)?(?P<power>-?[1-9]))?")
 _DASHED = re.compile(r"(?<=[A-Za-zµμ°%1-9])-(?=[A-Za-zµμ°])")  # N-m and Pa-s of instruments; s-1 is a power
 _SQUARED = re.compile(r"\b(?:square|sq) ([A-Za-zµμ]+)|([A-Za-zµμ]+) squared\b")
 _CUBED = re.compile(r"\bcubic ([A-Za-zµμ]+)|([A-Za-zµμ]+) cubed\b")
 _DEGREE = re.compile(r"(deg|°)\s+(?=[CF]\b)")
-_TYPESET = str.maketrans({"º": "°", "℃": "°C", "℉": "°F", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"})
+_TYPESET = str.maketrans(
+    {"\N{OHM SIGN}": "Ω", "º": "°", "℃": "°C", "℉": "°F", "²": "2", "³": "3", "⁻": "-", "¹": "1", "⋅": "·", "∙": "·"}
+)
 LONGEST_UNIT = 40  # characters
 
 

@@ -58,4 +58,27 @@ class FieldControl:
         return np.asarray(prescribed * np.exp(0.5 * log_area))
 
 
-FIELD = FieldControl()
+@dataclass(frozen=True, slots=True)
+class ChargeControl:
+    """The nominal charge density D~ (C/m^2), charge per undeformed area, is prescribed: eps E^2 = D~^2/eps exp(-log_area).
+
+    It falls as the film expands, so that a charged film never pulls in; without a load on its edges a neo-Hookean film comes to
+    lambda^6 = 1 + D~^2/(mu eps) (Keplinger, Kaltenbrunner, Arnold and Bauer, PNAS 107 (2010) 4505).
+    """
+
+    def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
+        """eps E^2."""
+        return np.asarray(np.square(prescribed) / permittivity * np.exp(-log_area))
+
+    def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
+        """eps E^2, minus the same, and 2 D~/eps exp(-log_area)."""
+        slope = 2 * prescribed / permittivity * np.exp(-log_area)
+        stress = 0.5 * slope * prescribed
+        return stress, -stress, slope
+
+    def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
+        """E = D~/eps exp(-log_area/2)."""
+        return np.asarray(prescribed / permittivity * np.exp(-0.5 * log_area))
+
+
+FIELD, CHARGE = FieldControl(), ChargeControl()

@@ -13,7 +13,7 @@ from dielast.mechanics.chain import Chain
 from dielast.mechanics.course import Piece
 from dielast.mechanics.cycles import Cycles
 from dielast.mechanics.line import Ramp, lasts_at
-from dielast.mechanics.load import Mode, Path, Step, VoltageStep, Waveform
+from dielast.mechanics.load import ElectricalStep, Mode, Path, Step, Waveform
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.columns import Floats
 
@@ -151,36 +151,38 @@ def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], C
     return [first, second], paced
 
 
-def voltage_pieces(steps: Sequence[VoltageStep], controls: Controls, thickness: Floats) -> list[Piece]:
-    """The steps as pieces of load, from 0 V, for films of a `thickness` (cases,) in m. Raises `InputError` naming the step (counted
-    from 0) that is wrong.
+def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit: Floats) -> list[Piece]:
+    """The steps, all of voltage or all of charge, as pieces of load, from 0, with their values over a `unit` (cases,): the films'
+    thickness in m for voltages, 1 for charges per area. Raises `InputError` naming the step (counted from 0) that is wrong.
     """
     if not steps:
         raise InputError("a voltage programme needs at least one step")
     result: list[Piece] = []
-    present = np.zeros(thickness.size)
+    kind, present = type(steps[0]), np.zeros(unit.size)
     for index, step in enumerate(steps):
         with located(step=index):
-            if isinstance(step.voltage, Path):
+            if type(step) is not kind:
+                raise InputError(f"a {step.QUANTITY} does not go with a {kind.QUANTITY}: all steps prescribe one or the other")
+            if isinstance(step.target, Path):
                 if step.rate is not None or step.duration is not None:
                     raise InputError("a waveform or a track has its pace with it")
-                result += path_pieces(step.voltage, controls, (False, False, True), 1 / thickness, index)
-                present = spread(step.voltage.last, "voltage", thickness.size)
+                result += path_pieces(step.target, controls, (False, False, True), 1 / unit, index)
+                present = spread(step.target.last, step.QUANTITY, unit.size)
                 continue
-            voltage, duration = _voltage_ramp(step, present)
-        result.append(Ramp(controls, (None, None, voltage / thickness), duration, origin=index))
-        present = voltage
+            target, duration = _electrical_ramp(step, present)
+        result.append(Ramp(controls, (None, None, target / unit), duration, origin=index))
+        present = target
     return result
 
 
-def _voltage_ramp(step: VoltageStep, present: Floats) -> tuple[Floats, Floats]:
-    """Voltage at the end of a step that is no path, and its duration in s (cases,)."""
-    if step.voltage is None:
+def _electrical_ramp(step: ElectricalStep, present: Floats) -> tuple[Floats, Floats]:
+    """Voltage or charge at the end of a step that is no path, and its duration in s (cases,)."""
+    if step.target is None:
         if step.duration is None or step.rate is not None:
-            raise InputError("a voltage, or the duration of a hold is needed")
-        voltage = present
+            raise InputError(f"a {step.QUANTITY}, or the duration of a hold is needed")
+        target = present
     else:
-        assert not isinstance(step.voltage, Path)
-        voltage = spread(step.voltage, "voltage", present.size)
-    lasts, rate = pace(step.duration, step.rate, present.size, "voltage")
-    return voltage, lasts if rate is None else lasts_at(rate, voltage - present, "voltage", "V")
+        assert not isinstance(step.target, Path)
+        target = spread(step.target, step.QUANTITY, present.size)
+    lasts, rate = pace(step.duration, step.rate, present.size, step.QUANTITY)
+    return target, lasts if rate is None else lasts_at(rate, target - present, step.QUANTITY, step.UNIT)

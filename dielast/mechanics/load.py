@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -151,12 +152,58 @@ class VoltageStep(Result):
     rate: ArrayLike | None = None
     duration: ArrayLike | None = None
 
+    QUANTITY: ClassVar = "voltage"
+    UNIT: ClassVar = "V"
+
     @classmethod
     def hold(cls, duration: ArrayLike) -> VoltageStep:
         """Keep the voltage for a `duration` in s."""
         return cls(duration=duration)
 
+    @property
+    def target(self) -> ArrayLike | Path | None:
+        """The voltage."""
+        return self.voltage
+
     def varied(self) -> list[ArrayLike]:
         """All numbers of which there may be one for each case."""
-        voltage = self.voltage.varied() if isinstance(self.voltage, Path) else (self.voltage,)
-        return [value for value in (*voltage, self.rate, self.duration) if value is not None]
+        return _varied(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ChargeStep(Result):
+    """Let the source have delivered a `charge` (C/m^2 of undeformed area) in all, at a `rate` (A/m^2, negative to take charge back)
+    or within a `duration` (s), neither: at once; or follow a `Waveform` or a `Track` of that charge.
+
+    A step with a duration alone is a hold, an open circuit. Without leakage the film has this charge, and else as much less as has
+    leaked. Every value may be one number or one a case.
+    """
+
+    charge: ArrayLike | Path | None = None
+    rate: ArrayLike | None = None
+    duration: ArrayLike | None = None
+
+    QUANTITY: ClassVar = "charge"
+    UNIT: ClassVar = "C/m^2"
+
+    @classmethod
+    def hold(cls, duration: ArrayLike) -> ChargeStep:
+        """Leave the circuit open for a `duration` in s."""
+        return cls(duration=duration)
+
+    @property
+    def target(self) -> ArrayLike | Path | None:
+        """The charge."""
+        return self.charge
+
+    def varied(self) -> list[ArrayLike]:
+        """All numbers of which there may be one for each case."""
+        return _varied(self)
+
+
+ElectricalStep = VoltageStep | ChargeStep
+
+
+def _varied(step: ElectricalStep) -> list[ArrayLike]:
+    target = step.target.varied() if isinstance(step.target, Path) else (step.target,)
+    return [value for value in (*target, step.rate, step.duration) if value is not None]

@@ -27,6 +27,7 @@ from dielast.material.dielectric import DielectricLaw, StretchedDielectrics, str
 from dielast.material.material import Material
 from dielast.material.springs import Floats, SpringLaw, gathered
 from dielast.mechanics.cases import of_case
+from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import ELECTRIC, FIELD, ElectricalLoad
 from dielast.mechanics.span import Control, Load, stretched
 
@@ -43,7 +44,8 @@ class Points:
     """Material of the points: shear `modulus` (n, cases) in Pa and `rate` = 1/(3 tau) (n, cases) in 1/s, row 0 the equilibrium
     spring with rate 0; `law` acts on arrays (2, n, cases); `permittivity` (cases,) in F/m at stretch 1; `stress_floor` (cases,) in
     Pa: errors of a smaller stress count as errors of this one; `electric` is the electrical quantity that loads prescribe;
-    `stretching` is how the permittivity changes with stretch, None where it does not.
+    `stretching` is how the permittivity changes with stretch, None where it does not; `circuit` says how the charge flows where it
+    is an unknown, and `electric` is then the charge.
     """
 
     modulus: Floats
@@ -53,6 +55,7 @@ class Points:
     stress_floor: Floats
     electric: ElectricalLoad = FIELD
     stretching: StretchedDielectrics | None = None
+    circuit: Circuit | None = None
 
     @classmethod
     def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float, with_dielectric: bool = True) -> Points:
@@ -94,7 +97,8 @@ class Points:
         modulus, rate = np.take(self.modulus, cases, axis=1), np.take(self.rate, cases, axis=1)
         stretching = None if self.stretching is None else self.stretching.take(cases)
         law, permittivity, floor = self.law.take(cases), self.permittivity[cases], self.stress_floor[cases]
-        return Points(modulus, rate, law, permittivity, floor, self.electric, stretching)
+        circuit = None if self.circuit is None else self.circuit.take(cases)
+        return Points(modulus, rate, law, permittivity, floor, self.electric, stretching, circuit)
 
     def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
         """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""
@@ -145,6 +149,25 @@ class Points:
         _, by_stretch, by_load = self.maxwell_tangent(both, electrical)
         return by_stretch[0, 0] + by_stretch[0, 1], by_load[0]
 
+    def capacitance(self, log_squared_stretch: Floats) -> tuple[Floats, Floats]:
+        """eps (cases,) in F/m at Lambda (2, cases), and the derivatives (2, cases) in Lambda of ln(eps lambda_1^2 lambda_2^2)."""
+        if self.stretching is None:
+            return self.permittivity, np.ones_like(log_squared_stretch)
+        ratio, slope, _ = self.stretching.log_ratio(log_squared_stretch)
+        return np.asarray(self.permittivity * np.exp(ratio)), 1 + slope
+
+    def watched_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats, watched: Floats) -> Floats:
+        """The derivatives in Lambda as in `maxwell_tangent`, but a time `watched` (cases,) in s after the stretches changed, in
+        which charge flows where there is a circuit.
+        """
+        _, by_stretch, by_load = self.maxwell_tangent(log_squared_stretch, electrical)
+        if self.circuit is None:
+            return by_stretch
+        permittivity, share = self.capacitance(log_squared_stretch)
+        log_area = log_squared_stretch[0] + log_squared_stretch[1]
+        released = self.circuit.released(permittivity, share, log_area, electrical, watched)
+        return by_stretch + np.atleast_2d(by_load)[:, None] * released
+
 
 def _at(answer: Callable[[Floats], Floats], temperature: Floats, first: int, cases: slice) -> Floats:
     """What a law answers at the temperatures in degC of the cases, the first of which is named; an error says of which case it
@@ -173,13 +196,22 @@ class LoadedPoints:
         """Where the rows of the border begin, from the end."""
         return -2
 
+    @property
+    def electric(self) -> bool:
+        """Whether there is a field."""
+        return self.load.electric
+
     def take(self, cases: Cases) -> LoadedPoints:
         """The same for some of the cases."""
-        return LoadedPoints(self.points.take(cases), self.load.take(cases))
+        return type(self)(self.points.take(cases), self.load.take(cases))
 
     def driven_by(self, columns: Cases, load: Load) -> LoadedPoints:
         """The same with another span of load in these columns."""
-        return LoadedPoints(self.points, self.load.put(columns, load))
+        return type(self)(self.points, self.load.put(columns, load))
+
+    def driven(self, time: Floats, state: Floats) -> Floats:
+        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began, and a `state` then."""
+        return self.load.value(time)
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
@@ -188,7 +220,7 @@ class LoadedPoints:
 
     def internal(self, state: Floats) -> Floats:
         """x (2, n, cases) of a state."""
-        return state[:-2].reshape(2, -1, state.shape[1])
+        return state[: self.border].reshape(2, -1, state.shape[1])
 
     def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
         """Lambda and the nominal stress (2, cases each) at a `state` under the prescribed values `driven` (3, cases)."""
@@ -204,7 +236,7 @@ class LoadedPoints:
 
     def error(self, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches that `increment` of a `state` amounts to."""
-        worst = 0.5 * np.max(np.abs(increment[:-2]), axis=0)
+        worst = 0.5 * np.max(np.abs(increment[: self.border]), axis=0)
         for row, control in ((-2, self.load.controls[0]), (-1, self.load.controls[1])):
             error = np.abs(increment[row])
             if control is Control.STRESS:
@@ -229,7 +261,7 @@ class Arrowhead:
     def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.gamma = system, gamma
         points, load = system.points, system.load
-        driven = load.value(time)
+        driven = system.driven(time, state)
         log_squared, nominal = system.membrane(state, driven)
         self.stress, tangent = points.law.tangent(points.springs(system.internal(state), log_squared))
         self.flow = step * points.rate
@@ -276,10 +308,10 @@ class Arrowhead:
         tangent = np.add.reduce(self.share, axis=2) / self.gamma
         tangent[(0, 1), (0, 1)] -= 0.5 * nominal * stretch
         self.known = np.zeros_like(stretch)
-        if load.electric:
+        if self.system.electric:
             _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])
             tangent -= by_stretch
-            self.known += by_load * change[ELECTRIC]
+            self._drive(by_load, change)
         self.tangent = tangent
         self.given = np.zeros_like(stretch)
         matrix = tangent.copy()
@@ -301,7 +333,7 @@ class Arrowhead:
         """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
         system = self.system
         points, load = system.points, system.load
-        driven = load.value(time)
+        driven = system.driven(time, state)
         log_squared, nominal = system.membrane(state, driven)
         stress = self.stress if history is None else points.law.stress(points.springs(system.internal(state), log_squared))
         increment = np.empty_like(state)
@@ -309,11 +341,11 @@ class Arrowhead:
         residual = np.einsum("bcnm,cnm->bm", self.share, self._flow(stress, history))
         residual -= np.einsum("nm,cnm->cm", points.modulus, stress)
         residual += nominal * np.exp(0.5 * log_squared)
-        if load.electric:
+        if system.electric:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.known
-        np.einsum("bcm,cm->bm", self.inverse, residual, out=border)
+        self._solve(residual, border, increment, time, state, history, gamma_i)
         moved = border.copy()
         for axis, control in enumerate(load.controls):
             if control is Control.STRETCH:
@@ -321,11 +353,28 @@ class Arrowhead:
         moved = moved[:, None]
         right = self.right
         right -= moved * (1 / self.gamma)
-        internal = increment[:-2].reshape(right.shape)
+        internal = increment[: system.border].reshape(right.shape)
         np.multiply(self.diagonal, right, out=internal)
         internal += self.off_diagonal * right[::-1]
         internal += moved
         return increment
+
+    def _drive(self, by_load: Floats, change: Floats) -> None:
+        """Add what the rate of the electrical quantity puts on the right-hand side, with the Maxwell stress's derivatives in it."""
+        self.known += by_load * change[ELECTRIC]
+
+    def _solve(
+        self,
+        residual: Floats,
+        border: Floats,
+        increment: Floats,
+        time: Floats,
+        state: Floats,
+        history: Floats | None,
+        gamma_i: float,
+    ) -> None:
+        """Write the last two rows of the increment, `border`, for their right-hand side `residual` (2, cases)."""
+        np.einsum("bcm,cm->bm", self.inverse, residual, out=border)
 
     def _flow(self, stress: Floats, history: Floats | None) -> Floats:
         """Right-hand side of the springs' rows, kept for the back substitution."""
@@ -333,6 +382,6 @@ class Arrowhead:
         right -= stress[0] + stress[1]
         right *= self.flow
         if history is not None:
-            right += history[:-2].reshape(right.shape)
+            right += history[: self.system.border].reshape(right.shape)
         self.right = right
         return right

@@ -1,6 +1,7 @@
 """One smooth span of load in each case, with value and rate in closed form.
 
-Rows are the stretch or nominal stress of axes 1 and 2, and the nominal field V/L_3 in V/m.
+Rows are the stretch or nominal stress of axes 1 and 2, and the electrical quantity that the source prescribes: the nominal field
+V/L_3 in V/m, or the nominal charge density in C/m^2.
 """
 
 from __future__ import annotations
@@ -48,6 +49,10 @@ class Wave:
     def slope(self, time: Floats) -> Floats:
         """Rates (3, cases) at `time` (cases,)."""
         return np.asarray(self.swing * (self.pace * np.sin(self.angle + self.pace * time)))
+
+    def bend(self, time: Floats) -> Floats:
+        """The rates of the rates (3, cases) at `time` (cases,)."""
+        return np.asarray(self.swing * (np.square(self.pace) * np.cos(self.angle + self.pace * time)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,3 +116,7 @@ class Load:
     def slope(self, time: Floats) -> Floats:
         """Their rates (3, cases) in 1/s."""
         return self.rate if self.wave is None else self.rate + self.wave.slope(time)
+
+    def bend(self, time: Floats) -> Floats:
+        """The rates of these rates (3, cases) in 1/s^2."""
+        return np.zeros_like(self.rate) if self.wave is None else self.wave.bend(time)

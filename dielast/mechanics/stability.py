@@ -9,6 +9,10 @@ lambda_2^2). An axis that is clamped cannot move and drops out. In logarithmic s
 m the Maxwell stress (`electric`): dm_i/dLambda_j = eps E^2 where the permittivity does not depend on stretch.
 
 Taken literally every branch is frozen. Watched for a time theta, a branch holds on to exp(-theta/tau) of its stiffness only.
+
+Under a prescribed charge the tangent is that at fixed charge, under which no film of a constant permittivity pulls in. In a circuit
+charge flows while the film is watched: behind a source with a resistance the charge is as it was for theta far below the time
+constant r C of the circuit, and the voltage is for theta far above it, where the film pulls in as without a resistance (`circuit`).
 """
 
 from __future__ import annotations
@@ -65,7 +69,11 @@ class TimeScale:
         """What each spring holds on to, exp(-theta/tau) (n, cases), at `time` (cases,) in s since the voltage programme began."""
         if self.literal:
             return np.ones_like(points.rate)
-        return np.exp(points.rate * (-3 * (self.share * time + self.seconds)))
+        return np.exp(points.rate * (-3 * self.watched(time)))
+
+    def watched(self, time: Floats) -> Floats:
+        """theta (cases,) in s at `time` (cases,) in s since the voltage programme began."""
+        return np.asarray(self.share * time + self.seconds)
 
 
 ONE_PERCENT = TimeScale.fraction(0.01)
@@ -90,20 +98,25 @@ def stability(
     log_squared_stretch: Floats,
     nominal_stress: Floats,
     electrical: Floats,
+    watched: Floats | None = None,
 ) -> Stability:
     """Stability at x (2, n, cases), or (1, n, cases) where both axes are alike, Lambda and nominal stress (2, cases), and the
     prescribed `electrical` quantity (cases,), such as the nominal field in V/m.
 
-    `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to.
+    `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to. `watched` (cases,) is the time scale in
+    s, in which charge flows where there is a circuit; without it the charge of such a film is as frozen as a branch.
     """
     k11, k12, k22 = _spring_tangent(points, weighted_modulus, internal, log_squared_stretch)
-    _, by_stretch, _ = points.maxwell_tangent(log_squared_stretch, electrical)
+    if watched is None:
+        _, by_stretch, _ = points.maxwell_tangent(log_squared_stretch, electrical)
+    else:
+        by_stretch = points.watched_maxwell_tangent(log_squared_stretch, electrical, watched)
     maxwell = np.broadcast_to(2 * by_stretch, (2, 2, *k11.shape))
     stretch = np.exp(0.5 * log_squared_stretch)
     t11, t22 = k11 - maxwell[0, 0] - nominal_stress[0] * stretch[0], k22 - maxwell[1, 1] - nominal_stress[1] * stretch[1]
     free = [control is Control.STRESS for control in controls]
     if all(free):
-        determinant, whole = t11 * t22 - (k12 - maxwell[0, 1]) ** 2, k11 * k22 - k12 * k12
+        determinant, whole = t11 * t22 - (k12 - maxwell[0, 1]) * (k12 - maxwell[1, 0]), k11 * k22 - k12 * k12
         scale = np.square(stretch[0] * stretch[1])
         determinant = np.where((t11 < 0) & (determinant > 0), -determinant, determinant)  # unstable in both directions
     elif free[0] or free[1]:

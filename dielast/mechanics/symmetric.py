@@ -32,13 +32,22 @@ class SymmetricPoints:
         """Where the rows of the border begin, from the end."""
         return -1
 
+    @property
+    def electric(self) -> bool:
+        """Whether there is a field."""
+        return self.load.electric
+
     def take(self, cases: Cases) -> SymmetricPoints:
         """The same for some of the cases."""
-        return SymmetricPoints(self.points.take(cases), self.load.take(cases), self.symmetry)
+        return type(self)(self.points.take(cases), self.load.take(cases), self.symmetry)
 
     def driven_by(self, columns: Cases, load: Load) -> SymmetricPoints:
         """The same with another span of load in these columns."""
-        return SymmetricPoints(self.points, self.load.put(columns, load), self.symmetry)
+        return type(self)(self.points, self.load.put(columns, load), self.symmetry)
+
+    def driven(self, time: Floats, state: Floats) -> Floats:
+        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began, and a `state` then."""
+        return self.load.value(time)
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (n + 1, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
@@ -47,7 +56,8 @@ class SymmetricPoints:
 
     def internal(self, state: Floats) -> Floats:
         """x (2, n, cases) of a state."""
-        return np.stack((state[:-1], self.symmetry.second * state[:-1]))
+        internal = state[: self.border]
+        return np.stack((internal, self.symmetry.second * internal))
 
     def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
         """Lambda and the nominal stress (2, cases each) at a `state` under the prescribed values `driven` (3, cases)."""
@@ -76,7 +86,7 @@ class SymmetricPoints:
 
     def strain(self, state: Floats, log_squared_stretch: Floats) -> tuple[Floats, Floats]:
         """A and C of the springs, each (n, cases)."""
-        elastic = log_squared_stretch - state[:-1]
+        elastic = log_squared_stretch - state[: self.border]
         if self.symmetry is UNIAXIAL:
             elastic *= -0.5
             thickness = np.exp(elastic, out=elastic)
@@ -95,7 +105,7 @@ class SymmetricArrowhead:
     def __init__(self, system: SymmetricPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.gamma = system, gamma
         points, load, symmetry = system.points, system.load, system.symmetry
-        driven = load.value(time)
+        driven = system.driven(time, state)
         log_squared, nominal = system._axis(state, driven)
         self.stress, tangent = points.law.axial_tangent(symmetry, *system.strain(state, log_squared))
         self.flow = (symmetry.flow * step) * points.rate
@@ -116,10 +126,10 @@ class SymmetricArrowhead:
         tangent = np.add.reduce(self.share, axis=0) * (1 / self.gamma)
         tangent -= (0.5 * nominal) * stretch
         self.known = 0.0 * stretch
-        if load.electric:
+        if self.system.electric:
             by_stretch, by_load = points.equibiaxial_maxwell_tangent(log_squared, driven[ELECTRIC])
             tangent -= by_stretch
-            self.known += by_load * change[ELECTRIC]
+            self._drive(by_load, change)
         if load.controls[0] is Control.STRESS:
             self.given = None
             self.known += stretch * change[0]
@@ -131,32 +141,43 @@ class SymmetricArrowhead:
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
         """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
-        system, points, load = self.system, self.system.points, self.system.load
-        driven = load.value(time)
+        system, points = self.system, self.system.points
+        driven = system.driven(time, state)
         log_squared, nominal = system._axis(state, driven)
         increment = np.empty_like(state)
-        internal = increment[:-1]
+        internal = increment[: system.border]
         if history is None:
             stress = self.stress
             right = stress * self.flow
         else:
             stress = points.law.axial_stress(system.symmetry, *system.strain(state, log_squared))
             right = stress * self.flow
-            right += history[:-1]
+            right += history[: system.border]
         residual = np.einsum("nm,nm->m", self.share, right)
         residual -= np.einsum("nm,nm->m", points.modulus, stress)
         residual += nominal * np.exp(0.5 * log_squared)
-        if load.electric:
+        if system.electric:
             residual += points.equibiaxial_maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.known
-        residual *= self.border
+        residual = self._solve(residual, increment, time, state, history, gamma_i)
         increment[-1] = residual
         moved = residual if self.given is None else gamma_i * self.given
         right -= moved * (1 / self.gamma)
         np.multiply(self.inverse, right, out=internal)
         internal += moved
         return increment
+
+    def _drive(self, by_load: Floats, change: Floats) -> None:
+        """Add what the rate of the electrical quantity puts on the right-hand side, with the Maxwell stress's derivative in it."""
+        self.known += by_load * change[ELECTRIC]
+
+    def _solve(
+        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
+    ) -> Floats:
+        """The last row of the increment (cases,) for its right-hand side `residual` (cases,)."""
+        residual *= self.border
+        return residual
 
 
 Films = LoadedPoints | SymmetricPoints

@@ -22,6 +22,7 @@ from dielast.numerics.system import Spans, System
 POOL = 32_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
 FIRST_MOVE = 5.0  # tolerances that the first step may cover
+STILL_STEP = 1e-3  # of the span: the first step of what does not move yet
 PROBED = 10.0 ** -np.arange(10)  # shares of the step to go on with, at which transients are looked for
 LEAST_STEP = 1e-24  # of the time since the span began; a step this short means that the solution has ceased to exist
 NO_STEP = 1e-290  # s, the same at the very beginning
@@ -202,7 +203,9 @@ class _Pool:
         )
         rate = system.error(state, moved) / (gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
-        return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
+        # at rest a rate of 0 says nothing of what is to come: over a whole period, a wave would come and go unseen
+        longest = np.where(rate == 0, STILL_STEP, 1.0) * duration
+        return np.where(step > 0, np.minimum(step, longest), 1e-6 * duration)
 
     def _continued_step(self, system: System, state: Floats, columns: Cases, wanted: Floats) -> Floats:
         """The first step that is `wanted`, or as much of it as no transient would decay in unseen; 0 where that is too little.

@@ -91,3 +91,9 @@ class DenseSteps:
         before, after, k1, k2, k3 = self.coefficients
         rest = 1 - fraction
         return np.asarray(rest * before + fraction * (after + rest * (k1 + fraction * (k2 + fraction * k3))))
+
+    def rate(self, fraction: Floats) -> Floats:
+        """Rates of the states (rows, k) in 1/s at fractions (k,) of the steps."""
+        before, after, k1, k2, k3 = self.coefficients
+        bulge = (1 - 2 * fraction) * (k1 + fraction * (k2 + fraction * k3)) + fraction * (1 - fraction) * (k2 + 2 * fraction * k3)
+        return np.asarray((after - before + bulge) / self.step)

@@ -14,6 +14,12 @@ UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "V/m": (("MV/m", 1e-6, 0.0),),
     "Pa": (("MPa", 1e-6, 1e7), ("kPa", 1e-3, 0.0)),
     "m": (("mm", 1e3, 0.0),),
+    "C": (("µC", 1e6, 1e-7), ("nC", 1e9, 0.0)),
+    "C/m^2": (("mC/m²", 1e3, 0.0),),
+    "ohm": (("GΩ", 1e-9, 1e10), ("MΩ", 1e-6, 1e5), ("kΩ", 1e-3, 1e3), ("Ω", 1.0, 0.0)),
+    "A": (("mA", 1e3, 1e-4), ("µA", 1e6, 1e-7), ("nA", 1e9, 0.0)),
+    "A/m^2": (("A/m²", 1.0, 0.1), ("mA/m²", 1e3, 0.0)),
+    "J/m^3": (("kJ/m³", 1e-3, 0.0),),
     "degC": (("°C", 1.0, 0.0),),
 }
 MODULUS = "MPa"  # moduli run over many decades, and have one unit in all figures

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,18 +12,22 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, shown
 from dielast.io.table import Frame, to_frame
 from dielast.material.breakdown import BreakdownLaw
+from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
+from dielast.mechanics.electric import CHARGE
 from dielast.mechanics.event_arrays import EventArrays
-from dielast.mechanics.history import voltage_pieces
-from dielast.mechanics.load import VoltageStep
+from dielast.mechanics.history import electrical_pieces
+from dielast.mechanics.load import ChargeStep, VoltageStep
+from dielast.mechanics.point import Points
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
+from dielast.simulate.electrical import UNITS, Electrical, ElectricMeter, nominal
 from dielast.simulate.events import Event, event_columns, events_of, first_of
 from dielast.simulate.film import Outcome
 from dielast.simulate.follow import follow
@@ -31,6 +35,7 @@ from dielast.simulate.history import History
 from dielast.simulate.record import Record, Recorder, ending
 from dielast.simulate.setup import FilmSetup, Setup, set_up
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
+from dielast.simulate.wiring import Wiring
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -39,9 +44,9 @@ class ActuationHistory(History):
 
     Time starts with the voltage programme; the relative stretch is that over the prestretch; the nominal stress is mechanical;
     `stability` is the pull-in determinant over its value when the programme starts. `events` lists those of each case in order of
-    time, `damage` is
-    None where no material has a damage law. An outcome is completed where the programme came to its end, or to the event named as
-    its reason; after its time everything is NaN.
+    time; `damage` is None where no material has a damage law. An outcome is completed where the programme came to its end, or to
+    the event named as its reason; after its time everything is NaN. The voltage is that of the film; charges, currents and energies
+    are in `electrical`, None unless they were asked for.
     """
 
     UNITS: ClassVar = {
@@ -65,6 +70,16 @@ class ActuationHistory(History):
     outcome: tuple[Outcome, ...]
     cycles: CycleTable | None = None
     damage: Floats | None = None
+    electrical: Electrical | None = None
+
+    def case(self, row: int) -> dict[str, Floats]:
+        """The columns of a case up to where it ended, (rows,), by their headers."""
+        columns = super(ActuationHistory, self).case(row)
+        if self.electrical is not None:
+            reached = np.isfinite(self.stretch_1[row])
+            known = {f"{name} [{unit}]": getattr(self.electrical, name) for name, unit in UNITS.items()}
+            columns |= {header: values[row][reached] for header, values in known.items() if values is not None}
+        return columns
 
     def events_to_frame(self) -> Frame:
         """The events as a data frame, by case and time."""
@@ -73,7 +88,7 @@ class ActuationHistory(History):
 
 def actuate(
     material: Material | Sequence[Material],
-    steps: Sequence[VoltageStep],
+    steps: Sequence[VoltageStep] | Sequence[ChargeStep],
     *,
     thickness: ArrayLike,
     prestretch: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] = 1.0,
@@ -89,8 +104,13 @@ def actuate(
     with_end: bool | None = None,
     rtol: float = 1e-6,
     cycles: str | Sequence[int] | None = None,
+    source_resistance: ArrayLike | None = None,
+    leakage: Leakage | None = None,
+    electrode_area: ArrayLike | None = None,
+    electrical: bool | None = None,
 ) -> ActuationHistory:
-    """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the voltage `steps` from 0 V.
+    """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the `steps` from 0 V, or from a
+    charge of 0.
 
     `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate`
     (1/s, of the larger axis; both ramp together) or at once. `boundary` says for each axis whether it is then a "dead-load", the
@@ -98,8 +118,12 @@ def actuate(
     material's by default. A run ends with the first event `stop_at`, such as "breakdown", "pull-in" or "loss-of-tension", or goes
     through them all to the "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade`
     and `rtol` as in `creep`, and the `cycles` of waveforms, which are about the relative stretch of axis 1. The history of a run
-    that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given. Raises `InputError` for
-    anything wrong with the arguments; numerics that give up are an outcome.
+    that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given.
+
+    A source of voltage may have a `source_resistance` in ohm, between it and the electrode, of an `electrode_area` in m^2 on the
+    undeformed film; through the film there may be a `leakage`. Charge, current and energies are given with any of these, with
+    charges, or where `electrical` says so. Raises `InputError` for anything wrong with the arguments; numerics that give up are an
+    outcome.
     """
     if stop_at not in (*names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
@@ -116,27 +140,45 @@ def actuate(
         breakdown_field=breakdown_field,
         breakdown_needed=stop_at == "breakdown",
         rtol=rtol,
-        spanning=[value for step in steps for value in step.varied()],
+        spanning=[
+            *(value for step in steps for value in step.varied()),
+            *(value for value in (source_resistance, electrode_area) if value is not None),
+            *([] if leakage is None else leakage.varied()),
+        ],
     )
     cases = setup.temperature.size
-    pieces = voltage_pieces(steps, setup.controls, setup.thickness)
+    charge = isinstance(next(iter(steps), None), ChargeStep)
+    wiring = Wiring.of(charge, source_resistance, leakage, electrode_area, setup.thickness)
+    pieces = electrical_pieces(steps, setup.controls, np.ones(cases) if charge else setup.thickness)
+    if electrical is None:
+        electrical = charge or source_resistance is not None or leakage is not None
     wanted = Wanted.of(times, cases, points_per_decade, cycles)
     check_cycles(wanted.cycles, pieces)
     check_end(wanted.times, np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0), "programme")
     until = () if stop_at == END else (stop_at,)
-    parts = setup.groups()
-    runs = [_run(setup, part, pull_in_timescale, until, [piece.take(part) for piece in pieces], wanted, rtol) for part in parts]
+    parts = setup.groups(wiring.has_circuit)
+    runs = [
+        _run(setup, wiring, part, pull_in_timescale, until, [piece.take(part) for piece in pieces], wanted, electrical, rtol)
+        for part in parts
+    ]
     place = np.empty(cases, dtype=np.intp)
     place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
     ends = times is None if with_end is None else with_end
     tables = [run.cycles for run in runs if run.cycles is not None]
-    return _history(setup, _Run.joined(runs, place), stop_at, ends, CycleTable.joined(tables, place) if tables else None)
+    cycling = CycleTable.joined(tables, place) if tables else None
+    history, extra = _history(setup, _Run.joined(runs, place), stop_at, ends, cycling)
+    if not electrical:
+        return history
+    return replace(
+        history, electrical=_electrical(extra, setup.thickness, wiring, source_resistance is not None, leakage is not None)
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Run:
     """What some films did: the `record`, stretches and determinant at the `begin` (3, cases), what happened, how far they came in
-    s, and their `Status`.
+    s, and their `Status`. Fields are nominal ones, whatever acts on the films; `extra` are the rows of `EXTRA` where films were
+    stopped, or no rows.
     """
 
     record: Record
@@ -144,6 +186,7 @@ class _Run:
     happened: Mapping[Criterion, EventArrays]
     reached: Floats
     status: Cases
+    extra: Floats
     cycles: CycleTable | None = None
 
     @classmethod
@@ -157,33 +200,76 @@ class _Run:
             criterion: EventArrays.joined([run.happened[criterion] for run in runs]).take(place) for criterion in runs[0].happened
         }
         time = np.concatenate([run.record.time for run in runs])[place]
-        record = Record(time, np.concatenate([run.record.values for run in runs], axis=1)[:, place])
-        return cls(record, whole("begin"), happened, whole("reached"), whole("status"))
+        values = np.concatenate([run.record.values for run in runs], axis=1)[:, place]
+        record = replace(runs[0].record, time=time, values=values)
+        return cls(record, whole("begin"), happened, whole("reached"), whole("status"), whole("extra"))
 
 
 def _run(
     setup: Setup,
+    wiring: Wiring,
     part: Cases,
     timescale: TimeScale,
     until: Sequence[str],
     pieces: Sequence[Piece],
     wanted: Wanted,
+    electrical: bool,
     rtol: float,
 ) -> _Run:
     """Run some of the films, one of the setup's groups, through the pieces of their programme."""
     film = setup.film(part, rtol)
+    film = replace(film, points=wiring.wired(film.points, part))
     watch = Watch(setup.watched(film, part, timescale), CRITERIA, until)
     relaxed = film.condition.moment(film.points, setup.controls, np.arange(part.size), np.zeros(part.size))
     stretch = np.exp(0.5 * relaxed.log_squared_stretch)
-    recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch)
-    meter = CycleMeter(film.points, stretch[0], False)
+    leakage = wiring.leakage.take(part) if electrical else None
+    electric = None if leakage is None else ElectricMeter(leakage, part.size)
+    recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch, electric)
+    meter = CycleMeter(film.points, stretch[0], False, leakage)
     begin = np.concatenate((stretch, watch.stability(relaxed).determinant[None]))
     followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter)
-    return _Run(recorder.collect(), begin, watch.happened, followed.time, followed.status, meter.collect())
+    record, happened = recorder.collect(), watch.happened
+    extra = np.zeros((0, part.size))
+    if electric is not None:
+        last = first_of(happened, until[0] if until else names()[0])
+        extra = electric.ended(last.time)
+        extra[0] = nominal(film.points, last.log_squared_stretch, last.field)[1]
+    if film.points.electric is CHARGE:
+        record, happened = _in_fields(film.points, record, happened)
+    return _Run(record, begin, happened, followed.time, followed.status, extra, meter.collect())
 
 
-def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: CycleTable | None) -> ActuationHistory:
-    """Results in the user's terms, nothing of which is after the end of its case."""
+def _in_fields(
+    points: Points, record: Record, happened: Mapping[Criterion, EventArrays]
+) -> tuple[Record, dict[Criterion, EventArrays]]:
+    """The record, and what happened, of films on which a charge acts, with the nominal field in its place."""
+    values, (cases, rows) = record.values.copy(), record.time.shape
+    many = points.take(np.repeat(np.arange(cases), rows))
+    values[4] = nominal(many, values[:2].reshape(2, -1), values[4].ravel())[0].reshape(cases, rows)
+    return replace(record, values=values), {
+        criterion: replace(entry, field=nominal(points, entry.log_squared_stretch, entry.field)[0])
+        for criterion, entry in happened.items()
+    }
+
+
+def _electrical(extra: Floats, thickness: Floats, wiring: Wiring, has_resistance: bool, has_leakage: bool) -> Electrical:
+    """What is electrical, from the rows of `EXTRA` (6, cases, times), of films of a thickness (cases,) in m."""
+    charge, source, current, work, leaked, lost = extra
+    area = None if wiring.area is None else wiring.area[:, None]
+    return Electrical(
+        charge_density=charge,
+        current_density=current,
+        electrical_energy=work,
+        source_voltage=source * thickness[:, None] if has_resistance else None,
+        charge=None if area is None else charge * area,
+        current=None if area is None else current * area,
+        leaked_energy=leaked if has_leakage else None,
+        resistor_energy=lost if has_resistance else None,
+    )
+
+
+def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: CycleTable | None) -> tuple[ActuationHistory, Floats]:
+    """Results in the user's terms, nothing of which is after the end of its case, and the rows of `EXTRA` with them."""
     record, reached = run.record, run.reached
     stopped = run.status == Status.STOPPED
     # an equilibrium that ends where the numerics give up may end a little later
@@ -193,11 +279,12 @@ def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: Cycl
         last = first_of(run.happened, stop_at)
         reached = np.where(stopped, last.time, reached)
     # a time that was asked for may lie beyond the end by rounding
-    record = Record(record.time, np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
+    record = replace(record, values=np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
     if stopped.any() and with_end:
-        record = ending(record, reached, np.where(stopped, last.row, np.nan))
+        at_end = np.concatenate((last.row, run.extra))
+        record = ending(record, reached, np.where(stopped, at_end, np.nan))
     stretch, field = record.stretch, record.field
-    return ActuationHistory(
+    history = ActuationHistory(
         temperature=setup.temperature,
         time=record.time,
         voltage=field * setup.thickness[:, None],
@@ -214,6 +301,7 @@ def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: Cycl
         cycles=cycles,
         damage=_damage(setup, record),
     )
+    return history, record.electrical
 
 
 def _damage(setup: Setup, record: Record) -> Floats | None:

@@ -73,7 +73,7 @@ def _hold(
     film = condition.take(columns)
     time = film.time
     begin = film.moment(points.take(columns), controls, columns, watch.clock.age(columns, time))
-    way = follow_load(begin, film.prescribed(controls), target[:, columns], on_the_way)
+    way = follow_load(begin, film.acting(controls), target[:, columns], on_the_way)
     held = columns[way.held]
     reached = way.reached
     after.log_squared_stretch[:, held] = reached.log_squared_stretch[:, way.held]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dielast.mechanics.charged import ChargedPoints, ChargedSymmetricPoints
 from dielast.mechanics.criteria.criterion import Moment
 from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Controls, Load, stretched
@@ -39,8 +40,11 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Condition:
-    """Where all cases stand: x (2, n, cases), Lambda and nominal stress (2, cases), nominal field and time (cases,), and the
+    """Where all cases stand: x (2, n, cases), Lambda and nominal stress (2, cases), nominal `field` and time (cases,), and the
     `next_step` (cases,) in s that the stepper would take if all went on smoothly, 0 where nothing is known of it.
+
+    Where the charge acts on the film, `field` is the nominal charge density in C/m^2; in a circuit, `source` (cases,) is what the
+    load prescribes.
     """
 
     internal: Floats
@@ -49,11 +53,13 @@ class Condition:
     field: Floats
     time: Floats
     next_step: Floats
+    source: Floats | None = None
 
     def take(self, cases: Cases) -> Condition:
         """The same for some of the cases."""
         strained = self.internal[:, :, cases], self.log_squared_stretch[:, cases], self.nominal_stress[:, cases]
-        return Condition(*strained, self.field[cases], self.time[cases], self.next_step[cases])
+        source = None if self.source is None else self.source[cases]
+        return Condition(*strained, self.field[cases], self.time[cases], self.next_step[cases], source)
 
     def moment(self, points: Points, controls: Controls, cases: Cases, age: Floats) -> Moment:
         """These films as criteria see them, which are `cases` (k,), when the voltage has been on for `age` (k,) s."""
@@ -62,8 +68,15 @@ class Condition:
 
     def prescribed(self, controls: Controls) -> Floats:
         """The present values (3, cases) of what a load with these controls prescribes."""
+        return self._values(controls, self.field if self.source is None else self.source)
+
+    def acting(self, controls: Controls) -> Floats:
+        """The same with what acts on the films, which in a circuit is their charge."""
+        return self._values(controls, self.field)
+
+    def _values(self, controls: Controls, electrical: Floats) -> Floats:
         values = np.where(stretched(controls), np.exp(0.5 * self.log_squared_stretch), self.nominal_stress)
-        return np.concatenate((values, self.field[None]))
+        return np.concatenate((values, electrical[None]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,4 +99,8 @@ class Film:
 
     def equations(self, points: Points, load: Load) -> Films:
         """The equations of some of the points under a span of load."""
+        if points.circuit is not None:
+            if self.symmetry is None:
+                return ChargedPoints(points, load)
+            return ChargedSymmetricPoints(points, load, self.symmetry)
         return LoadedPoints(points, load) if self.symmetry is None else SymmetricPoints(points, load, self.symmetry)

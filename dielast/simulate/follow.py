@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dielast.mechanics.charged import ChargedPoints, ChargedSymmetricPoints
 from dielast.mechanics.course import Course, Piece
+from dielast.mechanics.point import Points
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Flags, Floats
@@ -88,10 +90,15 @@ def follow(
         jumps = (status == Status.COMPLETED) & apart.any(axis=0)
         if jumps.any():
             if watch is not None:
-                watch.clock.jump(condition.time, condition.field, np.where(jumps, course.start[2], condition.field))
-            condition = apply_at_once(points, condition, piece.controls, course.start, jumps, status, watch)
+                watch.clock.jump(condition.time, present[2], np.where(jumps, course.start[2], present[2]))
+            before, target = condition, _acting(points, condition, present, course.start)
+            condition = apply_at_once(points, condition, piece.controls, target, jumps, status, watch)
+            if recorder is not None and recorder.electric is not None:
+                recorder.electric.leap(points, piece.controls, before, condition)
+            if points.circuit is not None:
+                condition = replace(condition, source=np.where(jumps, course.start[2], present[2]))
         system = film.equations(points, course.span(every, np.zeros_like(every))[0])
-        state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
+        state = _packed(system, condition)
         alive = status == Status.COMPLETED
         if watch is not None:
             watch.begin(system, state, condition.time, alive & jumps)
@@ -112,9 +119,26 @@ def follow(
         driven = system.load.value(result.time) if spans is None else course.end
         membrane = system.membrane(result.state, driven)
         time = condition.time + result.time
-        condition = Condition(system.internal(result.state), *membrane, driven[2], time, result.next_step)
+        acting, source = (driven[2], None) if points.circuit is None else (result.state[system.border], driven[2])
+        condition = Condition(system.internal(result.state), *membrane, acting, time, result.next_step, source)
         status = np.where(alive, result.status, status)
         steps += result.steps + result.rejected
         if watch is not None:
             watch.finish(points, film.equations)
     return Followed(replace(film, condition=condition), status, steps)
+
+
+def _acting(points: Points, condition: Condition, present: Floats, start: Floats) -> Floats:
+    """What acts on films (3, cases) once the source has jumped from the `present` values to the `start` of a course."""
+    if points.circuit is None:
+        return start
+    charge = points.circuit.charge_after(condition.field, present[2], start[2])
+    return np.concatenate((start[:2], charge[None]))
+
+
+def _packed(system: Films, condition: Condition) -> Floats:
+    """The state of films in this condition."""
+    membrane = condition.internal, condition.log_squared_stretch, condition.nominal_stress
+    if isinstance(system, ChargedPoints | ChargedSymmetricPoints):
+        return system.pack(*membrane, condition.field)
+    return system.pack(*membrane)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from dielast.mechanics.chain import Chain
 from dielast.mechanics.course import Course
+from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
+from dielast.simulate.electrical import EXTRA, ElectricMeter
 from dielast.simulate.wanted import Wanted
 
 ROWS = 6
@@ -21,13 +23,15 @@ AFTER = 1e-13  # of the duration of a piece: a row so soon after another shows w
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Record:
-    """Films at output times (cases, rows) in s: `values` (6 + exposures, cases, rows), NaN for what was never reached, and x (2, n,
-    cases, rows) if it was asked for.
+    """Films at output times (cases, rows) in s: `values` (6 + exposures + electrical ones, cases, rows), NaN for what was never
+    reached, and x (2, n, cases, rows) if it was asked for. Below the first six rows are `exposures` rows of what adds up over time
+    in films that are watched, and those of `electrical.EXTRA`, if they were asked for.
     """
 
     time: Floats
     values: Floats
     internal: Floats | None = None
+    exposures: int = 0
 
     @property
     def stretch(self) -> Floats:
@@ -51,7 +55,13 @@ class Record:
 
     @property
     def exposed(self) -> Floats:
-        """What adds up over time (exposures, cases, rows), of films that are watched."""
+        """What adds up over time (exposures, cases, rows)."""
+        return self.values[ROWS : ROWS + self.exposures]
+
+    @property
+    def electrical(self) -> Floats:
+        """What is electrical, (6, cases, rows), or no rows."""
+        return self.values[ROWS + self.exposures :]
         return self.values[ROWS:]
 
 
@@ -65,6 +75,7 @@ class Recorder:
     cases: int
     springs: int
     watch: Watch | None = None
+    electric: ElectricMeter | None = None
     _times: list[Floats] = field(default_factory=list)
     _values: list[Floats] = field(default_factory=list)
     _internal: list[Floats] = field(default_factory=list)
@@ -75,6 +86,11 @@ class Recorder:
 
     def __post_init__(self) -> None:
         self._moved = np.full(self.cases, np.inf)
+
+    @property
+    def exposures(self) -> int:
+        """How many things add up over time."""
+        return 0 if self.watch is None else len(self.watch.exposures)
 
     def begin(
         self,
@@ -94,7 +110,7 @@ class Recorder:
         else:
             relative = self._within(times, start, course.duration, last)
         if times is None or not self._values:
-            rows = ROWS + (0 if self.watch is None else len(self.watch.exposures))
+            rows = ROWS + self.exposures + (0 if self.electric is None else len(EXTRA))
             self._values.append(np.full((rows, *relative.shape), np.nan))
             if self.wanted.internal:
                 self._internal.append(np.full((2, self.springs, *relative.shape), np.nan))
@@ -104,6 +120,10 @@ class Recorder:
         case, row = (paired(part) for part in np.nonzero(self._relative == 0))
         exposed = None if self.watch is None else self.watch.exposed(case)
         self._write(system, state[:, case], case, case, row, np.zeros(case.size), np.zeros(case.size), exposed)
+        if self.electric is not None:
+            self.electric.begin(start, course.start[ELECTRIC])
+            if case.size:
+                self._values[-1][-len(EXTRA) :, case, row] = self.electric.now(system.take(case), state[:, case], case)
 
     def _rows(self, course: Course, start: Floats, jumped: Flags) -> Floats:
         """Times (cases, k) of a piece since it began that suit its load; NaN is no time."""
@@ -151,6 +171,11 @@ class Recorder:
             state = stride.dense(part, pooled, fraction)
             exposed = None if self.watch is None else self.watch.exposed_along(stride, pooled, fraction)
             self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled], exposed)
+            if self.electric is not None:
+                self._values[-1][-len(EXTRA) :, case, rows] = self.electric.at(stride, pooled, fraction)
+        if self.electric is not None:
+            done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
+            self.electric.follow(stride, done)
 
     def _write(
         self,
@@ -169,13 +194,13 @@ class Recorder:
         if not case.size:
             return
         films = system.take(pooled)
-        driven = films.load.value(moment)
+        driven = films.driven(moment, state)
         log_squared, nominal = films.membrane(state, driven)
         self._values[-1][:5, case, row] = np.concatenate((log_squared, nominal, driven[2:]))
         if self.watch is not None:
             seen = self.watch.moment(films, case, begin, moment, state)
             self._values[-1][5, case, row] = self.watch.stability(seen).determinant
-            self._values[-1][ROWS:, case, row] = exposed
+            self._values[-1][ROWS : ROWS + self.exposures, case, row] = exposed
         if self.wanted.internal:
             self._internal[-1][:, :, case, row] = films.internal(state)
 
@@ -183,7 +208,7 @@ class Recorder:
         """The record of all pieces."""
         time = np.concatenate(self._times, axis=1) if self.wanted.times is None else self.wanted.times
         internal = np.concatenate(self._internal, axis=3) if self.wanted.internal else None
-        return Record(time, np.concatenate(self._values, axis=2), internal)
+        return Record(time, np.concatenate(self._values, axis=2), internal, self.exposures)
 
     @staticmethod
     def _within(times: Floats, start: Floats, duration: Floats, last: bool) -> Floats:
@@ -196,7 +221,7 @@ class Recorder:
 
 def ending(record: Record, reached: Floats, at_end: Floats) -> Record:
     """The record up to `reached` (cases,), whose last row is what held there, `at_end` (6, cases), NaN for a case that has its last
-    row already.
+    row already; it has as many rows as the record has.
 
     That comes in the place of the first output that was not reached, or of one at the same time.
     """
@@ -207,4 +232,4 @@ def ending(record: Record, reached: Floats, at_end: Floats) -> Record:
     before = time[case, np.maximum(rows - 1, 0)]
     column = np.where((rows > 0) & (before >= reached[case] * (1 - 1e-12)), rows - 1, np.minimum(rows, time.shape[1] - 1))
     time[case, column], values[:, case, column] = reached[case], at_end[:, case]
-    return Record(time, values)
+    return replace(record, time=time, values=values)

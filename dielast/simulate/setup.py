@@ -124,11 +124,12 @@ class Setup:
             return np.zeros(self.temperature.size, dtype=bool)
         return np.asarray(first == second)
 
-    def groups(self) -> list[Cases]:
-        """Cases whose axes are alike, which run with one unknown a spring, and the others, so that no case depends on what it runs
-        with; lone ones twice.
+    def groups(self, with_circuit: Flags | None = None) -> list[Cases]:
+        """Cases whose axes are alike, which run with one unknown a spring, and the others, each parted into those without and
+        `with_circuit` (cases,), so that no case depends on what it runs with; lone ones twice.
         """
-        parts = (np.flatnonzero(self.alike), np.flatnonzero(~self.alike))
+        circuit = np.zeros_like(self.alike) if with_circuit is None else with_circuit
+        parts = (np.flatnonzero(alike & wired) for wired in (~circuit, circuit) for alike in (self.alike, ~self.alike))
         return [paired(part) for part in parts if part.size]
 
     def film(self, cases: Cases, rtol: float) -> Film:

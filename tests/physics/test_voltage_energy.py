@@ -11,7 +11,7 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.criteria.criterion import WatchedFilms
-from dielast.mechanics.history import voltage_pieces
+from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
@@ -99,7 +99,7 @@ def test_energy_is_conserved(first: float, second: float, controls: tuple[Contro
     film, _ = prestretched(rest, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, rtol=1e-9)
     watch = Bookkeeper(WatchedFilms(controls, np.array([np.inf]), ONE_PERCENT, film.condition.nominal_stress, points.stress_floor))
     steps = [VoltageStep(2e3, duration=3.0), VoltageStep.hold(200.0), VoltageStep(-1e3, duration=10.0), VoltageStep.hold(50.0)]
-    follow(film, voltage_pieces(steps, controls, np.array([THICKNESS])), rtol=1e-9, watch=watch)
+    follow(film, electrical_pieces(steps, controls, np.array([THICKNESS])), rtol=1e-9, watch=watch)
     gained = watch.stored[-1] - watch.stored[0]
     scale = abs(watch.electric) + abs(watch.mechanical)
     assert gained == pytest.approx(watch.electric + watch.mechanical - watch.dissipated, abs=1e-6 * scale)

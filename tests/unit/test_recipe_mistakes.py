@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
+from dielast.commands.actuate.electrical_recipe import ELECTRICAL_COLUMNS
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import InputError, quoted, shown, shown_path
 from dielast.handover.material_file import read_material
@@ -234,7 +235,8 @@ def test_the_columns_of_the_recipes_are_those_of_the_results(kind: str, tmp_path
     told = mistakes(tmp_path, HEAD.replace("relax", kind) + rest + '[[step]]\nhold = "1 s"\n[plot]\ny = "foo"\n')
     known = set(told[0].split("there are ")[1].split(", "))
     assert headers
-    assert known - headers == ({"major_axis [m]", "minor_axis [m]"} if kind == "actuate" else set())
+    on_request = {"major_axis [m]", "minor_axis [m]", *ELECTRICAL_COLUMNS}
+    assert known - headers == (on_request if kind == "actuate" else set())
     assert headers <= known
 
 

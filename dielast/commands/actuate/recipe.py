@@ -4,18 +4,29 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
+from dielast.commands.actuate.electrical_recipe import (
+    ELECTRICAL_COLUMNS,
+    RATES,
+    Charge,
+    Electric,
+    ElectricRate,
+    FilmOutput,
+    LeakageSection,
+    Source,
+)
 from dielast.commands.simulation.film_recipe import FilmBase, Prestretch, PullIn
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, Mistakes, Problem, shown
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import ColumnName, Length, Section, Voltage, VoltageRate
-from dielast.units import VOLTAGE
+from dielast.recipe.fields import ColumnName, Length, Section, Voltage
+from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
@@ -46,27 +57,55 @@ class Stop(Section):
     at: StopAt = Field("breakdown", description="The event to stop at, or the end of the last step.")
 
 
-class VoltageColumns(Section):
-    """Columns of a table of voltages, where they are called otherwise."""
+class ElectricalColumns(Section):
+    """Columns of a table of voltages or charges, where they are called otherwise."""
 
     time: ColumnName | None = Field(None, description='Left out: "time".')
     voltage: ColumnName | None = Field(None, description='Left out: "voltage".')
+    charge: ColumnName | None = Field(None, description='Left out: "charge", or "charge_density".')
 
 
-class VoltageStep(HistoryStep):
-    """A step of prescribed voltage."""
+class ElectricalStep(HistoryStep):
+    """A step of prescribed voltage or charge."""
 
     CONTROL: ClassVar = "voltage"
 
     voltage: Voltage | None = Field(None, description="Voltage to reach.")
-    rate: VoltageRate | None = Field(None, description="Of the voltage; negative to lower it.")
-    low: Voltage | None = Field(None, description="Of a waveform; by default 0 V.")
-    high: Voltage | None = Field(None, description="Of a waveform.")
-    columns: VoltageColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
+    charge: Charge | None = Field(
+        None,
+        description='With control = "charge": what the source is to have delivered in all, as a charge, which needs '
+        "film.electrode_diameter, or per undeformed area. A hold is an open circuit.",
+    )
+    rate: ElectricRate | None = Field(None, description="Of the voltage or the charge; negative to lower it.")
+    low: Electric | None = Field(None, description="Of a waveform; by default 0.")
+    high: Electric | None = Field(None, description="Of a waveform.")
+    columns: ElectricalColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
 
     def aim(self) -> Aim | None:
-        """The voltage."""
-        return None if self.voltage is None else Aim("voltage", self.voltage, self.rate, VOLTAGE.unit)
+        """The voltage or the charge."""
+        rate = None if self.rate is None else self.rate[0]
+        if self.charge is not None:
+            return Aim("charge" if self.charge[1] == CHARGE.unit else "charge density", self.charge[0], rate, self.charge[1])
+        return None if self.voltage is None else Aim("voltage", self.voltage, rate, VOLTAGE.unit)
+
+    @property
+    def stated(self) -> dict[str, str]:
+        """The units of the keys that state a voltage or a charge."""
+        units = {} if self.voltage is None else {"voltage": VOLTAGE.unit}
+        for key in ("charge", "low", "high"):
+            if (value := getattr(self, key)) is not None:
+                units[key] = value[1]
+        return units
+
+    @model_validator(mode="after")
+    def _one_quantity(self) -> Self:
+        units = set(self.stated.values())
+        if len(units) > 1:
+            raise InputError("low and high of a waveform must both be voltages, charges, or charge densities")
+        for unit in units if self.rate is not None else ():
+            if self.rate is not None and self.rate[1] != RATES[unit].unit:
+                raise InputError(f'{RATES[unit].name} is needed, such as "{RATES[unit].example}"', key="rate")
+        return self
 
 
 class Film(FilmBase):
@@ -77,35 +116,96 @@ class Film(FilmBase):
         description="Equibiaxial, or a pair such as [3.0, 1.0].",
         json_schema_extra={"default": 1.0},
     )
-    electrode_diameter: Length | None = Field(None, description="On the prestretched film; for measured axes in mm.")
+    electrode_diameter: Length | None = Field(
+        None, description="On the prestretched film; for measured axes in mm, charges in C and the resistance of a source."
+    )
 
     @property
     def prestretches(self) -> tuple[tuple[float, float], ...]:
         """The prestretch of axes 1 and 2, of the one film."""
         return (self.prestretch,)
 
+    @property
+    def electrode_area(self) -> float | None:
+        """The area of the electrode on the undeformed film in m^2, None if its diameter is not stated."""
+        if self.electrode_diameter is None:
+            return None
+        return float(0.25 * np.pi * self.electrode_diameter**2 / (self.prestretch[0] * self.prestretch[1]))
+
 
 class ActuateRecipe(SimulationRecipe):
-    """Voltage history -> stretch of a prestretched film, and its failure."""
+    """Voltage or charge history -> stretch of a prestretched film, and its failure."""
 
-    COLUMNS: ClassVar = (*(header for header in COLUMNS if "true" not in header), *FIELD_COLUMNS, MAJOR_AXIS, MINOR_AXIS)
+    COLUMNS: ClassVar = (
+        *(header for header in COLUMNS if "true" not in header),
+        *FIELD_COLUMNS,
+        *ELECTRICAL_COLUMNS,
+        *(MAJOR_AXIS, MINOR_AXIS),
+    )
 
     kind: Literal["actuate"] = Field(description="The subcommand that runs this recipe.")
     film: Film = Field(description="The film and what is done to it before the voltage.")
-    step: Annotated[list[VoltageStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
+    control: Literal["voltage", "charge"] = Field("voltage", description="What the source prescribes in all steps.")
+    step: Annotated[list[ElectricalStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
+    source: Source | None = Field(None, description="A source of voltage that has a resistance.")
+    leakage: LeakageSection | None = Field(None, description="Current through the film; left out: none.")
+    output: FilmOutput = Field(FilmOutput(), description="Where the result is given.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
     pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
     stop: Stop = Field(Stop(), description="Where the simulation ends.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
 
+    @property
+    def electrical(self) -> bool:
+        """Whether what is electrical is written."""
+        stated = self.output.electrical
+        return (self.control == "charge" or self.source is not None or self.leakage is not None) if stated is None else stated
+
     @model_validator(mode="after")
-    def _a_diameter_for_axes(self) -> Self:
+    def _columns_of_the_electrode(self) -> Self:
         asked = [("plot.x", self.plot.x), ("plot.y", self.plot.y)]
         for index, comparison in enumerate(self.compare):
             asked += [(f"compare[{index}].x", comparison.x), (f"compare[{index}].y", comparison.y)]
         for key, header in asked:
-            if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
+            if header in (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]") and self.film.electrode_diameter is None:
                 raise InputError(f'"{header}" is of the electrode: state film.electrode_diameter', key=key)
+            needed = {
+                "source_voltage [V]": self.source,
+                "resistor_energy [J/m^3]": self.source,
+                "leaked_energy [J/m^3]": self.leakage,
+            }
+            if header in ELECTRICAL_COLUMNS and not (self.electrical and needed.get(header, True)):
+                what = {"leaked": "[leakage]", "source": "[source]", "resist": "[source]"}.get(
+                    header[:6], "output.electrical = true"
+                )
+                raise InputError(f'"{header}" needs {what}', key=key)
+        return self
+
+    @model_validator(mode="after")
+    def _steps_of_the_control(self) -> Self:
+        wrong = Mistakes()
+        for index, step in enumerate(self.step):
+            for key, unit in step.stated.items():
+                where = f"step[{index}].{key}"
+                if (unit == VOLTAGE.unit) != (self.control == "voltage"):
+                    given, others = ("a voltage", "charges") if unit == VOLTAGE.unit else ("a charge", "voltages")
+                    both = f'all steps prescribe {others}, or state control = "{given.removeprefix("a ")}"'
+                    wrong.append(Problem(f'{given} does not go with control = "{self.control}": {both}', key=where))
+                elif unit == CHARGE.unit and self.film.electrode_diameter is None:
+                    density = f'such as "{CHARGE_DENSITY.example}"'
+                    wrong.append(
+                        Problem(f"a charge needs film.electrode_diameter, or state a charge density, {density}", key=where)
+                    )
+        wrong.refuse()
+        return self
+
+    @model_validator(mode="after")
+    def _a_source_of_voltage(self) -> Self:
+        if self.source is not None and self.control == "charge":
+            raise InputError('control = "charge" prescribes what flows, whatever the resistance: leave [source] out', key="source")
+        if self.source is not None and self.source.resistance > 0 and self.film.electrode_diameter is None:
+            needed = "the current through it depends on the size of the electrode: state film.electrode_diameter"
+            raise InputError(needed, key="source.resistance")
         return self
 
     @model_validator(mode="after")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +17,11 @@ from dielast.commands.simulation.run import Columns, Simulation, report_of
 from dielast.handover.breakdown_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table
+from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.criteria import names
-from dielast.mechanics.load import VoltageStep
+from dielast.mechanics.load import ChargeStep, VoltageStep
 from dielast.mechanics.stability import TimeScale
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
-    return report_of(Films(), cases, inputs, execution)
+    return report_of(Films([case.recipe for case in cases]), cases, inputs, execution)
 
 
 class Films(Simulation):
@@ -46,12 +48,30 @@ class Films(Simulation):
     time_scale = "linear"
     warn = staticmethod(warn_of_films)
 
+    def __init__(self, recipes: Sequence[ActuateRecipe]) -> None:
+        # one table holds all cases: what one of them has a column for, all have
+        self.electrical = any(recipe.electrical for recipe in recipes)
+        self.has_source = any(recipe.source is not None for recipe in recipes)
+        self.has_leakage = any(recipe.leakage is not None for recipe in recipes)
+        self.has_area = all(recipe.film.electrode_diameter is not None for recipe in recipes)
+
     def solver(self, recipes: Sequence[ActuateRecipe], thickness_factor: Floats) -> partial[Any]:
         """Actuates the films of the recipes."""
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
         share, by_share = recipe.pull_in.timescale
+        leaks = [recipe.leakage for recipe in recipes]
+        leakage = Leakage(
+            [0.0 if leak is None else leak.conductivity for leak in leaks],
+            [np.inf if leak is None or leak.field is None else leak.field for leak in leaks],
+        )
         return partial(
             actuate,
+            source_resistance=[0.0 if one.source is None else one.source.resistance for one in recipes]
+            if self.has_source
+            else None,
+            leakage=leakage if self.has_leakage else None,
+            electrode_area=np.array([film.electrode_area for film in films], dtype=float) if self.has_area else None,
+            electrical=self.electrical,
             thickness=np.array([film.thickness for film in films]) * thickness_factor,
             prestretch=tuple(np.array([film.prestretch for film in films]).T),
             prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
@@ -67,12 +87,16 @@ class Films(Simulation):
         self, cases: Sequence[Case[ActuateRecipe]], recipe: ActuateRecipe, materials: Sequence[Material]
     ) -> partial[CaseResult]:
         """With the events of the film."""
-        return partial(_case, materials=materials, boundary=recipe.film.boundary)
+        return partial(_case, materials=materials, boundary=recipe.film.boundary, stated=_stated(recipe))
 
     def alike(self, recipe: ActuateRecipe) -> Hashable:
         """What is done to the films, and when they fail."""
         film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
-        return film.prestretch_rate is None, film.relax, film.boundary, ends
+        return film.prestretch_rate is None, film.relax, film.boundary, ends, recipe.control
+
+    def step_of(self, recipe: ActuateRecipe) -> type[VoltageStep] | type[ChargeStep]:
+        """Voltages, or charges."""
+        return ChargeStep if recipe.control == "charge" else VoltageStep
 
     def seen(self, recipe: ActuateRecipe, columns: Columns) -> Columns:
         """The columns, and the axes in m of an electrode that was a circle on the prestretched film, if its diameter is stated."""
@@ -144,5 +168,18 @@ def _at(event: Event, columns: Mapping[str, Floats], header: str, recipe: Actuat
     return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
 
 
-def _case(history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str]) -> CaseResult:
-    return case_result(history, row, history.case(row), materials[row], "dead-load" in boundary, history.events[row])
+def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
+    """Columns that are the same whatever the material is: what the source prescribes, and does not leak."""
+    if recipe.control == "charge":
+        leaks = recipe.leakage is not None and recipe.leakage.conductivity > 0
+        delivered = ("current_density [A/m^2]", "current [A]")
+        return ("time [s]", *delivered, *(() if leaks else ("charge_density [C/m^2]", "charge [C]")))
+    behind = recipe.source is not None and recipe.source.resistance > 0
+    return ("time [s]", "source_voltage [V]", *(() if behind else ("voltage [V]",)))
+
+
+def _case(
+    history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str], stated: tuple[str, ...]
+) -> CaseResult:
+    result = case_result(history, row, history.case(row), materials[row], "dead-load" in boundary, history.events[row])
+    return replace(result, stated=stated)

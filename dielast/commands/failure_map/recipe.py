@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator, model_validator
 
@@ -105,6 +105,11 @@ class MapSolver(Solver):
 
 class FailureMapRecipe(RecipeBase):
     """Time to failure over voltage, prestretch and temperature."""
+
+    ELSEWHERE: ClassVar = dict.fromkeys(
+        ("control", "source", "leakage"),
+        "only actuate knows charges, sources with a resistance and leakage; sweep what varies there",
+    )
 
     kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
     material: InputFile = Field(description="A material file, written by spectrum or by hand.")

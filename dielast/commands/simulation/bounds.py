@@ -29,7 +29,6 @@ from dielast.simulate.map_plan import column_of
 
 Band = tuple[Floats, Floats, Floats]
 
-STATED = ("time [s]", "voltage [V]")  # columns that are the same in every draw
 SURVIVING = "surviving [1]"
 FAILURE = "failure"  # whatever happens first
 RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")  # towards a failure; all else grows
@@ -116,7 +115,7 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     columns: dict[str, Floats] = {}
     for header, values in result.columns.items():
         columns[header] = values
-        if header not in STATED:
+        if header not in result.stated:
             table = _stacked([each.columns[header] for each in drawn], time.size)
             beyond = -np.inf if header in RUNS_DOWN else np.inf
             low, high = interval(np.where(told, np.where(lost, beyond, table), np.nan), level)
@@ -128,7 +127,8 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
 
 def band(columns: Mapping[str, Floats], x: str, y: str) -> Band | None:
     """x, lower and upper y of a bounded case, for a figure; none where x itself is uncertain."""
-    if x not in STATED or _beside(y, "lower") not in columns:
+    uncertain = _beside(x, "lower") in columns or _beside(y, "lower") not in columns
+    if uncertain:
         return None
     return columns[x], columns[_beside(y, "lower")], columns[_beside(y, "upper")]
 

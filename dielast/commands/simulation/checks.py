@@ -94,9 +94,11 @@ def warn_of_films(
     warn_of_prestretches([film.prestretch for film in films], limits)
     warn_of_thickness([film.thickness for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
-    voltage = [max(map(abs, aims(own)), default=0.0) for own in histories]
+    highest = np.array([max(map(abs, aims(own)), default=0.0) for own in histories])
     thickness = [film.thickness for film in films]
-    field = np.array(voltage) * area / np.array(thickness)
+    charged = np.array([case.recipe.control == "charge" for case in cases])
+    permittivity = np.array([_permittivity(own, result.temperature) for own, result in zip(materials, results, strict=True)])
+    field = np.where(charged, highest / (permittivity * area), highest * area / np.array(thickness))
     known = np.array([_limit(*each) for each in zip(limits, area.tolist(), thickness, field.tolist(), strict=True)])
     warn_of_field(field, known)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
@@ -198,6 +200,12 @@ def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: flo
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
     return float(known.of_film(np.sqrt(area), thickness / area))
+
+
+def _permittivity(material: Material, temperature: float) -> float:
+    """At stretch 1, in F/m; 1 where the material has none."""
+    law = material.dielectric
+    return 1.0 if law is None else float(law.at(np.array([temperature]))[0])
 
 
 def _and_more(cases: Sequence[int]) -> str:

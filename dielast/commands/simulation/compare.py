@@ -19,9 +19,27 @@ from dielast.material.checks import warn_of_measured_stretch
 from dielast.numerics.columns import Floats
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.readings.specimen_recipe import Specimen
-from dielast.units import FIELD, FORCE, LENGTH, NUMBER, STRESS, TIME, VOLTAGE, kind_of
+from dielast.units import (
+    CHARGE,
+    CHARGE_DENSITY,
+    CHARGE_DENSITY_RATE,
+    CHARGE_RATE,
+    ENERGY_DENSITY,
+    FIELD,
+    FORCE,
+    LENGTH,
+    NUMBER,
+    STRESS,
+    TIME,
+    VOLTAGE,
+    kind_of,
+)
 
-DIMENSIONS = {dimension.unit: dimension for dimension in (TIME, STRESS, VOLTAGE, FIELD, LENGTH, NUMBER)}
+_MECHANICAL, _ELECTRICAL = (
+    (TIME, STRESS, LENGTH, NUMBER),
+    (VOLTAGE, FIELD, CHARGE, CHARGE_DENSITY, CHARGE_RATE, CHARGE_DENSITY_RATE),
+)
+DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL, ENERGY_DENSITY)}
 # columns of the result that a testing machine measures in another way
 QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
 

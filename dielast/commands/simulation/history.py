@@ -13,9 +13,9 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import InputError, Problem, placed
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.load import Path, Step, Track, VoltageStep, Waveform
+from dielast.mechanics.load import ElectricalStep, Path, Step, Track, Waveform
 from dielast.numerics.columns import Floats
-from dielast.units import FORCE, TIME, TIMES, VOLTAGE
+from dielast.units import CHARGE, CHARGE_DENSITY, FORCE, TIME, TIMES, VOLTAGE
 
 if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable
@@ -69,7 +69,7 @@ def target_of(entries: Sequence[Entry]) -> Floats | Path | None:
     return values_of(entries, "target")
 
 
-def joined(entries: Sequence[Entry], kind: type[Step] | type[VoltageStep]) -> Step | VoltageStep:
+def joined(entries: Sequence[Entry], kind: type[Step] | type[ElectricalStep]) -> Step | ElectricalStep:
     """The same step of several cases as one of this kind, with arrays as in `values_of`."""
     targets: Any = {} if entries[0].control is None else {entries[0].control: target_of(entries)}
     return kind(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
@@ -88,9 +88,9 @@ def solver_steps(recipe: Any, inputs: Inputs) -> list[Entry]:
         elif step.waveform is not None:
             entries.append(_cycling(index, step, recipe))
         else:
-            quantity, value, rate, _ = step.aim()
-            area = _area(recipe) if quantity == "force" else 1.0
-            entries.append(Entry(index, step.CONTROL, value / area, None if rate is None else rate / area, step.duration))
+            _, value, rate, unit = step.aim()
+            area = _area_for(unit, recipe)
+            entries.append(Entry(index, _control(recipe, step), value / area, None if rate is None else rate / area, step.duration))
     return marked_still(entries, recipe.step[0].REST)
 
 
@@ -149,7 +149,7 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
     from dielast.io.text_table import TextFormat, read_measured
     from dielast.readings.specimen import read_as, role_in
 
-    name, control, columns = step.table, step.CONTROL, step.columns
+    name, control, columns = step.table, _control(recipe, step), step.columns
     points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
     key = f"step[{index}].columns"
 
@@ -160,8 +160,10 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
         return column
 
     at = named("time", (columns and columns.time) or "time")
-    if control == "voltage":
-        role, column = control, named(control, (columns and columns.voltage) or control)
+    if control in ("voltage", "charge"):
+        role, column = control, (columns and getattr(columns, control)) or control
+        if not (column == "charge" and points.has("charge_density")):
+            named(role, column)
         jumps = points.has("true_field")
     else:
         with placed(lambda problem: problem.within(key=key)):
@@ -170,6 +172,8 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
     time = ascending_times(points, name, jumps, at)
     if control == "voltage":
         return tracks(index, control, time, points.column(column, control, VOLTAGE))
+    if control == "charge":
+        return tracks(index, control, time, _charges(index, points, column, recipe))
     values = read_as(points, role, column, recipe.specimen)
     if control == "stretch":
         for row in np.flatnonzero(values <= 0)[:1]:
@@ -191,12 +195,35 @@ def tracks(index: int, control: str, time: Floats, values: Floats) -> list[Entry
 def _cycling(index: int, step: Any, recipe: Any) -> Entry:
     """Cycles between two values, which are of a force or a stress with their unit; the lower one is by default that at rest."""
     (low, _), (high, unit) = (value if isinstance(value, tuple) else (value, "") for value in (step.low, step.high))
-    area = _area(recipe) if unit == FORCE.unit else 1.0
+    area = _area_for(unit, recipe)
     low = (step.REST if low is None else low) / area
-    return Entry(index, step.CONTROL, Waveform(low, high / area, step.period, step.cycles or 1, step.waveform))
+    return Entry(index, _control(recipe, step), Waveform(low, high / area, step.period, step.cycles or 1, step.waveform))
 
 
-def _area(recipe: Any) -> float:
+def _control(recipe: Any, step: Any) -> str:
+    """What the solver is given of a step: what the recipe says of all, or what such steps have."""
+    return str(getattr(recipe, "control", step.CONTROL))
+
+
+def _charges(index: int, points: MeasuredTable, column: str | int, recipe: Any) -> Floats:
+    """Charges in C/m^2 of undeformed area in a table, which holds them so or as charges of the electrode."""
+    if column == "charge" and not points.has(column) and points.has("charge_density"):
+        column = "charge_density"
+    try:
+        return points.column(column, "charge", CHARGE_DENSITY)
+    except InputError:
+        values = points.column(column, "charge", CHARGE)
+    if recipe.film.electrode_diameter is None:
+        raise InputError("a table of charges in C needs film.electrode_diameter", key=f"step[{index}].table")
+    return values / _area_for(CHARGE.unit, recipe)
+
+
+def _area_for(unit: str, recipe: Any) -> float:
+    """What a value in this unit is divided by: the section for a force, the electrode for a charge, or 1."""
+    if unit == CHARGE.unit:
+        return float(recipe.film.electrode_area)
+    if unit != FORCE.unit:
+        return 1.0
     area: float | None = recipe.specimen.area if recipe.specimen is not None else None
     if area is None:
         raise InputError("a force needs [specimen] with width and thickness, or state stress")

@@ -40,6 +40,7 @@ class GivenUp:
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
     the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds.
+    `stated` are the headers of columns that are the same in every draw.
     """
 
     temperature: float
@@ -48,3 +49,4 @@ class CaseResult:
     cycles: Mapping[str, Floats] | None = None
     events: Sequence[Event] | None = None
     bounded_events: Sequence[BoundedEvent] = ()
+    stated: tuple[str, ...] = ("time [s]",)

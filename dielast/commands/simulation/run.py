@@ -30,7 +30,7 @@ from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
-from dielast.mechanics.load import Step, VoltageStep
+from dielast.mechanics.load import ElectricalStep, Step
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -52,7 +52,7 @@ class Simulation(ABC):
     """Numbers in a row of the table."""
     time_scale = "log"
 
-    step: type[Step] | type[VoltageStep]
+    step: type[Step] | type[ElectricalStep]
     """What the solver takes."""
 
     @abstractmethod
@@ -106,7 +106,7 @@ class Simulation(ABC):
                 simulate = partial(
                     self.solver(recipes, factor[part]),
                     one_or_all(used),
-                    [joined(step, self.step) for step in zip(*(programmes[index] for index in part), strict=True)],
+                    [joined(step, self.step_of(recipes[0])) for step in zip(*(programmes[index] for index in part), strict=True)],
                     temperature=np.array(list(map(temperature_of, recipes, used))),
                     times=output.times,
                     points_per_decade=output.points_per_decade,
@@ -116,6 +116,10 @@ class Simulation(ABC):
                 terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
                 batches.append(SimulationBatch(part, simulate, self.result(cases, recipes[0], used), terms))
         return batches
+
+    def step_of(self, recipe: Any) -> type[Step] | type[ElectricalStep]:
+        """What the solver takes of a recipe."""
+        return self.step
 
     def told(self, result: CaseResult, recipe: Any, case: int) -> CaseResult:
         """The result of a case as the tables tell it."""

@@ -28,8 +28,9 @@ from dielast.numerics.columns import Cases, Floats
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
     """Films at a moment, columns (k,) that are of `cases` (k,): `internal` is x (2, n, k), or (1, n, k) where both axes are alike,
-    Lambda and the mechanical nominal stress in Pa are (2, k), the nominal `field` V/L_3 (k,) is in V/m. `age` (k,) is how long in s
-    the voltage has been on, since its size last began to rise.
+    Lambda and the mechanical nominal stress in Pa are (2, k), `field` (k,) is the electrical quantity that acts on the film, the
+    nominal field V/L_3 in V/m or the nominal charge density in C/m^2. `age` (k,) is how long in s the voltage, or the charge, of
+    the source has been on, since its size last began to rise.
     """
 
     points: Points
@@ -49,8 +50,8 @@ class Moment:
         """
         # sums round by the order of numbers in memory, which must not depend on how they came here
         state = np.ascontiguousarray(state)
-        driven = system.load.value(time)
-        internal = state[None, :-1] if isinstance(system, SymmetricPoints) else system.internal(state)
+        driven = system.driven(time, state)
+        internal = state[None, : system.border] if isinstance(system, SymmetricPoints) else system.internal(state)
         membrane = system.membrane(state, driven)
         return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2])
 

@@ -30,7 +30,8 @@ def stability_at(moment: Moment, timescale: TimeScale) -> Stability:
     """Determinant and margin (k,) of films watched for a time scale."""
     modulus = held_modulus(moment.points, timescale, moment.age)
     membrane = moment.internal, moment.log_squared_stretch, moment.nominal_stress
-    return stability(moment.points, modulus, moment.controls, *membrane, moment.field)
+    watched = None if moment.points.circuit is None else timescale.watched(moment.age)
+    return stability(moment.points, modulus, moment.controls, *membrane, moment.field, watched)
 
 
 class PullIn(Criterion):
@@ -50,7 +51,11 @@ class PullIn(Criterion):
         return lambda moment: stability_at(moment, films.timescale).margin
 
     def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
-        """Pull-ins at the end of an equilibrium, where the damper has taken over, are at its fold."""
+        """Pull-ins at the end of an equilibrium, where the damper has taken over, are at its fold; with a circuit there is none, as
+        a film whose charge is frozen is stable.
+        """
+        if moment.points.circuit is not None:
+            return time, moment
         bare = _without_damper(moment.points)
         internal = np.broadcast_to(moment.internal, (2, *moment.internal.shape[1:])).copy()
         log_squared, nominal, field = moment.log_squared_stretch.copy(), moment.nominal_stress.copy(), moment.field.copy()

@@ -1,0 +1,53 @@
+"""Leakage: the current that flows through a film under a field, and discharges it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.io.result import Result
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Leakage(Result):
+    """The true current density j = sigma_0 exp(|E|/E_c) E in A/m^2 of a true field E in V/m: a `conductivity` sigma_0 in S/m that
+    grows with the field, e times in each `field` E_c in V/m; by default it does not, as in Ohm's law. Each may be one number or one
+    a case.
+
+    This is how leakage through VHB is commonly fitted (Foo, Cai, Koh, Bauer and Suo, J. Appl. Phys. 111 (2012) 034102).
+    `InputError` for a conductivity that is negative or a field that is not positive.
+    """
+
+    conductivity: ArrayLike = 0.0
+    field: ArrayLike = np.inf
+
+    def __post_init__(self) -> None:
+        conductivity, field = (np.asarray(value, dtype=float) for value in (self.conductivity, self.field))
+        if not np.all(np.isfinite(conductivity) & (conductivity >= 0)):
+            worst = float(np.min(conductivity))
+            raise InputError(f"conductivity {worst:g} S/m: it must be finite and not negative", argument="leakage")
+        if not np.all(field > 0):
+            worst = float(np.min(field))
+            raise InputError(f"field {worst:g} V/m: it must be positive; leave it out for Ohm's law", argument="leakage")
+
+    def varied(self) -> list[ArrayLike]:
+        """All numbers of which there may be one for each case."""
+        return [self.conductivity, self.field]
+
+    def take(self, cases: NDArray[np.intp]) -> Leakage:
+        """That of some of the cases, of which there is a number for each."""
+        return Leakage(np.asarray(self.conductivity)[cases], np.asarray(self.field)[cases])
+
+    def current_density(self, true_field: Floats) -> Floats:
+        """j in A/m^2 at a true field in V/m, with its sign."""
+        return np.asarray(self.conductivity * np.exp(np.abs(true_field) / self.field) * true_field)
+
+    def slope(self, true_field: Floats) -> Floats:
+        """dj/dE in S/m."""
+        share = np.abs(true_field) / self.field
+        return np.asarray(self.conductivity * np.exp(share) * (1 + share))

@@ -1,0 +1,204 @@
+"""Films whose charge is an unknown, in a `circuit`: the same equations as `point` and `symmetric`, and one row more.
+
+A state has the nominal charge density D~ (C/m^2) in the row before what the load leaves open. The film sees the charge as it sees a
+prescribed one, and its rate is f = dD~/dt of the circuit, which knows of the springs through the stretches alone. So the border of
+one step is solved with D~ held, u = u_0, and with D~ moved by one, u = w, and the increment u_D of the charge follows from
+
+    (1/gamma - h f_D - h f_L w_L) u_D = h f + sum c_j u_D,j + h^2 gamma_i f_t + h f_L u_0L,
+
+f_L the derivatives of f in Lambda and w_L, u_0L the Lambdas in w and u_0. The cost is that of the film and of one right-hand side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dielast.mechanics.circuit import Circuit
+from dielast.mechanics.electric import ELECTRIC
+from dielast.mechanics.point import Arrowhead, LoadedPoints, Points
+from dielast.mechanics.span import Control, Load
+from dielast.mechanics.symmetric import SymmetricArrowhead, SymmetricPoints
+from dielast.numerics.columns import Floats
+
+
+def circuit_of(points: Points) -> Circuit:
+    """The circuit of points that have one."""
+    assert points.circuit is not None
+    return points.circuit
+
+
+def charge_rate(points: Points, load: Load, time: Floats, log_squared_stretch: Floats, charge: Floats) -> Floats:
+    """dD~/dt (cases,) in A/m^2 at a `time` (cases,) in s since the span of load began, Lambda (2, cases) and D~ (cases,)."""
+    circuit, permittivity = circuit_of(points), points.permittivity_at(log_squared_stretch)
+    log_area = log_squared_stretch[0] + log_squared_stretch[1]
+    source, slope = load.value(time)[ELECTRIC], load.slope(time)[ELECTRIC]
+    supply = circuit.supply(permittivity, log_area, charge, source, slope)
+    return np.asarray(supply - circuit.leak(permittivity, log_area, charge))
+
+
+def charge_error(points: Points, state: Floats, increment: Floats) -> Floats:
+    """The relative error (cases,) of the Maxwell stress by an `increment` of D~ at a `state`, both (cases,); a charge whose Maxwell
+    stress is too small to matter has none.
+    """
+    return np.asarray(np.abs(increment) / (np.abs(state) + np.sqrt(points.permittivity * points.stress_floor)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChargedPoints(LoadedPoints):
+    """Material points with a charge of their own."""
+
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end, with that of the charge."""
+        return -3
+
+    @property
+    def electric(self) -> bool:
+        """There is a charge at any time."""
+        return True
+
+    def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
+        """State (2n + 3, cases) from x (2, n, cases), Lambda and nominal stress (2, cases), and D~ (cases,), 0 if left out."""
+        return _with_charge(LoadedPoints.pack(self, internal, log_squared_stretch, nominal_stress), -2, charge)
+
+    def driven(self, time: Floats, state: Floats) -> Floats:
+        """What the load prescribes (3, cases), with D~ in place of what the source does."""
+        return _charged(self.load.value(time), state[-3])
+
+    def error(self, state: Floats, increment: Floats) -> Floats:
+        """Largest relative error (cases,), that of the charge included."""
+        return np.maximum(LoadedPoints.error(self, state, increment), charge_error(self.points, state[-3], increment[-3]))
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> ChargedArrowhead:
+        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        return ChargedArrowhead(self, time, state, step, gamma)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChargedSymmetricPoints(SymmetricPoints):
+    """Material points under equibiaxial load with a charge of their own."""
+
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end, with that of the charge."""
+        return -2
+
+    @property
+    def electric(self) -> bool:
+        """There is a charge at any time."""
+        return True
+
+    def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
+        """State (n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases), and D~ (cases,), 0 if left out."""
+        return _with_charge(SymmetricPoints.pack(self, internal, log_squared_stretch, nominal_stress), -1, charge)
+
+    def driven(self, time: Floats, state: Floats) -> Floats:
+        """What the load prescribes (3, cases), with D~ in place of what the source does."""
+        return _charged(self.load.value(time), state[-2])
+
+    def error(self, state: Floats, increment: Floats) -> Floats:
+        """Largest relative error (cases,), that of the charge included."""
+        rows = [*range(state.shape[0] - 2), -1]
+        film = SymmetricPoints.error(self, state[rows], increment[rows])
+        return np.maximum(film, charge_error(self.points, state[-2], increment[-2]))
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> ChargedSymmetricArrowhead:
+        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        return ChargedSymmetricArrowhead(self, time, state, step, gamma)
+
+
+def _with_charge(packed: Floats, row: int, charge: Floats | None) -> Floats:
+    """A state with D~ before this row of it."""
+    held = np.zeros(packed.shape[1]) if charge is None else charge
+    return np.concatenate((packed[:row], held[None], packed[row:]))
+
+
+def _charged(driven: Floats, charge: Floats) -> Floats:
+    """What is prescribed, with D~ in the electrical row."""
+    result = driven.copy()
+    result[ELECTRIC] = charge
+    return result
+
+
+class _ChargeRow:
+    """The row of the charge in one step: its derivatives where the step begins, and its right-hand side in a stage."""
+
+    def __init__(self, points: Points, load: Load, time: Floats, log_squared: Floats, charge: Floats, step: Floats) -> None:
+        circuit = circuit_of(points)
+        self.points, self.load, self.step = points, load, step
+        permittivity, share = points.capacitance(log_squared)
+        by_charge, by_stretch = circuit.linearised(permittivity, share, log_squared[0] + log_squared[1], charge)
+        self.by_charge, self.by_stretch = step * by_charge, step * by_stretch
+        slope, bend = load.slope(time)[ELECTRIC], load.bend(time)[ELECTRIC]
+        self.by_time = np.square(step) * circuit.supply_change(slope, bend)
+
+    def right(self, time: Floats, log_squared: Floats, charge: Floats, history: Floats | None, gamma_i: float) -> Floats:
+        """h f, with the sum over c_ij u_j of the row as `history`, and h^2 gamma_i f_t."""
+        right = self.step * charge_rate(self.points, self.load, time, log_squared, charge)
+        if history is not None:
+            right += history
+        if gamma_i:
+            right += gamma_i * self.by_time
+        return right
+
+
+class ChargedArrowhead(Arrowhead):
+    """One step's linear system with a row for the charge."""
+
+    system: ChargedPoints
+
+    def __init__(self, system: ChargedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        super().__init__(system, time, state, step, gamma)
+        log_squared = system.membrane(state, system.driven(time, state))[0]
+        self.row = row = _ChargeRow(system.points, system.load, time, log_squared, state[-3], step)
+        self.moving = np.array([[control is Control.STRESS] for control in system.load.controls])
+        self.by_charge = np.einsum("bcm,cm->bm", self.inverse, self.by_load)
+        moves = np.where(self.moving, self.by_charge, 0.0)
+        self.pivot = 1 / gamma - row.by_charge - np.einsum("cm,cm->m", row.by_stretch, moves)
+
+    def _drive(self, by_load: Floats, change: Floats) -> None:
+        """The charge is not prescribed: its increment is an unknown."""
+        self.by_load = np.broadcast_to(by_load, self.known.shape)
+
+    def _solve(self, residual: Floats, border: Floats, increment: Floats, *stage: Any) -> None:
+        """Write the last three rows of the increment, the last two of which are `border`."""
+        time, state, history, gamma_i = stage
+        np.einsum("bcm,cm->bm", self.inverse, residual, out=border)
+        log_squared = self.system.membrane(state, self.system.driven(time, state))[0]
+        right = self.row.right(time, log_squared, state[-3], None if history is None else history[-3], gamma_i)
+        right += np.einsum("cm,cm->m", self.row.by_stretch, np.where(self.moving, border, gamma_i * self.given))
+        increment[-3] = right / self.pivot
+        border += self.by_charge * increment[-3]
+
+
+class ChargedSymmetricArrowhead(SymmetricArrowhead):
+    """One step's linear system with a row for the charge, as in `ChargedArrowhead` with a number for the 2x2 border."""
+
+    system: ChargedSymmetricPoints
+
+    def __init__(self, system: ChargedSymmetricPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        super().__init__(system, time, state, step, gamma)
+        log_squared = system.membrane(state, system.driven(time, state))[0]
+        self.row = row = _ChargeRow(system.points, system.load, time, log_squared, state[-2], step)
+        self.by_stretch = row.by_stretch[0] + row.by_stretch[1]
+        self.by_charge = self.border * self.by_load
+        moves = self.by_charge if self.given is None else np.zeros_like(self.by_charge)
+        self.pivot = 1 / gamma - row.by_charge - self.by_stretch * moves
+
+    def _drive(self, by_load: Floats, change: Floats) -> None:
+        """The charge is not prescribed: its increment is an unknown."""
+        self.by_load = by_load
+
+    def _solve(self, residual: Floats, increment: Floats, *stage: Any) -> Floats:
+        """The last row of the increment (cases,), and that of the charge written into the increment."""
+        time, state, history, gamma_i = stage
+        residual *= self.border
+        log_squared = self.system.membrane(state, self.system.driven(time, state))[0]
+        right = self.row.right(time, log_squared, state[-2], None if history is None else history[-2], gamma_i)
+        right += self.by_stretch * (residual if self.given is None else gamma_i * self.given)
+        increment[-2] = right / self.pivot
+        residual += self.by_charge * increment[-2]
+        return residual

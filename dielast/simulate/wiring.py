@@ -1,0 +1,63 @@
+"""How films are wired: what the source prescribes, through which resistance, and what leaks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError
+from dielast.material.leakage import Leakage
+from dielast.mechanics.cases import of_case, spread
+from dielast.mechanics.circuit import Circuit
+from dielast.mechanics.electric import CHARGE
+from dielast.mechanics.point import Points
+from dielast.numerics.columns import Cases, Flags, Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wiring:
+    """Whether the source delivers a `charge`, or a voltage through a `resistance` r = R A/L_3 (cases,) in ohm m, with a `leakage`
+    of numbers (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None where it is not known.
+    """
+
+    charge: bool
+    resistance: Floats
+    leakage: Leakage
+    area: Floats | None
+
+    @classmethod
+    def of(
+        cls, charge: bool, resistance: ArrayLike | None, leakage: Leakage | None, area: ArrayLike | None, thickness: Floats
+    ) -> Wiring:
+        """Of films of a `thickness` (cases,) in m, with a resistance in ohm and an area in m^2; `InputError` for what cannot be."""
+        cases = thickness.size
+        if resistance is not None and charge:
+            raise InputError("a source that prescribes the charge has none: leave it out", argument="source_resistance")
+        ohm = spread(0.0 if resistance is None else resistance, "source_resistance", cases)
+        if np.any(ohm < 0):
+            case = int(np.argmin(ohm))
+            raise InputError(f"{ohm[case]:g} ohm: it must not be negative", argument="source_resistance", case=of_case(case, cases))
+        areas = None if area is None else spread(area, "electrode_area", cases)
+        if areas is not None and np.any(areas <= 0):
+            raise InputError(f"{float(areas.min()):g} m^2: it must be positive", argument="electrode_area")
+        if np.any(ohm > 0) and areas is None:
+            needed = "the current that flows through it depends on the area of the electrode: state it, too"
+            raise InputError(needed, argument="source_resistance")
+        leak = Leakage() if leakage is None else leakage
+        field = np.broadcast_to(np.asarray(leak.field, dtype=float).reshape(-1), (cases,))
+        leak = Leakage(spread(leak.conductivity, "leakage", cases), field)
+        return cls(charge, ohm if areas is None else ohm * areas / thickness, leak, areas)
+
+    @property
+    def has_circuit(self) -> Flags:
+        """Films (cases,) whose charge is an unknown."""
+        return np.asarray(self.leakage.conductivity) > 0 if self.charge else self.resistance > 0
+
+    def wired(self, points: Points, cases: Cases) -> Points:
+        """Points of some of the films, of which all have a circuit or none has, in what they are wired to."""
+        if not self.has_circuit[cases].any():
+            return replace(points, electric=CHARGE) if self.charge else points
+        resistance = None if self.charge else self.resistance[cases]
+        return replace(points, electric=CHARGE, circuit=Circuit(self.leakage.take(cases), resistance))

@@ -1,0 +1,131 @@
+"""Work of the source and of the loads is stored, dissipated in dashpots, leaked, or lost in the source's resistance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from films import SOFT
+from numpy.typing import NDArray
+
+from dielast.material.dielectric import LinearPermittivity
+from dielast.material.leakage import Leakage
+from dielast.mechanics.criteria.criterion import WatchedFilms
+from dielast.mechanics.history import electrical_pieces
+from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control, Controls
+from dielast.mechanics.stability import ONE_PERCENT
+from dielast.mechanics.symmetric import EQUIBIAXIAL, Films
+from dielast.mechanics.watch import Watch
+from dielast.numerics.stride import DenseSteps, Stride
+from dielast.simulate.electrical import ElectricMeter, nominal
+from dielast.simulate.film import Condition, Film
+from dielast.simulate.follow import follow
+from dielast.simulate.record import Recorder
+from dielast.simulate.setup import prestretched
+from dielast.simulate.wanted import Wanted
+from dielast.simulate.wiring import Wiring
+
+THICKNESS, AREA = 0.5e-3, 1e-4
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
+FREE, HELD = Control.STRESS, Control.STRETCH
+RAMPS: list[ElectricalStep] = [
+    VoltageStep(2e3, duration=3.0),
+    VoltageStep.hold(200.0),
+    VoltageStep(-1e3, duration=10.0),
+    VoltageStep.hold(50.0),
+]
+AT_ONCE: list[ElectricalStep] = [VoltageStep(1.8e3), VoltageStep.hold(100.0), VoltageStep(0.0), VoltageStep.hold(50.0)]
+CHARGES: list[ElectricalStep] = [
+    ChargeStep(2e-3, duration=3.0),
+    ChargeStep.hold(200.0),
+    ChargeStep(1e-3),
+    ChargeStep.hold(20.0),
+    ChargeStep(-1e-3, duration=10.0),
+    ChargeStep.hold(50.0),
+]
+
+
+class Dashpots(Watch):
+    """Adds up what dashpots dissipate, and a resistance r, per undeformed volume, by quadrature apart from that of the meter."""
+
+    def __init__(self, films: WatchedFilms, resistance: NDArray[np.float64]) -> None:
+        super().__init__(films, (), ())
+        self.resistance, self.dissipated, self.lost = resistance, 0.0, 0.0
+
+    def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
+        if stride.accepted[0]:
+            system = stride.system
+            assert isinstance(system, Films)
+            for node, weight in zip(0.5 * (1 + NODES), 0.5 * WEIGHTS, strict=True):
+                steps = DenseSteps.of(stride, slice(None), np.arange(stride.time.size))
+                state, time = steps.state(np.full(stride.time.size, node)), stride.time + node * stride.step
+                driven = system.driven(time, state)
+                log_squared, _ = system.membrane(state, driven)
+                points = system.points
+                stress = points.law.stress(points.springs(system.internal(state), log_squared))
+                flow = points.rate * (3 * stress - stress.sum(axis=0))
+                power = 0.5 * np.sum(points.modulus * stress * flow, axis=(0, 1))
+                self.dissipated += float(weight * (power * stride.step)[0])
+                if points.circuit is not None and points.circuit.resistance is not None:
+                    drop = system.load.value(time)[2] - nominal(points, log_squared, driven[2])[0]
+                    self.lost += float(weight * (drop**2 / points.circuit.resistance * stride.step)[0])
+        return super().__call__(stride)
+
+
+def stored(points: Points, condition: Condition) -> float:
+    """Energy of springs and dielectric in J/m^3."""
+    squared = points.springs(condition.internal, condition.log_squared_stretch)
+    field, charge = nominal(points, condition.log_squared_stretch, condition.field)
+    return float((np.sum(points.modulus * points.law.energy(squared), axis=0) + 0.5 * field * charge)[0])
+
+
+@pytest.mark.parametrize(
+    ("steps", "resistance", "leakage", "prestretch", "controls"),
+    [
+        (RAMPS, None, Leakage(2e-14, 2e7), (1.9, 1.9), (FREE, FREE)),
+        (AT_ONCE, None, None, (2.5, 1.2), (FREE, FREE)),
+        (RAMPS, 3e10, Leakage(2e-14, 2e7), (1.9, 1.9), (FREE, FREE)),
+        (AT_ONCE, 3e10, None, (2.0, 1.5), (FREE, HELD)),
+        (RAMPS, 1e5, Leakage(2e-14), (2.5, 1.2), (FREE, FREE)),
+        (CHARGES, None, Leakage(2e-14, 2e7), (1.9, 1.9), (FREE, FREE)),
+        (CHARGES, None, Leakage(1e-13), (1.7, 1.7), (HELD, HELD)),
+        (CHARGES, None, None, (2.5, 1.2), (HELD, FREE)),
+    ],
+)
+def test_energy_is_conserved(
+    steps: list[ElectricalStep],
+    resistance: float | None,
+    leakage: Leakage | None,
+    prestretch: tuple[float, float],
+    controls: Controls,
+) -> None:
+    material = replace(SOFT, permittivity=LinearPermittivity(4e-11, stretch_coefficient=-0.05)) if prestretch[0] > 2.2 else SOFT
+    rtol, one = 1e-9, np.ones(1)
+    points = Points.of(material, 20 * one, rtol)
+    charge = isinstance(steps[0], ChargeStep)
+    wiring = Wiring.of(charge, resistance, leakage, AREA, THICKNESS * one)
+    symmetry = EQUIBIAXIAL if prestretch[0] == prestretch[1] and controls[0] is controls[1] else None
+    film, _ = prestretched(Film.at_rest(points, symmetry), (prestretch[0] * one, prestretch[1] * one), 5 * one, 600.0, rtol)
+    film = replace(film, points=wiring.wired(film.points, np.zeros(1, dtype=np.intp)))
+    begin = film.condition
+    watched = WatchedFilms(controls, np.inf * one, ONE_PERCENT, begin.nominal_stress, points.stress_floor)
+    watch, meter = Dashpots(watched, wiring.resistance), ElectricMeter(wiring.leakage, 1)
+    pieces = electrical_pieces(steps, controls, one if charge else THICKNESS * one)
+    recorder = Recorder(Wanted(points_per_decade=2), 1, film.points.rate.shape[0], watch, meter)
+    end = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder).film.condition
+    work, leaked, lost = meter.totals[:, 0]
+    free = np.array([control is FREE for control in controls])
+    moved = np.exp(0.5 * end.log_squared_stretch) - np.exp(0.5 * begin.log_squared_stretch)
+    mechanical = float(np.sum((begin.nominal_stress * moved)[free]))
+    gained = stored(film.points, end) - stored(film.points, begin)
+    scale = abs(work) + abs(mechanical)
+    assert work + mechanical == pytest.approx(gained + watch.dissipated + leaked + lost, abs=1e-6 * scale)
+    assert lost == pytest.approx(watch.lost, abs=1e-6 * scale)
+    assert (leaked > 1e-3 * scale) == (leakage is not None)
+    assert watch.dissipated > 0
+    # the last row of the table is the end
+    record = recorder.collect()
+    assert record.electrical[3:, 0, -1] == pytest.approx(meter.totals[:, 0], rel=1e-12, abs=1e-12 * scale)
