@@ -166,11 +166,11 @@ def test_the_table_of_a_run_holds_the_damage() -> None:
         history = actuate(material, PROGRAMME, stop_at=stop, points_per_decade=300, **film)
         assert history.damage is not None
         assert history.events[0][-1].name == stop
-        time, found = history.time[0][np.isfinite(history.time[0])], history.damage[0]
-        last = found[np.isfinite(found)][-1]
-        whole = float(np.trapezoid(law.rate(history.true_field[0][: time.size]), time))
+        reached = np.isfinite(history.true_field[0])
+        time, field, found = history.time[0][reached], history.true_field[0][reached], history.damage[0][reached]
+        last, whole = found[-1], float(np.trapezoid(law.rate(field), time))
         assert last == pytest.approx(1.0 if stop == "damage" else whole, rel=1e-7 if stop == "damage" else 2e-4)
-        assert np.all(np.diff(found[np.isfinite(found)]) >= 0)
+        assert np.all(np.diff(found) >= 0)
 
 
 def test_the_damage_at_failure_may_scatter_by_itself_and_with_the_area() -> None:
