@@ -235,7 +235,7 @@ def test_the_columns_of_the_recipes_are_those_of_the_results(kind: str, tmp_path
     told = mistakes(tmp_path, HEAD.replace("relax", kind) + rest + '[[step]]\nhold = "1 s"\n[plot]\ny = "foo"\n')
     known = set(told[0].split("there are ")[1].split(", "))
     assert headers
-    on_request = {"major_axis [m]", "minor_axis [m]", *ELECTRICAL_COLUMNS}
+    on_request = {"major_axis [m]", "minor_axis [m]", "damage [1]", *ELECTRICAL_COLUMNS}
     assert known - headers == (on_request if kind == "actuate" else set())
     assert headers <= known
 
