@@ -18,7 +18,6 @@ from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, Watc
 from dielast.mechanics.criteria.pull_in import stability_at
 from dielast.mechanics.exposure import Exposure
 from dielast.mechanics.happening import Happening
-from dielast.mechanics.point import Points
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
 from dielast.mechanics.symmetric import Films
@@ -138,13 +137,13 @@ class Watch:
         done = self.done[cases]
         return done if done.any() else None
 
-    def finish(self, points: Points, equations: Callable[[Points, Load], Films]) -> None:
-        """A piece of load is through: find the times of what happened in it; `equations` are those of points and load."""
+    def finish(self, equations: Callable[[Cases, Load], Films]) -> None:
+        """A piece of load is through: find the times of what happened in it; `equations` are those of some cases under load."""
         for lookout in self.lookouts:
             if not lookout.brackets:
                 continue
             brackets = Brackets.joined(lookout.brackets)
-            system = equations(points.take(brackets.steps.cases), brackets.load)
+            system = equations(brackets.steps.cases, brackets.load)
             criterion = lookout.criterion
             if lookout.exposure is not None:
                 time, moment = lookout.exposure.reached(brackets, system)

@@ -29,7 +29,7 @@ from dielast.simulate.film import Outcome
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History
 from dielast.simulate.record import Record, Recorder, ending
-from dielast.simulate.setup import FilmSetup, Setup, set_up
+from dielast.simulate.setup import MESH_RTOL, FilmSetup, Setup, set_up
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
 
 
@@ -77,6 +77,8 @@ def actuate(
     prestretch_rate: ArrayLike | None = None,
     relax: float = 0.0,
     boundary: str | tuple[str, str] = "dead-load",
+    electrode_share: ArrayLike | None = None,
+    mesh_rtol: float = MESH_RTOL,
     temperature: ArrayLike | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
@@ -91,7 +93,8 @@ def actuate(
 
     `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate`
     (1/s, of the larger axis; both ramp together) or at once. `boundary` says for each axis whether it is then a "dead-load", the
-    nominal stress reached, or "clamped". `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
+    nominal stress reached, or "clamped"; "frame" and "strip" are films with a passive part, of which the electrode covers
+    `electrode_share` (see `FilmSetup`). `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
     material's by default. A run ends with the first event `stop_at`, such as "breakdown", "pull-in" or "loss-of-tension", or goes
     through them all to the "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade`
     and `rtol` as in `creep`, and the `cycles` of waveforms, which are about the relative stretch of axis 1. The history of a run
@@ -108,7 +111,7 @@ def actuate(
         raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     setup = set_up(
         material,
-        FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary),
+        FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol),
         temperature=temperature,
         breakdown_field=breakdown_field,
         breakdown_needed=stop_at == "breakdown",
@@ -170,7 +173,7 @@ def _run(
     """Run some of the films, one of the setup's groups, through the pieces of their programme."""
     film = setup.film(part, rtol)
     watch = Watch(setup.watched(film, part, timescale), CRITERIA, until)
-    relaxed = film.condition.moment(film.points, setup.controls, np.arange(part.size), np.zeros(part.size))
+    relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
     stretch = np.exp(0.5 * relaxed.log_squared_stretch)
     recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch)
     meter = CycleMeter(film.points, stretch[0], False)

@@ -188,7 +188,7 @@ class CycleMeter:
         for axis, control in enumerate(load.controls):
             if control is Control.STRETCH:
                 power = power + nominal[axis] * slope[axis]
-            else:  # by parts, as the stretch has no rate in closed form
+            elif control is Control.STRESS:  # by parts, as the stretch has no rate in closed form
                 power, held = power - stretch[axis] * slope[axis], held + nominal[axis] * stretch[axis]
         held = held.reshape(places, count)
         work = steps.step * (WEIGHTS @ power.reshape(places, count)) + held[-1] - held[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import Stride
 from dielast.simulate.at_once import apply_at_once
 from dielast.simulate.cycles import CycleMeter
-from dielast.simulate.film import Condition, Film
+from dielast.simulate.film import Film
 from dielast.simulate.record import Recorder
 
 
@@ -72,7 +72,7 @@ def follow(
     Films that are watched have a damper as their last spring; a load at once takes them as `apply_at_once` says. Raises
     `InputError` for a rate of the wrong sign.
     """
-    points, condition = film.points, film.condition
+    condition = film.condition
     cases = condition.time.size
     status, steps, every = np.zeros(cases, dtype=np.intp), np.zeros(cases, dtype=np.intp), np.arange(cases)
     observers = [observer for observer in (watch, recorder, meter) if observer is not None]
@@ -89,9 +89,10 @@ def follow(
         if jumps.any():
             if watch is not None:
                 watch.clock.jump(condition.time, condition.field, np.where(jumps, course.start[2], condition.field))
-            condition = apply_at_once(points, condition, piece.controls, course.start, jumps, status, watch)
-        system = film.equations(points, course.span(every, np.zeros_like(every))[0])
-        state = system.pack(condition.internal, condition.log_squared_stretch, condition.nominal_stress)
+            film = apply_at_once(film, piece.controls, course.start, jumps, status, watch)
+            condition = film.condition
+        system = film.equations(course.span(every, np.zeros_like(every))[0])
+        state = film.state(system)
         alive = status == Status.COMPLETED
         if watch is not None:
             watch.begin(system, state, condition.time, alive & jumps)
@@ -110,11 +111,10 @@ def follow(
         if meter is not None:
             meter.finish()
         driven = system.load.value(result.time) if spans is None else course.end
-        membrane = system.membrane(result.state, driven)
-        time = condition.time + result.time
-        condition = Condition(system.internal(result.state), *membrane, driven[2], time, result.next_step)
+        film = film.reached(system, result.state, driven, condition.time + result.time, result.next_step)
+        condition = film.condition
         status = np.where(alive, result.status, status)
         steps += result.steps + result.rejected
         if watch is not None:
-            watch.finish(points, film.equations)
-    return Followed(replace(film, condition=condition), status, steps)
+            watch.finish(lambda some, load, film=film: film.take(some).equations(load))  # type: ignore[misc]
+    return Followed(film, status, steps)

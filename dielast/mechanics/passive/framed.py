@@ -1,0 +1,247 @@
+"""Films of an active part and a passive part as the stepper takes them: the equations of `point` at every point of a `Structure`.
+
+State of one film, a column: x_i = 2 ln xi_i of the n springs at all P points, axis 1 then axis 2, springs, points; and the border,
+which is the u unknowns of the structure, the nominal stress s_1 of the active part, and the nominal stress across it that may be
+the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim of a disc. The equations are
+
+    dx_i/dt = (2p - q, 2q - p)_i / (3 tau)                  for each spring at each point,
+    0 = F_j(u, x, E~)                                       for each unknown (`structure`),
+    0 = s_1 - dW/dl_1 at the active part, and the same for the other stress:
+
+index 1 again. The springs of a point are eliminated as in `point`; what they leave, a 2x2 tangent a point, goes into the tangent
+of few rows of the structure. The nominal field is that of the active part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dielast.material.springs import Floats
+from dielast.mechanics.electric import ELECTRIC
+from dielast.mechanics.passive.structure import Factors, Structure
+from dielast.mechanics.point import FOLLOWER_WEIGHT, SYMMETRIC, Arrowhead, Points
+from dielast.mechanics.span import Control, Controls, Load
+from dielast.numerics.columns import Cases
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Assembly:
+    """The `points` of the active parts (n springs, cases), those of `all_points` (n, P cases), point after point, and how they
+    move together. Arrays over the points are (..., P, cases).
+    """
+
+    points: Points
+    all_points: Points
+    structure: Structure
+
+    @classmethod
+    def of(cls, points: Points, structure: Structure) -> Assembly:
+        """Films of one material throughout."""
+        return cls(points, points.take(np.tile(np.arange(points.stress_floor.size), structure.points)), structure)
+
+    def take(self, cases: Cases) -> Assembly:
+        """The same for some of the cases."""
+        wide = self.all_points.take(self.structure.columns(cases))
+        return Assembly(self.points.take(cases), wide, self.structure.take(cases))
+
+    def wide(self, narrow: Floats) -> Floats:
+        """What there is for each case (..., cases), for each point (..., P cases)."""
+        return np.concatenate([narrow] * self.structure.points, axis=-1)
+
+    def log_squared(self, stretch: Floats) -> Floats:
+        """Lambda (2, P cases) of stretches (2, P, cases)."""
+        return np.asarray(2 * np.log(stretch).reshape(2, -1))
+
+    def by_point(self, values: Floats) -> Floats:
+        """Values (..., P cases) as (..., P, cases)."""
+        return values.reshape(*values.shape[:-1], self.structure.points, -1)
+
+    def springs(self, internal: Floats, stretch: Floats) -> Floats:
+        """Squared elastic stretches (2, n, P cases) at x (2, n, P, cases) or (2, n, P cases) and stretches (2, P, cases)."""
+        return self.all_points.springs(internal.reshape(2, internal.shape[1], -1), self.log_squared(stretch))
+
+    def carried(self, stress: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
+        """True mechanical stresses (2, P, cases) of the springs' stresses (2, n, P cases), less the Maxwell stress in point 0."""
+        carried = self.by_point(np.einsum("nm,cnm->cm", self.all_points.modulus, stress))
+        if electric:
+            carried[:, 0] -= self.points.maxwell_stress(2 * np.log(stretch[:, 0]), field)
+        return carried
+
+    def slope(self, half: Floats, carried: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
+        """ds_i/dl_j (2, 2, P, cases) of the tangent `half` (2, 2, P cases) in Lambda that the springs have together, with what the
+        present stresses and the Maxwell stress add.
+        """
+        slope = self.by_point(half).copy()
+        slope[(0, 1), (0, 1)] -= 0.5 * carried
+        if electric:
+            slope[:, :, 0] -= self.points.maxwell_tangent(2 * np.log(stretch[:, 0]), field)[1]
+        slope *= 2 / (stretch[:, None] * stretch)
+        return slope
+
+    def seen(self, nominal: Floats) -> Floats:
+        """The two stresses of the border (2, cases) of nominal stresses (2, P, cases)."""
+        return np.stack((nominal[0, 0], np.einsum("pc,pc->c", self.structure.rim, nominal[1])))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FramedFilms:
+    """Films under one smooth stretch of load: the system that the stepper integrates."""
+
+    assembly: Assembly
+    load: Load
+
+    @property
+    def points(self) -> Points:
+        """Those of the active parts."""
+        return self.assembly.points
+
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end."""
+        return -self.assembly.structure.unknowns - 2
+
+    def take(self, cases: Cases) -> FramedFilms:
+        """The same for some of the cases."""
+        return FramedFilms(self.assembly.take(cases), self.load.take(cases))
+
+    def driven_by(self, columns: Cases, load: Load) -> FramedFilms:
+        """The same with another span of load in these columns."""
+        return FramedFilms(self.assembly, self.load.put(columns, load))
+
+    def pack(self, internal: Floats, border: Floats) -> Floats:
+        """State (rows, cases) from x (2, n, P, cases) and the border (u + 2, cases)."""
+        return np.concatenate((internal.reshape(-1, internal.shape[-1]), border))
+
+    def internal(self, state: Floats) -> Floats:
+        """x (2, n, P, cases) of a state."""
+        return state[: self.border].reshape(2, -1, self.assembly.structure.points, state.shape[1])
+
+    def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
+        """Lambda and the nominal stress (2, cases each) of the active part at a `state` under the prescribed values `driven`
+        (3, cases).
+        """
+        return membrane(state[self.border :], driven, self.load.controls)
+
+    def error(self, state: Floats, increment: Floats) -> Floats:
+        """Largest relative error (cases,) of stretches, stresses and viscous stretches that `increment` of a `state` amounts to."""
+        structure = self.assembly.structure
+        worst = 0.5 * np.max(np.abs(increment[: self.border]), axis=0)
+        stretch = structure.stretch(state[self.border : -2])
+        moved = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
+        worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * moved)
+        stress = np.max(np.abs(increment[-2:]) / (np.abs(state[-2:]) + self.points.modulus[0]), axis=0)
+        return np.asarray(np.maximum(worst, FOLLOWER_WEIGHT * stress))
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> FramedArrowhead:
+        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        return FramedArrowhead(self, time, state, step, gamma)
+
+
+def membrane(border: Floats, driven: Floats, controls: Controls) -> tuple[Floats, Floats]:
+    """Lambda and the nominal stress (2, cases each) of the active part with this border (u + 2, cases)."""
+    first = 2 * np.log(border[0])
+    if controls[1] is Control.STRETCH:
+        return np.stack((first, 2 * np.log(driven[1]))), border[-2:].copy()
+    return np.stack((first, first)), np.stack((border[-2], border[-2]))
+
+
+class FramedArrowhead(Arrowhead):
+    """One step's linear system, factorised."""
+
+    def __init__(self, system: FramedFilms, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        self.films, self.gamma = system, gamma
+        assembly, load = system.assembly, system.load
+        wide, structure = assembly.all_points, assembly.structure
+        field = load.value(time)[ELECTRIC]
+        stretch = structure.stretch(state[system.border : -2])
+        self.stress, tangent = wide.law.tangent(assembly.springs(system.internal(state), stretch))
+        self.flow = assembly.wide(step) * wide.rate
+        self._eliminate_springs(wide, tangent)
+        carried = assembly.carried(self.stress, stretch, field, load.electric)
+        half = np.add.reduce(self.share, axis=2) / gamma
+        self.stretch, self.slope = stretch, assembly.slope(half, carried, stretch, field, load.electric)
+        self.factors = Factors.of(structure.tangent(self.slope))
+        self.known = np.zeros_like(stretch[:, 0])
+        if load.electric:
+            _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(stretch[:, 0]), field)
+            self.known -= by_load * (step * load.slope(time)[ELECTRIC]) / stretch[:, 0]
+
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
+        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+        system, assembly = self.films, self.films.assembly
+        wide, structure, border = assembly.all_points, assembly.structure, system.border
+        if history is None:
+            stretch, stress = self.stretch, self.stress
+        else:
+            stretch = structure.stretch(state[border:-2])
+            stress = wide.law.stress(assembly.springs(system.internal(state), stretch))
+        right = 3 * stress
+        right -= stress[0] + stress[1]
+        right *= self.flow
+        if history is not None:
+            right += history[:border].reshape(right.shape)
+        field = system.load.value(time)[ELECTRIC]
+        nominal = assembly.carried(stress, stretch, field, system.load.electric) / stretch
+        nominal -= assembly.by_point(np.einsum("bcnm,cnm->bm", self.share, right)) / self.stretch
+        if gamma_i:
+            nominal[:, 0] += gamma_i * self.known
+        increment = np.empty_like(state)
+        increment[border:-2] = self.factors.solve(-structure.force(nominal))
+        change = structure.moved(increment[border:-2])
+        nominal += np.einsum("abpc,bpc->apc", self.slope, change)
+        increment[-2:] = assembly.seen(nominal) - state[-2:]
+        moved = (2 * change / self.stretch).reshape(2, 1, -1)
+        right -= moved * (1 / self.gamma)
+        internal = increment[:border].reshape(right.shape)
+        np.multiply(self.diagonal, right, out=internal)
+        internal += self.off_diagonal * right[::-1]
+        internal += moved
+        return increment
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What films at a moment have beside their active parts: all their points, and the `border` (u + 2, k) of their states."""
+
+    assembly: Assembly
+    border: Floats
+
+    @property
+    def tension(self) -> Floats:
+        """The nominal stresses (2, k) along and across that may fall to zero."""
+        return self.border[-2:]
+
+    def stretch(self) -> Floats:
+        """Stretches (2, P, k)."""
+        return self.assembly.structure.stretch(self.border[:-2])
+
+    def without_damper(self) -> Surroundings:
+        """The same, whose last spring, the damper, carries nothing."""
+        modulus = self.assembly.all_points.modulus.copy()
+        modulus[-1] = 0.0
+        bare = replace(self.assembly, all_points=replace(self.assembly.all_points, modulus=modulus))
+        return replace(self, assembly=bare)
+
+    def take(self, columns: Cases) -> Surroundings:
+        """Some of the columns."""
+        return Surroundings(self.assembly.take(columns), self.border[:, columns])
+
+    def stresses(self, internal: Floats, field: Floats) -> Floats:
+        """Nominal stresses (2, P, k) at x (2, n, P, k)."""
+        stretch, law = self.stretch(), self.assembly.all_points.law
+        return self.assembly.carried(law.stress(self.assembly.springs(internal, stretch)), stretch, field) / stretch
+
+    def stiffness(self, held: Floats, internal: Floats, field: Floats) -> tuple[Floats, Floats]:
+        """The stiffness (k,) in Pa of the whole film as it is felt at the rim of the active part, and that of its springs alone, if
+        each holds on to `held` (n, k) in Pa of its modulus.
+        """
+        assembly, stretch = self.assembly, self.stretch()
+        stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
+        own = np.einsum("nm,cnm->cm", assembly.wide(held), half)[SYMMETRIC]
+        carried = assembly.carried(stress, stretch, field)
+        whole = assembly.slope(own, np.zeros_like(carried), stretch, field, electric=False)
+        present = assembly.slope(own, carried, stretch, field)
+        tangent = assembly.structure.tangent
+        return Factors.of(tangent(present)).rim_stiffness(), Factors.of(tangent(whole)).rim_stiffness()
