@@ -95,7 +95,7 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
     reached = way.reached
     _put(after, columns, reached, way.held)
     # the damper is slack again
-    slack = reached.log_squared_stretch if reached.surroundings is None else 2 * np.log(reached.surroundings.stretch())
+    slack = reached.log_squared_stretch if reached.surroundings is None else reached.surroundings.stretch()
     after.internal[:, -1, ..., columns[way.held]] = np.moveaxis(slack[..., way.held], -1, 0)
     # a voltage that is lowered ends a snapped-through state, which is no failure
     failed = ~way.held & (np.abs(target[2, columns]) > np.abs(film.condition.field))

@@ -44,8 +44,8 @@ class Condition:
     """Where all cases stand: x (2, n, cases), Lambda and nominal stress (2, cases), nominal field and time (cases,), and the
     `next_step` (cases,) in s that the stepper would take if all went on smoothly, 0 where nothing is known of it.
 
-    Of films of an active and a passive part that is where the active part stands, but for x (2, n, P, cases) of all points; the
-    `border` (u + 2, cases) says where they are.
+    Of films of an active and a passive part that is where the active part stands, but for `internal`, the viscous stretches xi
+    (2, n, P, cases) of all points; the `border` (u + 2, cases) says where they are.
     """
 
     internal: Floats
@@ -93,7 +93,7 @@ class Film:
     def framed(self, structure: Structure) -> Film:
         """Homogeneous films as the active and the passive part of a structure."""
         now, assembly = self.condition, Assembly.of(self.points, structure)
-        internal = np.repeat(now.internal[:, :, None], structure.points, axis=2)
+        internal = np.repeat(np.exp(0.5 * now.internal)[:, :, None], structure.points, axis=2)
         border = np.concatenate((structure.home, now.nominal_stress))
         return Film(self.points, replace(now, internal=internal, border=border), None, assembly)
 

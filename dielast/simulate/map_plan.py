@@ -62,6 +62,7 @@ class MapPlan(Result):
     groups: tuple[Group, ...]
     failures: tuple[str, ...]
     draws: int = 0
+    electrode_share: Floats | None = None
 
     @property
     def cells(self) -> int:

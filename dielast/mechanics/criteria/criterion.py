@@ -32,8 +32,8 @@ class Moment:
     Lambda and the mechanical nominal stress in Pa are (2, k), the nominal `field` V/L_3 (k,) is in V/m. `age` (k,) is how long in s
     the voltage has been on, since its size last began to rise.
 
-    Of films of an active and a passive part all this is that of the active part, but for `internal` (2, n, P, k) of all points;
-    the rest is in the `surroundings`.
+    Of films of an active and a passive part all this is that of the active part, but for `internal`, the viscous stretches xi
+    (2, n, P, k) of all points; the rest is in the `surroundings`.
     """
 
     points: Points

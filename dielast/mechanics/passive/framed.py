@@ -1,14 +1,18 @@
 """Films of an active part and a passive part as the stepper takes them: the equations of `point` at every point of a `Structure`.
 
-State of one film, a column: x_i = 2 ln xi_i of the n springs at all P points, axis 1 then axis 2, springs, points; and the border,
-which is the u unknowns of the structure, the nominal stress s_1 of the active part, and the nominal stress across it that may be
-the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim of a disc. The equations are
+State of one film, a column: the viscous stretches xi_i of the n springs at all P points, axis 1 then axis 2, springs, points; and
+the border, which is the u unknowns of the structure, the nominal stress s_1 of the active part, and the nominal stress across it
+that may be the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim of a disc. The equations are
 
-    dx_i/dt = (2p - q, 2q - p)_i / (3 tau)                  for each spring at each point,
-    0 = F_j(u, x, E~)                                       for each unknown (`structure`),
+    d ln xi_i/dt = (2p - q, 2q - p)_i / (6 tau)             for each spring at each point,
+    0 = F_j(u, xi, E~)                                      for each unknown (`structure`),
     0 = s_1 - dW/dl_1 at the active part, and the same for the other stress:
 
-index 1 again. The springs of a point are eliminated as in `point`; what they leave, a 2x2 tangent a point, goes into the tangent
+index 1 again. Here the state holds xi, not its logarithm: the springs of fast branches are slack, xi = l, and remain so in every
+linear combination of states, as the stretches are linear in u. With logarithms they would not, and the stiffest springs of the
+film would answer to the difference.
+
+The springs of a point are eliminated as in `point`; what they leave, a 2x2 tangent a point, goes into the tangent
 of few rows of the structure. The nominal field is that of the active part.
 """
 
@@ -21,7 +25,7 @@ import numpy as np
 from dielast.material.springs import Floats
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.passive.structure import Factors, Structure
-from dielast.mechanics.point import FOLLOWER_WEIGHT, SYMMETRIC, Arrowhead, Points
+from dielast.mechanics.point import FOLLOWER_WEIGHT, SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, Load
 from dielast.numerics.columns import Cases
 
@@ -50,17 +54,15 @@ class Assembly:
         """What there is for each case (..., cases), for each point (..., P cases)."""
         return np.concatenate([narrow] * self.structure.points, axis=-1)
 
-    def log_squared(self, stretch: Floats) -> Floats:
-        """Lambda (2, P cases) of stretches (2, P, cases)."""
-        return np.asarray(2 * np.log(stretch).reshape(2, -1))
-
     def by_point(self, values: Floats) -> Floats:
         """Values (..., P cases) as (..., P, cases)."""
         return values.reshape(*values.shape[:-1], self.structure.points, -1)
 
-    def springs(self, internal: Floats, stretch: Floats) -> Floats:
-        """Squared elastic stretches (2, n, P cases) at x (2, n, P, cases) or (2, n, P cases) and stretches (2, P, cases)."""
-        return self.all_points.springs(internal.reshape(2, internal.shape[1], -1), self.log_squared(stretch))
+    def springs(self, viscous: Floats, stretch: Floats) -> Floats:
+        """Squared elastic stretches (2, n, P cases) at xi (2, n, P, cases) or (2, n, P cases) and stretches (2, P, cases)."""
+        elastic = stretch.reshape(2, 1, -1) / viscous.reshape(2, viscous.shape[1], -1)
+        elastic *= elastic
+        return np.asarray(elastic)
 
     def carried(self, stress: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
         """True mechanical stresses (2, P, cases) of the springs' stresses (2, n, P cases), less the Maxwell stress in point 0."""
@@ -111,11 +113,11 @@ class FramedFilms:
         return FramedFilms(self.assembly, self.load.put(columns, load))
 
     def pack(self, internal: Floats, border: Floats) -> Floats:
-        """State (rows, cases) from x (2, n, P, cases) and the border (u + 2, cases)."""
+        """State (rows, cases) from xi (2, n, P, cases) and the border (u + 2, cases)."""
         return np.concatenate((internal.reshape(-1, internal.shape[-1]), border))
 
     def internal(self, state: Floats) -> Floats:
-        """x (2, n, P, cases) of a state."""
+        """xi (2, n, P, cases) of a state."""
         return state[: self.border].reshape(2, -1, self.assembly.structure.points, state.shape[1])
 
     def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
@@ -127,7 +129,7 @@ class FramedFilms:
     def error(self, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches that `increment` of a `state` amounts to."""
         structure = self.assembly.structure
-        worst = 0.5 * np.max(np.abs(increment[: self.border]), axis=0)
+        worst = np.max(np.abs(increment[: self.border] / state[: self.border]), axis=0)
         stretch = structure.stretch(state[self.border : -2])
         moved = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
         worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * moved)
@@ -147,26 +149,75 @@ def membrane(border: Floats, driven: Floats, controls: Controls) -> tuple[Floats
     return np.stack((first, first)), np.stack((border[-2], border[-2]))
 
 
-class FramedArrowhead(Arrowhead):
-    """One step's linear system, factorised."""
+class FramedArrowhead:
+    """One step's linear system, factorised. Its cost is linear in the springs and in the points.
+
+    With F = [[2, -1], [-1, 2]] and phi = F p, a spring's equations in v = 2 u_xi/xi and w = 2 u_l/l are
+    (c + h/(3 tau) F K) v = right + h/(3 tau) F K w, c = 1/gamma - h phi/(6 tau) on the diagonal. So v = w + D^-1 (right - c w), D
+    the block on the left, and its part in the stress is Q (c w - right), Q = mu K D^-1.
+    """
 
     def __init__(self, system: FramedFilms, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        self.films, self.gamma = system, gamma
+        self.films = system
         assembly, load = system.assembly, system.load
         wide, structure = assembly.all_points, assembly.structure
         field = load.value(time)[ELECTRIC]
-        stretch = structure.stretch(state[system.border : -2])
-        self.stress, tangent = wide.law.tangent(assembly.springs(system.internal(state), stretch))
-        self.flow = assembly.wide(step) * wide.rate
-        self._eliminate_springs(wide, tangent)
-        carried = assembly.carried(self.stress, stretch, field, load.electric)
-        half = np.add.reduce(self.share, axis=2) / gamma
-        self.stretch, self.slope = stretch, assembly.slope(half, carried, stretch, field, load.electric)
+        self.stretch = structure.stretch(state[system.border : -2])
+        self.viscous = state[: system.border].reshape(2, len(wide.modulus), -1)
+        self.stress, tangent = wide.law.tangent(assembly.springs(self.viscous, self.stretch))
+        self.half_flow = 0.5 * assembly.wide(step) * wide.rate
+        half = self._eliminate_springs(wide.modulus, tangent, gamma)
+        carried = assembly.carried(self.stress, self.stretch, field, load.electric)
+        self.slope = assembly.slope(half, carried, self.stretch, field, load.electric)
         self.factors = Factors.of(structure.tangent(self.slope))
-        self.known = np.zeros_like(stretch[:, 0])
+        self.known = np.zeros_like(self.stretch[:, 0])
         if load.electric:
-            _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(stretch[:, 0]), field)
-            self.known -= by_load * (step * load.slope(time)[ELECTRIC]) / stretch[:, 0]
+            _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
+            self.known -= by_load * (step * load.slope(time)[ELECTRIC]) / self.stretch[:, 0]
+
+    def _eliminate_springs(self, modulus: Floats, tangent: Floats, gamma: float) -> Floats:
+        """D^-1, as its diagonal and its off-diagonal (2, n, P cases), Q (2, 2, n, P cases) and c; returns sum Q c."""
+        k11, k12, k22 = tangent
+        hold = self._flow(self.stress)
+        np.subtract(1 / gamma, hold, out=hold)
+        self.hold = hold
+        flow = 2 * self.half_flow
+        block = np.empty((2, 2, *k11.shape))
+        np.multiply(k11, 2, out=block[0, 0])
+        block[0, 0] -= k12
+        np.multiply(k12, 2, out=block[1, 0])
+        np.subtract(block[1, 0], k22, out=block[0, 1])
+        block[1, 0] -= k11
+        np.multiply(k22, 2, out=block[1, 1])
+        block[1, 1] -= k12
+        block *= flow
+        block[0, 0] += hold[0]
+        block[1, 1] += hold[1]
+        determinant = block[0, 0] * block[1, 1]
+        determinant -= block[0, 1] * block[1, 0]
+        np.divide(1, determinant, out=determinant)
+        self.diagonal = block[(1, 0), (1, 0)] * determinant
+        self.off_diagonal = block[(0, 1), (1, 0)] * -determinant
+        (d11, d22), (d12, d21) = self.diagonal, self.off_diagonal
+        share = block
+        np.multiply(k11, d11, out=share[0, 0])
+        share[0, 0] += k12 * d21
+        np.multiply(k11, d12, out=share[0, 1])
+        share[0, 1] += k12 * d22
+        np.multiply(k12, d11, out=share[1, 0])
+        share[1, 0] += k22 * d21
+        np.multiply(k12, d12, out=share[1, 1])
+        share[1, 1] += k22 * d22
+        share *= modulus
+        self.share = share
+        return np.asarray(np.einsum("abnm,bnm->abm", share, hold))
+
+    def _flow(self, stress: Floats) -> Floats:
+        """h phi/(6 tau), (2, n, P cases)."""
+        flow = 3 * stress
+        flow -= stress[0] + stress[1]
+        flow *= self.half_flow
+        return flow
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
         """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
@@ -174,30 +225,37 @@ class FramedArrowhead(Arrowhead):
         wide, structure, border = assembly.all_points, assembly.structure, system.border
         if history is None:
             stretch, stress = self.stretch, self.stress
+            right = self._flow(stress)
+            right *= 2
         else:
             stretch = structure.stretch(state[border:-2])
-            stress = wide.law.stress(assembly.springs(system.internal(state), stretch))
-        right = 3 * stress
-        right -= stress[0] + stress[1]
-        right *= self.flow
-        if history is not None:
+            viscous = state[:border].reshape(self.viscous.shape)
+            stress = wide.law.stress(assembly.springs(viscous, stretch))
+            right = self._flow(stress)
+            right *= viscous
             right += history[:border].reshape(right.shape)
+            right *= 2
+            right /= self.viscous
         field = system.load.value(time)[ELECTRIC]
         nominal = assembly.carried(stress, stretch, field, system.load.electric) / stretch
-        nominal -= assembly.by_point(np.einsum("bcnm,cnm->bm", self.share, right)) / self.stretch
+        nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.share, right)) / self.stretch
         if gamma_i:
             nominal[:, 0] += gamma_i * self.known
         increment = np.empty_like(state)
         increment[border:-2] = self.factors.solve(-structure.force(nominal))
         change = structure.moved(increment[border:-2])
-        nominal += np.einsum("abpc,bpc->apc", self.slope, change)
+        nominal += self.slope[:, 0] * change[0]
+        nominal += self.slope[:, 1] * change[1]
         increment[-2:] = assembly.seen(nominal) - state[-2:]
         moved = (2 * change / self.stretch).reshape(2, 1, -1)
-        right -= moved * (1 / self.gamma)
+        right -= self.hold * moved
         internal = increment[:border].reshape(right.shape)
         np.multiply(self.diagonal, right, out=internal)
-        internal += self.off_diagonal * right[::-1]
+        right *= self.off_diagonal[::-1]
+        internal += right[::-1]
         internal += moved
+        internal *= self.viscous
+        internal *= 0.5
         return increment
 
 
@@ -229,7 +287,7 @@ class Surroundings:
         return Surroundings(self.assembly.take(columns), self.border[:, columns])
 
     def stresses(self, internal: Floats, field: Floats) -> Floats:
-        """Nominal stresses (2, P, k) at x (2, n, P, k)."""
+        """Nominal stresses (2, P, k) at xi (2, n, P, k)."""
         stretch, law = self.stretch(), self.assembly.all_points.law
         return self.assembly.carried(law.stress(self.assembly.springs(internal, stretch)), stretch, field) / stretch
 

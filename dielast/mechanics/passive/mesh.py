@@ -55,10 +55,9 @@ def _pull(points: Points, share: Floats, prestretch: Floats, stretch: Floats, co
         unknown = structure.home + _line(count) * (stretch - prestretch)
         for _ in range(ITERATIONS):
             at = structure.stretch(unknown)
-            log_squared = assembly.log_squared(at)
-            internal = np.repeat(log_squared[:, None], len(wide.modulus), axis=1)
-            internal[:, 0] = 0.0  # branches are relaxed
-            stress, half = wide.law.tangent(wide.springs(internal, log_squared))
+            viscous = np.repeat(at[:, None], len(wide.modulus), axis=1)
+            viscous[:, 0] = 1.0  # branches are relaxed
+            stress, half = wide.law.tangent(assembly.springs(viscous, at))
             carried = assembly.carried(stress, at, none, electric=False)
             own = (alone * half[:, 0])[SYMMETRIC]
             force = structure.force(carried / at)

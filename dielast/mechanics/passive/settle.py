@@ -16,8 +16,8 @@ LARGEST = 0.5  # relative change of a stretch in one step
 
 
 def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundings, Flags]:
-    """The equilibrium at a nominal field (k,) with x (2, n, P, k), from where the films are, and whether (k,) it was found and is
-    stable.
+    """The equilibrium at a nominal field (k,) with viscous stretches (2, n, P, k), from where the films are, and whether (k,) it
+    was found and is stable.
 
     Newton's method on the forces F of the structure, with steps halved until they fall.
     """

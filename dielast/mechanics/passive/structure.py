@@ -6,7 +6,7 @@ volume (of which the electric part acts in point 0 alone), the film is in equili
 
     F_j = sum_p w sum_i s_i gather_ij = 0,    s_i = dW/dl_i the nominal stresses.
 
-Its tangent dF_j/du_k = sum_p w gather_ij ds_i/dl_m gather_mk is symmetric. Eliminated from the last unknown to the first, it leaves
+The tangent dF_j/du_k = sum_p w gather_ij ds_i/dl_m gather_mk is symmetric. Eliminated from the last unknown to the first, it leaves
 a pivot for each: all are positive where the equilibrium is stable, and as no part of a matrix is softer than the whole, the last
 pivot, the stiffness of the film as it is felt at the rim of the active part, is the first to fall to zero.
 """
@@ -72,33 +72,34 @@ class Structure:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Factors:
-    """A symmetric matrix (u, u, cases) as L D L^T, eliminated from the last row to the first: `lower` (u, u, cases), the unit
-    diagonal left out, and the `pivots` (u, cases).
+    """A matrix (u, u, cases) as U L, eliminated from the last row to the first without exchanging rows: `upper` holds what was
+    taken of later rows, `lower` the rows that were left, pivots on the diagonal. Of a symmetric matrix they are those of L D L^T.
     """
 
+    upper: Floats
     lower: Floats
-    pivots: Floats
 
     @classmethod
     def of(cls, matrix: Floats) -> Factors:
         """Eliminate; the rows are few, and so is what is done for each."""
-        left, lower = matrix.copy(), np.zeros_like(matrix)
+        lower, upper = matrix.copy(), np.zeros_like(matrix)
         for row in range(len(matrix) - 1, 0, -1):
-            lower[row, :row] = left[row, :row] / left[row, row]
-            left[:row, :row] -= lower[row, :row, None] * left[row, None, :row]
-        return cls(lower, np.einsum("uuc->uc", left).copy())
+            np.divide(lower[:row, row], lower[row, row], out=upper[:row, row])
+            lower[:row, :row] -= upper[:row, row, None] * lower[row, None, :row]
+        return cls(upper, lower)
 
     def solve(self, right: Floats) -> Floats:
         """The solution (u, cases)."""
         found = right.copy()
         for row in range(len(right) - 1, 0, -1):
-            found[:row] -= self.lower[row, :row] * found[row]
-        found /= self.pivots
-        for row in range(1, len(right)):
-            found[row] -= np.einsum("uc,uc->c", self.lower[row, :row], found[:row])
+            found[:row] -= self.upper[:row, row] * found[row]
+        for row in range(len(right)):
+            for earlier in range(row):
+                found[row] -= self.lower[row, earlier] * found[earlier]
+            found[row] /= self.lower[row, row]
         return np.asarray(found)
 
     def rim_stiffness(self) -> Floats:
-        """The last pivot (cases,); negative wherever the matrix is not positive definite."""
-        rim = self.pivots[0]
-        return np.asarray(np.where(np.all(self.pivots[1:] > 0, axis=0), rim, -np.abs(rim)))
+        """The last pivot (cases,) of a symmetric matrix; negative wherever that is not positive definite."""
+        pivots = np.einsum("uuc->uc", self.lower)
+        return np.asarray(np.where(np.all(pivots[1:] > 0, axis=0), pivots[0], -np.abs(pivots[0])))
