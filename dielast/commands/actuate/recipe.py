@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
-from dielast.commands.simulation.film_recipe import FilmBase, Prestretch, PullIn
-from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullIn, Share
+from dielast.commands.simulation.recipe import Output, SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError, shown
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.base import BreakdownField
-from dielast.recipe.fields import ColumnName, Length, Section, Voltage, VoltageRate
+from dielast.recipe.fields import ColumnName, Section, Time, Voltage, VoltageRate
 from dielast.units import VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
@@ -70,12 +71,32 @@ class Film(FilmBase):
         description="Equibiaxial, or a pair such as [3.0, 1.0].",
         json_schema_extra={"default": 1.0},
     )
-    electrode_diameter: Length | None = Field(None, description="On the prestretched film; for measured axes in mm.")
+    electrode_share: Share | None = Field(None, description=SHARE_TEXT)
+
+    def stated_shares(self) -> tuple[float, ...] | None:
+        """The one that is stated."""
+        return None if self.electrode_share is None else (self.electrode_share,)
 
     @property
     def prestretches(self) -> tuple[tuple[float, float], ...]:
         """The prestretch of axes 1 and 2, of the one film."""
         return (self.prestretch,)
+
+
+class FilmOutput(Output):
+    """Where the result is given."""
+
+    profile: list[Time] | None = Field(
+        None,
+        min_length=1,
+        description="Times at which profile.csv holds stretches and stresses over the radius of a film with a passive part.",
+    )
+
+    @model_validator(mode="after")
+    def _profile_ascending(self) -> Self:
+        if self.profile is not None and any(b <= a for a, b in pairwise(self.profile)):
+            raise InputError("the times of profile must ascend")
+        return self
 
 
 class ActuateRecipe(SimulationRecipe):
@@ -88,6 +109,8 @@ class ActuateRecipe(SimulationRecipe):
     step: Annotated[list[VoltageStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
     pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
+    output: FilmOutput = Field(FilmOutput(), description="Where the result is given.")
+    solver: FilmSolver = Field(FilmSolver(), description="How exactly the equations are solved.")
     stop: Stop = Field(Stop(), description="Where the simulation ends.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
 
@@ -99,6 +122,13 @@ class ActuateRecipe(SimulationRecipe):
         for key, header in asked:
             if header in (MAJOR_AXIS, MINOR_AXIS) and self.film.electrode_diameter is None:
                 raise InputError(f'"{header}" is of the electrode: state film.electrode_diameter', key=key)
+        return self
+
+    @model_validator(mode="after")
+    def _passive_film(self) -> Self:
+        self.film.check_passive()
+        if self.output.profile is not None and self.film.shares is None:
+            raise InputError('a profile is of a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
         return self
 
     @model_validator(mode="after")

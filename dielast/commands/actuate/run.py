@@ -57,6 +57,8 @@ class Films(Simulation):
             prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
             relax=recipe.film.relax,
             boundary=recipe.film.boundary,
+            electrode_share=None if recipe.film.shares is None else np.array([film.shares for film in films]).ravel(),
+            mesh_rtol=recipe.solver.mesh_rtol,
             breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             stop_at=recipe.stop.at,
@@ -72,7 +74,7 @@ class Films(Simulation):
     def alike(self, recipe: ActuateRecipe) -> Hashable:
         """What is done to the films, and when they fail."""
         film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
-        return film.prestretch_rate is None, film.relax, film.boundary, ends
+        return film.prestretch_rate is None, film.relax, film.boundary, recipe.solver.mesh_rtol, ends
 
     def seen(self, recipe: ActuateRecipe, columns: Columns) -> Columns:
         """The columns, and the axes in m of an electrode that was a circle on the prestretched film, if its diameter is stated."""

@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator, model_validator
 
-from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, FilmBase, PullIn, prestretch_of
-from dielast.commands.simulation.recipe import Solver
+from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, SHARE_TEXT, FilmBase, FilmSolver, PullIn, Shares, prestretch_of
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
 from dielast.recipe.base import BreakdownField, RecipeBase
@@ -48,10 +47,18 @@ Prestretches = Annotated[
 MapTemperatures = Annotated[Temperatures, AfterValidator(lambda values: _distinct(values, "{:.9g} degC".format))]
 
 
+MapShares = Annotated[Shares, AfterValidator(lambda values: _distinct(values, "{:.9g}".format))]
+
+
 class MapFilm(FilmBase):
     """The film of a failure map."""
 
     prestretch: Prestretches = Field(description="The axis of the grid: equibiaxial prestretches, or pairs.")
+    electrode_share: MapShares | None = Field(None, description=SHARE_TEXT + " A list is an axis of the grid.")
+
+    def stated_shares(self) -> tuple[float, ...] | None:
+        """The values of the axis."""
+        return self.electrode_share
 
     @property
     def prestretches(self) -> tuple[tuple[float, float], ...]:
@@ -89,7 +96,7 @@ class VoltageAxis(Section):
         return values
 
 
-class MapSolver(Solver):
+class MapSolver(FilmSolver):
     """How exactly the equations of a map are solved."""
 
     rtol: float = Field(
@@ -114,6 +121,11 @@ class FailureMapRecipe(RecipeBase):
     pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
     solver: MapSolver = Field(MapSolver(), description="How exactly the equations are solved.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
+
+    @model_validator(mode="after")
+    def _passive_film(self) -> Self:
+        self.film.check_passive()
+        return self
 
     @model_validator(mode="after")
     def _on_in_time(self) -> Self:

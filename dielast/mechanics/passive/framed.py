@@ -2,7 +2,8 @@
 
 State of one film, a column: the viscous stretches xi_i of the n springs at all P points, axis 1 then axis 2, springs, points; and
 the border, which is the u unknowns of the structure, the nominal stress s_1 of the active part, and the nominal stress across it
-that may be the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim of a disc. The equations are
+that may be the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim of a disc. The equations
+are
 
     d ln xi_i/dt = (2p - q, 2q - p)_i / (6 tau)             for each spring at each point,
     0 = F_j(u, xi, E~)                                      for each unknown (`structure`),
