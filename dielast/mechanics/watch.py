@@ -50,16 +50,16 @@ class Lookout:
 
 
 class Watch:
-    """Observes the stepper. A case ends once everything in `until` has happened, names of criteria. Between pieces of load, `begin`
-    and `finish` are called.
+    """Observes the stepper. A case ends once everything in `until` has happened, names of criteria, or anything in `ends`. Between
+    pieces of load, `begin` and `finish` are called.
 
     A signal that falls and rises again within one step is found if a parabola through its values at the ends and in the middle of
     the step comes near zero; that is so for one dip as wide as the step, and need not be for one much narrower.
     """
 
-    def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str]) -> None:
+    def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str], ends: Sequence[str] = ()) -> None:
         cases = films.breakdown_field.size
-        self.films, self.until = films, until
+        self.films, self.until, self.ends = films, until, ends
         self.lookouts = [Lookout.of(criterion, films) for criterion in criteria]
         self.clock = VoltageClock.at_rest(cases)
         self._start = np.zeros(cases)
@@ -73,8 +73,12 @@ class Watch:
     @property
     def done(self) -> Flags:
         """Cases (cases,) that need not go on."""
+        none = np.zeros(self._start.shape, dtype=bool)
         seen = [[lookout.seen for lookout in self.lookouts if lookout.criterion.name == name] for name in self.until]
-        return np.all([np.any(ways, axis=0) for ways in seen], axis=0) if seen else np.zeros(self._start.shape, dtype=bool)
+        done = np.all([np.any(ways, axis=0) for ways in seen], axis=0) if seen else none
+        return np.asarray(
+            np.logical_or.reduce([done, *(lookout.seen for lookout in self.lookouts if lookout.criterion.name in self.ends)])
+        )
 
     def begin(self, system: Films, state: Floats, start: Floats, jumped: Flags) -> None:
         """A piece of load begins at `start` (cases,) in s since the programme began with this state: what has already fallen

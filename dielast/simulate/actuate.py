@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,6 +16,7 @@ from dielast.material.material import Material
 from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
+from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.happening import Happening
 from dielast.mechanics.history import voltage_pieces
 from dielast.mechanics.load import VoltageStep
@@ -28,6 +29,7 @@ from dielast.simulate.events import Event, event_columns, events_of, first_of
 from dielast.simulate.film import Outcome
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History
+from dielast.simulate.profile import ProfileRecorder, Profiles, given_times
 from dielast.simulate.record import Record, Recorder, ending
 from dielast.simulate.setup import MESH_RTOL, FilmSetup, Setup, set_up
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
@@ -62,6 +64,7 @@ class ActuationHistory(History):
     events: tuple[tuple[Event, ...], ...]
     outcome: tuple[Outcome, ...]
     cycles: CycleTable | None = None
+    profiles: Profiles | None = None
 
     def events_to_frame(self) -> Frame:
         """The events as a data frame, by case and time."""
@@ -88,6 +91,7 @@ def actuate(
     with_end: bool | None = None,
     rtol: float = 1e-6,
     cycles: str | Sequence[int] | None = None,
+    profile: ArrayLike | None = None,
 ) -> ActuationHistory:
     """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the voltage `steps` from 0 V.
 
@@ -96,10 +100,11 @@ def actuate(
     nominal stress reached, or "clamped"; "frame" and "strip" are films with a passive part, of which the electrode covers
     `electrode_share` (see `FilmSetup`). `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
     material's by default. A run ends with the first event `stop_at`, such as "breakdown", "pull-in" or "loss-of-tension", or goes
-    through them all to the "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade`
-    and `rtol` as in `creep`, and the `cycles` of waveforms, which are about the relative stretch of axis 1. The history of a run
-    that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given. Raises `InputError` for
-    anything wrong with the arguments; numerics that give up are an outcome.
+    through them all to the "end" of the programme; one that is to stop at breakdown also stops where a passive part goes slack.
+    Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol` as in `creep`, and the `cycles` of
+    waveforms, which are about the relative stretch of axis 1. Films with a passive part have `profiles` at the times of `profile`.
+    The history of a run that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given.
+    Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome.
     """
     if stop_at not in (*names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
@@ -122,15 +127,33 @@ def actuate(
     pieces = voltage_pieces(steps, setup.controls, setup.thickness)
     wanted = Wanted.of(times, cases, points_per_decade, cycles)
     check_cycles(wanted.cycles, pieces)
-    check_end(wanted.times, np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0), "programme")
+    whole = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
+    check_end(wanted.times, whole, "programme")
+    seen_at = given_times(profile)
+    if seen_at is not None:
+        if setup.passive is None:
+            raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
+        check_end(np.broadcast_to(seen_at, (cases, seen_at.size)), whole, "programme", "profile")
     until = () if stop_at == END else (stop_at,)
+    # a passive film that is slack wrinkles, which these equations know nothing of
+    slack = (LossOfTension.name,) if setup.passive is not None and stop_at == "breakdown" else ()
     parts = setup.groups()
-    runs = [_run(setup, part, pull_in_timescale, until, [piece.take(part) for piece in pieces], wanted, rtol) for part in parts]
+    runs = [
+        _run(setup, part, pull_in_timescale, until, [piece.take(part) for piece in pieces], wanted, rtol, seen_at, slack)
+        for part in parts
+    ]
     place = np.empty(cases, dtype=np.intp)
     place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
     ends = times is None if with_end is None else with_end
     tables = [run.cycles for run in runs if run.cycles is not None]
-    return _history(setup, _Run.joined(runs, place), stop_at, ends, CycleTable.joined(tables, place) if tables else None)
+    history = _history(
+        setup, _Run.joined(runs, place), (*until, *slack), ends, CycleTable.joined(tables, place) if tables else None
+    )
+    if seen_at is None:
+        return history
+    ended = np.array([outcome.time for outcome in history.outcome])
+    own = [case for run, part in zip(runs, parts, strict=True) if run.profiler for case in run.profiler.collect(ended[part])]
+    return replace(history, profiles=Profiles(tuple(own[row] for row in place.tolist())))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,6 +168,7 @@ class _Run:
     reached: Floats
     status: Cases
     cycles: CycleTable | None = None
+    profiler: ProfileRecorder | None = None
 
     @classmethod
     def joined(cls, runs: Sequence[_Run], place: Cases) -> _Run:
@@ -169,28 +193,34 @@ def _run(
     pieces: Sequence[Piece],
     wanted: Wanted,
     rtol: float,
+    seen_at: Floats | None,
+    slack: Sequence[str],
 ) -> _Run:
     """Run some of the films, one of the setup's groups, through the pieces of their programme."""
     film = setup.film(part, rtol)
-    watch = Watch(setup.watched(film, part, timescale), CRITERIA, until)
+    watch = Watch(setup.watched(film, part, timescale), CRITERIA, until, slack)
     relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
     stretch = np.exp(0.5 * relaxed.log_squared_stretch)
     recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch)
     meter = CycleMeter(film.points, stretch[0], False)
     begin = np.concatenate((stretch, watch.stability(relaxed).determinant[None]))
-    followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter)
-    return _Run(recorder.collect(), begin, watch.happened, followed.time, followed.status, meter.collect())
+    profiler = None
+    if seen_at is not None and setup.passive is not None:
+        profiler = ProfileRecorder(seen_at, setup.passive.spread(part))
+    followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter, profiler=profiler)
+    ran = watch.happened, followed.time, followed.status, meter.collect()
+    return _Run(recorder.collect(), begin, *ran, profiler)
 
 
-def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: CycleTable | None) -> ActuationHistory:
+def _history(setup: Setup, run: _Run, stops: Sequence[str], with_end: bool, cycles: CycleTable | None) -> ActuationHistory:
     """Results in the user's terms, nothing of which is after the end of its case."""
     record, reached = run.record, run.reached
     stopped = run.status == Status.STOPPED
     # an equilibrium that ends where the numerics give up may end a little later
     latest = np.fmax.reduce([np.zeros_like(reached), *(entry.time for entry in run.happened.values())])
     reached = np.where(stopped, reached, np.maximum(reached, latest))
+    last = first_of(run.happened, stops)
     if stopped.any():
-        last = first_of(run.happened, stop_at)
         reached = np.where(stopped, last.time, reached)
     # a time that was asked for may lie beyond the end by rounding
     record = Record(record.time, np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
@@ -210,6 +240,15 @@ def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: Cycl
         true_field=field * stretch[0] * stretch[1],
         stability=record.determinant / run.begin[2, :, None],
         events=tuple(events_of(run.happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
-        outcome=tuple(Outcome.of(*ended, stop_at) for ended in zip(run.status.tolist(), reached.tolist(), strict=True)),
+        outcome=tuple(
+            Outcome.of(*ended)
+            for ended in zip(run.status.tolist(), reached.tolist(), _stopped_by(run, stops, last.time), strict=True)
+        ),
         cycles=cycles,
     )
+
+
+def _stopped_by(run: _Run, stops: Sequence[str], time: Floats) -> list[str]:
+    """The name of what happened in each case at the `time` (cases,) at which the first of `stops` did, none if nothing did."""
+    times = {name: first_of(run.happened, [name]).time for name in stops}
+    return [next((name for name in stops if times[name][case] == at), "") for case, at in enumerate(time.tolist())]

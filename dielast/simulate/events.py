@@ -51,10 +51,10 @@ def events_of(happened: Mapping[Criterion, Happening], case: int, thickness: flo
     return tuple(sorted(events, key=lambda event: event.time))
 
 
-def first_of(happened: Mapping[Criterion, Happening], name: str) -> Happening:
-    """When a criterion of this name first happened, and how the films were then."""
-    entries = [entry for criterion, entry in happened.items() if criterion.name == name]
-    first = Happening.never(entries[0].time.size)
+def first_of(happened: Mapping[Criterion, Happening], names: Sequence[str]) -> Happening:
+    """When a criterion of these names first happened, and how the films were then."""
+    entries = [entry for criterion, entry in happened.items() if criterion.name in names]
+    first = Happening.never(next(iter(happened.values())).time.size)
     for entry in entries:
         first.put(earlier := np.flatnonzero(~(first.time <= entry.time) & ~np.isnan(entry.time)), entry.take(earlier))
     return first

@@ -16,6 +16,7 @@ from dielast.numerics.stride import Stride
 from dielast.simulate.at_once import apply_at_once
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.film import Film
+from dielast.simulate.profile import ProfileRecorder
 from dielast.simulate.record import Recorder
 
 
@@ -66,6 +67,7 @@ def follow(
     watch: Watch | None = None,
     recorder: Recorder | None = None,
     meter: CycleMeter | None = None,
+    profiler: ProfileRecorder | None = None,
 ) -> Followed:
     """Follow films through `pieces`, to the end or until its `watch` stops a case.
 
@@ -75,7 +77,7 @@ def follow(
     condition = film.condition
     cases = condition.time.size
     status, steps, every = np.zeros(cases, dtype=np.intp), np.zeros(cases, dtype=np.intp), np.arange(cases)
-    observers = [observer for observer in (watch, recorder, meter) if observer is not None]
+    observers = [observer for observer in (watch, recorder, meter, profiler) if observer is not None]
 
     def observe(stride: Stride) -> Flags | None:
         return next((done for done in [observer(stride) for observer in observers] if done is not None), None)
@@ -98,6 +100,8 @@ def follow(
             watch.begin(system, state, condition.time, alive & jumps)
         if recorder is not None:
             recorder.begin(course, condition.time, alive, jumps, system, state, last=index == len(pieces) - 1)
+        if profiler is not None:
+            profiler.begin(system, state, condition.time, alive)
         if watch is not None:
             status[alive & watch.done] = Status.STOPPED
             alive = status == Status.COMPLETED

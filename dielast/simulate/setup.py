@@ -18,7 +18,7 @@ from dielast.material.material import Material
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
-from dielast.mechanics.passive.forms import disc, strip
+from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
 from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point import Points
@@ -175,6 +175,11 @@ class Passive:
         """The structure of some films with as many points, at prestretches (k,)."""
         share = self.share[cases]
         return strip(share, first, second) if self.is_strip else disc(share, first, int(self.points[cases[0]]))
+
+    def spread(self, cases: Cases) -> Spread:
+        """Where in these films profiles are told."""
+        share = self.share[cases]
+        return across_strip(share) if self.is_strip else across_disc(share, int(self.points[cases[0]]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -37,7 +37,11 @@ StopAt = Annotated[str, PlainValidator(_stop), WithJsonSchema({"enum": [*names()
 class Stop(Section):
     """Where a simulation ends."""
 
-    at: StopAt = Field("breakdown", description="The event to stop at, or the end of the last step.")
+    at: StopAt = Field(
+        "breakdown",
+        description="The event to stop at, or the end of the last step. With breakdown, a film with a passive part stops at loss of "
+        "tension as well.",
+    )
 
 
 class VoltageColumns(Section):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,7 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.events import Event, event_columns
+from dielast.simulate.profile import profile_table
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent
@@ -63,6 +65,7 @@ class Films(Simulation):
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             stop_at=recipe.stop.at,
             with_end=recipe.output.times is None,
+            profile=recipe.output.profile,
         )
 
     def result(
@@ -73,8 +76,9 @@ class Films(Simulation):
 
     def alike(self, recipe: ActuateRecipe) -> Hashable:
         """What is done to the films, and when they fail."""
+        profile = None if recipe.output.profile is None else tuple(recipe.output.profile)
         film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
-        return film.prestretch_rate is None, film.relax, film.boundary, recipe.solver.mesh_rtol, ends
+        return film.prestretch_rate is None, film.relax, film.boundary, recipe.solver.mesh_rtol, profile, ends
 
     def seen(self, recipe: ActuateRecipe, columns: Columns) -> Columns:
         """The columns, and the axes in m of an electrode that was a circle on the prestretched film, if its diameter is stated."""
@@ -93,12 +97,32 @@ class Films(Simulation):
         return drawn_film(case, sample, result)
 
     def tables(self, recipe: ActuateRecipe, results: Sequence[CaseResult]) -> dict[str, Table]:
-        """The table of events."""
+        """The table of events, and that of profiles."""
+        profiles = [result.profile for result in results if result.profile is not None]
+        more = {"profile.csv": profile_table(profiles)} if profiles else {}
         if recipe.uncertainty is None:
-            return {"events.csv": event_columns([result.events or () for result in results])}
+            return {"events.csv": event_columns([result.events or () for result in results])} | more
         from dielast.commands.simulation.bounds import bounded_event_columns
 
-        return {"events.csv": bounded_event_columns([result.bounded_events for result in results])}
+        return {"events.csv": bounded_event_columns([result.bounded_events for result in results])} | more
+
+    def figures(
+        self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
+    ) -> dict[str, Callable[[], Any]]:
+        """The profile of the first film."""
+        profiles = [result.profile for result in results if result.profile is not None]
+        if not profiles:
+            return {}
+
+        def figure() -> Any:
+            from dielast.commands.simulation.naming import titled
+            from dielast.plots.profile import plot_profile
+
+            first = cases[0].recipe
+            place = "radius / electrode radius" if first.film.boundary[0] == "frame" else "place / half the electrode's length"
+            return plot_profile(profiles, titled(first.title, cases[:1], materials[:1]), place)
+
+        return {"profile": figure}
 
     def marks(self, recipe: ActuateRecipe, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
         """The events of a film in the figure."""
@@ -147,4 +171,5 @@ def _at(event: Event, columns: Mapping[str, Floats], header: str, recipe: Actuat
 
 
 def _case(history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str]) -> CaseResult:
-    return case_result(history, row, history.case(row), materials[row], "dead-load" in boundary, history.events[row])
+    result = case_result(history, row, history.case(row), materials[row], "dead-load" in boundary, history.events[row])
+    return result if history.profiles is None else replace(result, profile=history.profiles.cases[row])

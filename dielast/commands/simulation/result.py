@@ -39,7 +39,8 @@ class GivenUp:
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
-    the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds.
+    the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds, and
+    its `profile`, if it was asked for.
     """
 
     temperature: float
@@ -48,3 +49,4 @@ class CaseResult:
     cycles: Mapping[str, Floats] | None = None
     events: Sequence[Event] | None = None
     bounded_events: Sequence[BoundedEvent] = ()
+    profile: Mapping[str, Floats] | None = None

@@ -13,6 +13,7 @@ f l_a + (1 - f) l_passive = l_p1, l_2 = l_p2.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -20,13 +21,14 @@ import numpy as np
 from dielast.mechanics.passive.structure import Structure
 from dielast.numerics.columns import Floats
 
+RADII = 41  # of the annulus in a profile
 FINE = 300  # Gauss-Legendre points in ln s, of which the Gauss points of the weight 1/s^2 are made
 
 
 def disc(share: Floats, prestretch: Floats, points: int) -> Structure:
     """Discs whose radius is this `share` (cases,) of the frame's, at a prestretch (cases,), with so many points in the annulus."""
     parts = [_annulus(float(each), points) for each in share]
-    area, radius, first, second, rim = (np.stack(column, axis=-1) for column in zip(*parts, strict=True))
+    area, first, second, rim = (np.stack(column, axis=-1) for column in zip(*parts, strict=True))
     cases = share.size
     gather = np.zeros((2, points + 1, points, cases))
     gather[:, 0, 0] = 1.0
@@ -35,7 +37,7 @@ def disc(share: Floats, prestretch: Floats, points: int) -> Structure:
     fixed[0, 1:], fixed[1, 1:] = first[:, -1] * prestretch, second[:, -1] * prestretch
     none, home = np.zeros((1, cases)), np.repeat(prestretch[None], points, axis=0)
     weight = np.concatenate((np.ones((1, cases)), area))
-    return Structure(weight, gather, fixed, np.concatenate((none, radius)), home, np.concatenate((none, rim)))
+    return Structure(weight, gather, fixed, home, np.concatenate((none, rim)))
 
 
 def strip(share: Floats, first: Floats, second: Floats) -> Structure:
@@ -43,14 +45,41 @@ def strip(share: Floats, first: Floats, second: Floats) -> Structure:
     rest, one, none = 1 - share, np.ones_like(share), np.zeros_like(share)
     gather = np.array([[one, -share / rest], [none, none]])[:, :, None]
     fixed = np.array([[none, first / rest], [second, second]])
-    halves = np.array([none, none])
-    return Structure(np.array([one, rest / share]), gather, fixed, halves, first[None].copy(), np.array([one, none]))
+    return Structure(np.array([one, rest / share]), gather, fixed, first[None].copy(), np.array([one, none]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spread:
+    """What the points say of places at a `radius` (r, cases), over that of the active part: the `weight` (r, P, cases) of each."""
+
+    radius: Floats
+    weight: Floats
+
+
+def across_disc(share: Floats, points: int) -> Spread:
+    """The middle and the edge of discs, and radii of the annulus from there to the frame: the polynomial through its points."""
+    inside, outside = np.zeros((2, points + 1, share.size)), np.zeros((RADII, points + 1, share.size))
+    inside[:, 0] = 1.0
+    radius = np.geomspace(np.ones_like(share), 1 / share, RADII)
+    for case, each in enumerate(share.tolist()):
+        inner = each * each
+        z = (1 / np.square(radius[:, case]) - inner) / ((1 - each) * (1 + each))
+        outside[:, 1:, case] = _lagrange(_gauss(each, points)[0], z)[0]
+    ends = np.stack((np.zeros_like(share), np.ones_like(share)))
+    return Spread(np.concatenate((ends, radius)), np.concatenate((inside, outside)))
+
+
+def across_strip(share: Floats) -> Spread:
+    """The middle and the edge of the active part, and both ends of the passive one."""
+    one, none = np.ones_like(share), np.zeros_like(share)
+    weight = np.array([[one, none], [one, none], [none, one], [none, one]])
+    return Spread(np.array([none, one, one, 1 / share]), weight)
 
 
 @cache
-def _annulus(share: float, points: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Of the points of an annulus: areas over that of the disc and radii over its radius (n,), l_1 and l_2 (n, n + 1) from the
-    values of l_2 at the nodes, and the extrapolation (n,) of a quantity to the rim.
+def _annulus(share: float, points: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Of the points of an annulus: areas over that of the disc (n,), l_1 and l_2 (n, n + 1) from the values of l_2 at the nodes,
+    and the extrapolation (n,) of a quantity to the rim.
     """
     # z from 0 at the frame to 1 at the rim
     inner = share * share
@@ -60,7 +89,7 @@ def _annulus(share: float, points: int) -> tuple[Floats, Floats, Floats, Floats,
     second, slope = _lagrange(nodes, place)
     s = inner + width * place
     rim, _ = _lagrange(place, np.ones(1))
-    return area, 1 / np.sqrt(s), second - 2 * (s / width)[:, None] * slope, second, rim[0]
+    return area, second - 2 * (s / width)[:, None] * slope, second, rim[0]
 
 
 def _gauss(share: float, points: int) -> tuple[Floats, Floats]:

@@ -22,8 +22,8 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Structure:
-    """Weights `weight` (P, cases), `gather` (2, P, u, cases) and `fixed` (2, P, cases) of the points' stretches, their `radius`
-    (P, cases) over that of the active part, and `home` (u, cases), the unknowns where the film is homogeneous.
+    """Weights `weight` (P, cases), `gather` (2, P, u, cases) and `fixed` (2, P, cases) of the points' stretches, and `home`
+    (u, cases), the unknowns where the film is homogeneous.
 
     `rim` (P, cases) says which mean of the points' hoop stresses may be the first to fall to zero.
     """
@@ -31,7 +31,6 @@ class Structure:
     weight: Floats
     gather: Floats
     fixed: Floats
-    radius: Floats
     home: Floats
     rim: Floats
 
