@@ -39,8 +39,8 @@ class Stop(Section):
 
     at: StopAt = Field(
         "breakdown",
-        description="The event to stop at, or the end of the last step. With breakdown, a film with a passive part stops at loss of "
-        "tension as well.",
+        description="The event to stop at, or the end of the last step. With breakdown, a film with a passive part stops at loss "
+        "of tension as well.",
     )
 
 

@@ -134,7 +134,10 @@ class FramedFilms:
         stretch = structure.stretch(state[self.border : -2])
         moved = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
         worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * moved)
-        stress = np.max(np.abs(increment[-2:]) / (np.abs(state[-2:]) + self.points.modulus[0]), axis=0)
+        modulus = self.points.modulus
+        # no stress is known better than the rounding of the stiffest spring's share, which is the damper's
+        floor = modulus[0] + self.points.stress_floor * (modulus.sum(axis=0) / modulus[:-1].sum(axis=0))
+        stress = np.max(np.abs(increment[-2:]) / (np.abs(state[-2:]) + floor), axis=0)
         return np.asarray(np.maximum(worst, FOLLOWER_WEIGHT * stress))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> FramedArrowhead:
