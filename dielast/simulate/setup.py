@@ -295,7 +295,7 @@ def set_up(
     given = [*varied, temperature, *limits.varied(), *spanning]
     cases = one_set([*map(np.size, given), len(materials)])
     first, second = film.stretched(cases)
-    share = film.share(cases)
+    controls, share = film.controls, film.share(cases)
     temperatures = spread(temperature, "temperature", cases)
     points, ramp = Points.of(materials, temperatures, rtol), film.ramp(cases)
     beyond, spring = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
@@ -313,7 +313,7 @@ def set_up(
     if share is not None and first is not None and second is not None:
         passive = Passive.of(points, share, first, None if film.surrounded == "frame" else second, film.mesh_rtol)
     return Setup(
-        points, temperatures, thickness, (first, second), ramp, film.relax, film.controls, field, following, damage, passive
+        points, temperatures, thickness, (first, second), ramp, film.relax, controls, field, following, damage, passive
     )
 
 

@@ -10,7 +10,7 @@ from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point import SYMMETRIC
 from dielast.numerics.columns import Flags
 
-ITERATIONS, HALVINGS = 200, 60
+ITERATIONS, HALVINGS = 60, 30
 SETTLED, BALANCED = 5e-13, 1e-8  # of the stretches: a step that ends the search, and one that leads on
 LARGEST = 0.5  # relative change of a stretch in one step
 
