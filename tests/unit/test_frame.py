@@ -44,15 +44,16 @@ def test_the_points_of_an_annulus_integrate_and_strain_exactly(share: float) -> 
 
 def test_factors_solve_and_tell_whether_a_matrix_is_positive() -> None:
     rng = np.random.default_rng(3)
-    any_ = rng.normal(size=(40, 4, 4))
-    whole = any_ + any_.transpose(0, 2, 1) + 4 * np.eye(4)
+    parts = rng.normal(size=(40, 4, 4))
+    whole = parts + parts.transpose(0, 2, 1) + 4 * np.eye(4)
     right = rng.normal(size=(40, 4))
     factors = Factors.of(whole.transpose(1, 2, 0).copy())
-    assert factors.solve(right.T.copy()).T == pytest.approx(np.linalg.solve(whole, right[..., None])[..., 0], rel=1e-6)
+    found = factors.solve(right.T.copy()).T
+    assert found == pytest.approx(np.linalg.solve(whole, right[..., None])[..., 0], rel=1e-6)
     positive = np.linalg.eigvalsh(whole)[:, 0] > 0
     assert 5 < positive.sum() < 35
     assert ((factors.rim_stiffness() > 0) == positive).all()
-    unsymmetric = any_ + 8 * np.eye(4)
+    unsymmetric = parts + 8 * np.eye(4)
     found = Factors.of(unsymmetric.transpose(1, 2, 0).copy()).solve(right.T.copy()).T
     assert found == pytest.approx(np.linalg.solve(unsymmetric, right[..., None])[..., 0], rel=1e-9)
 

@@ -22,7 +22,7 @@ from dielast.mechanics.passive.structure import Structure
 from dielast.numerics.columns import Floats
 
 RADII = 41  # of the annulus in a profile
-FINE = 300  # Gauss-Legendre points in ln s, of which the Gauss points of the weight 1/s^2 are made
+FINE = 200  # Gauss-Legendre points in ln s, of which the Gauss points of the weight 1/s^2 are made
 
 
 def disc(share: Floats, prestretch: Floats, points: int) -> Structure:
@@ -92,11 +92,17 @@ def _annulus(share: float, points: int) -> tuple[Floats, Floats, Floats, Floats]
     return area, second - 2 * (s / width)[:, None] * slope, second, rim[0]
 
 
+@cache
+def _fine() -> tuple[Floats, Floats]:
+    """Gauss-Legendre points and weights."""
+    return np.polynomial.legendre.leggauss(FINE)
+
+
 def _gauss(share: float, points: int) -> tuple[Floats, Floats]:
     """Gauss points in z, s = share^2 + (1 - share^2) z, and weights (n,) of ds/s^2, by the three-term recurrence of their
     polynomials (Golub and Welsch, Math. Comp. 23 (1969) 221).
     """
-    fine, weight = np.polynomial.legendre.leggauss(FINE)
+    fine, weight = _fine()
     depth = -2 * np.log(share)
     up = 0.5 * (1 + fine) * depth  # ln s over that at the frame
     weight = 0.5 * weight * depth * np.exp(depth - up)
