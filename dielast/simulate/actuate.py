@@ -82,6 +82,8 @@ def actuate(
     boundary: str | tuple[str, str] = "dead-load",
     electrode_share: ArrayLike | None = None,
     mesh_rtol: float = MESH_RTOL,
+    force: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] | None = None,
+    width: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] | None = None,
     temperature: ArrayLike | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
@@ -96,7 +98,8 @@ def actuate(
     """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the voltage `steps` from 0 V.
 
     `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate`
-    (1/s, of the larger axis; both ramp together) or at once. `boundary` says for each axis whether it is then a "dead-load", the
+    (1/s, of the larger axis; both ramp together) or at once. A `force` in N on a `width` in m hangs on it from the beginning (see
+    `FilmSetup`). `boundary` says for each axis whether it is then a "dead-load", the
     nominal stress reached, or "clamped"; "frame" and "strip" are films with a passive part, of which the electrode covers
     `electrode_share` (see `FilmSetup`). `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
     material's by default. A run ends with the first event `stop_at`, such as "breakdown", "pull-in" or "loss-of-tension", or goes
@@ -116,7 +119,7 @@ def actuate(
         raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     setup = set_up(
         material,
-        FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol),
+        FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width),
         temperature=temperature,
         breakdown_field=breakdown_field,
         breakdown_needed=stop_at == "breakdown",

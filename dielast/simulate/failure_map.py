@@ -98,6 +98,8 @@ def failure_map(
     boundary: str | tuple[str, str] = "dead-load",
     electrode_share: ArrayLike | None = None,
     mesh_rtol: float = MESH_RTOL,
+    force: float | tuple[float | None, float | None] | None = None,
+    width: float | tuple[float | None, float | None] | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
@@ -124,6 +126,8 @@ def failure_map(
         boundary=boundary,
         electrode_share=electrode_share,
         mesh_rtol=mesh_rtol,
+        force=force,
+        width=width,
         breakdown_field=breakdown_field,
         pull_in_timescale=pull_in_timescale,
         rtol=rtol,
@@ -155,6 +159,8 @@ def plan_failure_map(
     boundary: str | tuple[str, str] = "dead-load",
     electrode_share: ArrayLike | None = None,
     mesh_rtol: float = MESH_RTOL,
+    force: float | tuple[float | None, float | None] | None = None,
+    width: float | tuple[float | None, float | None] | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
@@ -194,15 +200,23 @@ def plan_failure_map(
         given = np.repeat(given, of_each) if given.size > 1 else given
         breakdown_field = np.tile(np.broadcast_to(given, (len(pairs),)), temperatures.size)
 
-    film = FilmSetup(thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary, mesh_rtol=mesh_rtol)
+    weights = force if isinstance(force, tuple) else (force, None)
+    for axis, weight in enumerate(weights[:2]):
+        if weight is not None and np.any(pairs[:, axis] != 1):
+            stated = "the weight stretches it: a prestretch of 1 says so"
+            raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
+    film = FilmSetup(
+        thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary, mesh_rtol=mesh_rtol, force=force, width=width
+    )
 
     def laid_out(materials: Sequence[Material], field: Floats | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
         """The map's films of each material, one material after the other."""
         first, second = (np.tile(pairs[:, axis], temperatures.size * len(materials)) for axis in (0, 1))
+        stretched = (None if weights[0] is not None else first, None if weights[-1] is not None else second)
         share = None if shares is None else np.tile(shares, temperatures.size * len(materials))
         return set_up(
             [each for each in materials for _ in range(films)] if len(materials) > 1 else materials,
-            replace(film, thickness=thick, prestretch=(first, second), electrode_share=share),
+            replace(film, thickness=thick, prestretch=stretched, electrode_share=share),
             temperature=np.tile(np.repeat(temperatures, len(pairs)), len(materials)),
             breakdown_field=field,
             breakdown_needed=material.damage is None,

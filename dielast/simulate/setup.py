@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
-from dielast.material.breakdown import BreakdownLaw
+from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.breakdown.following import FollowingField
 from dielast.material.damage import DamageLaw
 from dielast.material.laws_of_cases import LawsOfCases
@@ -51,6 +51,9 @@ class FilmSetup(Result):
     the electrode covers a disc in the middle of a circular "frame", or a length of a "strip" between bars that keeps its width. The
     passive film around it then moves, too: `electrode_share` is the electrode's radius over that of the frame, or its share of
     the strip's length. What the film around a disc is divided into follows from `mesh_rtol` (see `passive.mesh`).
+
+    A dead load may be a weight: a `force` in N, along axis 1 or a pair with None for an axis without, on an undeformed `width` in
+    m, likewise. It hangs on the film from the beginning, and stretches an axis whose prestretch is None.
     """
 
     thickness: ArrayLike
@@ -60,6 +63,8 @@ class FilmSetup(Result):
     boundary: str | tuple[str, str] = "dead-load"
     electrode_share: ArrayLike | None = None
     mesh_rtol: float = MESH_RTOL
+    force: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] | None = None
+    width: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] | None = None
 
     @property
     def surrounded(self) -> str | None:
@@ -88,7 +93,11 @@ class FilmSetup(Result):
 
     def varied(self) -> list[ArrayLike]:
         """All numbers of which there may be one for each case."""
-        return [value for value in (*self.axes, self.prestretch_rate, self.thickness, self.electrode_share) if value is not None]
+        return [
+            value
+            for value in (*self.axes, *self._weights(), self.prestretch_rate, self.thickness, self.electrode_share)
+            if value is not None
+        ]
 
     def check(self) -> None:
         """`InputError` for a number that makes no sense."""
@@ -97,6 +106,40 @@ class FilmSetup(Result):
                 raise InputError(f"{value:g} m: it must be positive", argument="thickness")
         if not (np.isfinite(self.relax) and self.relax >= 0):
             raise InputError(f"{self.relax:g} s: it must not be negative", argument="relax")
+
+    def _weights(self) -> tuple[ArrayLike | None, ...]:
+        """The forces along both axes and the widths that they act on."""
+        pairs = [value if isinstance(value, tuple) else (value, None) for value in (self.force, self.width)]
+        for name, pair in zip(("force", "width"), pairs, strict=True):
+            if len(pair) != 2:
+                raise InputError(f"{len(pair)} values: a number, or a pair, one for each axis, is needed", argument=name)
+        return (*pairs[0], *pairs[1])
+
+    def hung(self, cases: int) -> tuple[Floats | None, Floats | None]:
+        """The nominal stress (cases,) in Pa of the weight along each axis, None where there is none; `InputError` for a weight
+        that cannot be.
+        """
+        forces, widths = self._weights()[:2], self._weights()[2:]
+        loads: list[Floats | None] = []
+        for axis, (force, width) in enumerate(zip(forces, widths, strict=True)):
+            if force is None:
+                if width is not None:
+                    raise InputError(f"there is no force on axis {axis + 1}", argument="width")
+                loads.append(None)
+                continue
+            if width is None:
+                raise InputError("the film's width is needed, too", argument="force")
+            if self.controls[axis] is not Control.STRESS:
+                raise InputError(f"a weight along axis {axis + 1} is for boundary dead-load alone", argument="force")
+            if self.axes[axis] is not None:
+                stated = "the weight stretches it: there is no prestretch of its own"
+                raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
+            values = spread(force, "force", cases), spread(width, "width", cases), spread(self.thickness, "thickness", cases)
+            for name, value, unit in zip(("force", "width"), values, ("N", "m"), strict=False):
+                if np.any(value <= 0):
+                    raise InputError(f"{float(value.min()):g} {unit}: it must be positive", argument=name)
+            loads.append(values[0] / (values[1] * values[2]))
+        return loads[0], loads[1]
 
     def share(self, cases: int) -> Floats | None:
         """The electrode's share (cases,) of a film with a passive part; `InputError` for one that cannot be."""
@@ -199,6 +242,7 @@ class Setup:
     following: FollowingField | None = None
     damage: LawsOfCases[DamageLaw] | None = None
     passive: Passive | None = None
+    hung: tuple[Floats | None, Floats | None] = (None, None)
 
     @property
     def alike(self) -> Flags:
@@ -225,8 +269,9 @@ class Setup:
         """
         first, second = (None if axis is None else axis[cases] for axis in self.prestretch)
         symmetry = EQUIBIAXIAL if self.alike[cases].all() else None
+        hung = tuple(None if load is None else load[cases] for load in self.hung)
         film, status = prestretched(
-            Film.at_rest(self.points.take(cases), symmetry), (first, second), self.ramp[cases], self.relax, rtol
+            Film.at_rest(self.points.take(cases), symmetry), (first, second), self.ramp[cases], self.relax, rtol, hung
         )
         if status.any():
             lost = int(np.argmax(status > 0))
@@ -248,14 +293,21 @@ class Setup:
 
 
 def prestretched(
-    film: Film, stretch: tuple[Floats | None, Floats | None], duration: Floats, relax: float, rtol: float
+    film: Film,
+    stretch: tuple[Floats | None, Floats | None],
+    duration: Floats,
+    relax: float,
+    rtol: float,
+    hung: Sequence[Floats | None] = (None, None),
 ) -> tuple[Film, Cases]:
-    """Films at rest stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free, held for
-    `relax` s and given a damper; and the `Status` (cases,) of each. Use a film only where its status is COMPLETED.
+    """Films at rest stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free or with a
+    nominal stress in Pa `hung` (cases,) on it, held for `relax` s and given a damper; and the `Status` (cases,) of each. Use a film
+    only where its status is COMPLETED.
     """
     first, second = (Control.STRESS if target is None else Control.STRETCH for target in stretch)
     zero = np.zeros_like(duration)
-    targets = tuple(zero if target is None else target for target in stretch)
+    loads = [zero if load is None else load for load in hung]
+    targets = tuple(load if target is None else target for target, load in zip(stretch, loads, strict=True))
     pieces = [Ramp((first, second), (targets[0], targets[1], None), duration)]
     if relax > 0:
         pieces.append(Ramp((first, second), (None, None, None), np.full_like(duration, relax)))
@@ -295,7 +347,7 @@ def set_up(
     given = [*varied, temperature, *limits.varied(), *spanning]
     cases = one_set([*map(np.size, given), len(materials)])
     first, second = film.stretched(cases)
-    controls, share = film.controls, film.share(cases)
+    controls, share, hung = film.controls, film.share(cases), film.hung(cases)
     temperatures = spread(temperature, "temperature", cases)
     points, ramp = Points.of(materials, temperatures, rtol), film.ramp(cases)
     beyond, spring = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
@@ -308,13 +360,15 @@ def set_up(
     thickness = spread(film.thickness, "thickness", cases)
     stretch = _equibiaxial((first, second), cases)
     field, following = limits.field(stretch, thickness, cases), limits.following(stretch, thickness, cases)
+    if any(load is not None for load in hung) and limits.over_prestretch():
+        open_ = "a field over prestretch is not known of a film that a weight stretches: state one number"
+        raise InputError(open_, argument="breakdown_field")
     damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
     passive = None
     if share is not None and first is not None and second is not None:
         passive = Passive.of(points, share, first, None if film.surrounded == "frame" else second, film.mesh_rtol)
-    return Setup(
-        points, temperatures, thickness, (first, second), ramp, film.relax, controls, field, following, damage, passive
-    )
+    laid_out = Setup(points, temperatures, thickness, (first, second), ramp, film.relax, controls, field, following, damage)
+    return replace(laid_out, passive=passive, hung=hung)
 
 
 def _check_permittivity(points: Points, first: Floats | None, second: Floats | None) -> None:
@@ -348,6 +402,10 @@ class _Limits:
         if isinstance(self.stated, BreakdownLaw):
             return [self.stated]
         return [None if self.varied() else material.breakdown for material in self.materials]
+
+    def over_prestretch(self) -> bool:
+        """Whether a field is a table over prestretch."""
+        return any(isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in self.laws())
 
     def following(self, stretch: Floats, thickness: Floats, cases: int) -> FollowingField | None:
         """How the field changes from the prestretch on, where a law says so."""

@@ -4,8 +4,8 @@
 
 The material and the histories are those of bench_voltage.py, N = 30 branches, with an electrode of 10 mm in a frame of 190.5 mm:
 the paper's Fig. 9, and a map of N x N (50 x 50) voltages and prestretches. Times are of the processor, the best of three, as the
-machine may be shared. The peer (tests/peers/disc.py) has the exact Jacobian of all unknowns as a sparse matrix; it takes dielast's points around the disc, and then linear elements. One
-run of dielast is compared, and 100 together.
+machine may be shared. The peer (tests/peers/disc.py) has the exact Jacobian of all unknowns as a sparse matrix; it takes
+dielast's points around the disc, and then linear elements. One run of dielast is compared, and 100 together.
 """
 
 from __future__ import annotations

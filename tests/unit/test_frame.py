@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from films import SOFT
 
-from dielast import ActuationHistory, InputError, TimeScale, VoltageStep, Waveform, actuate, failure_map
+from dielast import ActuationHistory, Breakdown, InputError, TimeScale, VoltageStep, Waveform, actuate, failure_map
 from dielast.commands.registry import read_cases
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.structure import Factors
@@ -232,5 +232,55 @@ def test_a_recipe_states_a_share_or_both_diameters(tmp_path: Path) -> None:
 def test_bad_recipes(tmp_path: Path, film: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         recipe(tmp_path, film)
+    (line,) = caught.value.messages
+    assert message in line
+
+
+def test_a_weight_is_a_dead_load() -> None:
+    """It stretches the film from the beginning; what was at rest under a stress moves as under a prestretch to that stretch."""
+    given: dict[str, Any] = {"thickness": 5e-4, "stop_at": "end", "times": [0.0, 10.0], "boundary": ("dead-load", "clamped")}
+    force, width, relax = 0.6, 0.02, 1e8
+    hung = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(None, 2.0), force=force, width=width)
+    assert hung.nominal_stress_1[0] == pytest.approx(force / (width * 5e-4), rel=1e-9)
+    held = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(float(hung.stretch_1[0, 0]), 2.0))
+    assert hung.stretch_1[0] == pytest.approx(held.stretch_1[0], rel=1e-5)
+    assert hung.relative_stretch_1[0, 0] == 1.0
+    asked: dict[str, Any] = {"voltage": [3e3], "prestretch": [(1.0, 2.0)], "thickness": 5e-4, "horizon": 1e4, "relax": relax}
+    given = asked | {"boundary": ("dead-load", "clamped"), "breakdown_field": 3e7}
+    times = failure_map(SOFT, **given, force=force, width=width).time_to_failure
+    pair = [(float(hung.stretch_1[0, 0]), 2.0)]
+    assert times == pytest.approx(failure_map(SOFT, **(given | {"prestretch": pair})).time_to_failure, rel=1e-4, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"width": None}, "force: the film's width is needed, too"),
+        ({"force": None}, "width: there is no force on axis 1"),
+        ({"force": -1.0}, "force: -1 N: it must be positive"),
+        ({"boundary": "clamped"}, "force: a weight along axis 1 is for boundary dead-load alone"),
+        ({"prestretch": 1.8}, "prestretch: axis 1: the weight stretches it"),
+        ({"force": (1.0, 2.0, 3.0)}, "force: 3 values"),
+        ({"breakdown_field": Breakdown((1.0, 2.0), (3e7, 4e7))}, "breakdown_field: a field over prestretch is not known"),
+    ],
+)
+def test_bad_weights(change: dict[str, Any], message: str) -> None:
+    weighted: dict[str, Any] = {"boundary": "dead-load", "electrode_share": None, "force": 1.0, "width": 0.02}
+    with pytest.raises(InputError, match=message):
+        driven(**(weighted | {"prestretch": (None, 2.0)} | change))
+
+
+@pytest.mark.parametrize(
+    ("film", "message"),
+    [
+        ('force = "1 N"', "film.width: a width for each force is needed: 1 and 0 are stated"),
+        ('force = ["1 N", "1 N", "1 N"]', "film.force: 3 forces: one, or one for each of two axes"),
+        ('force = "1 N"\nwidth = "2 cm"', "film.prestretch: axis 1 is stretched by its weight: its prestretch must be 1"),
+        ('force = "0 N"\nwidth = "2 cm"', 'film.force: "0 N": a force above 0 N is needed'),
+    ],
+)
+def test_bad_weights_of_recipes(tmp_path: Path, film: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        recipe(tmp_path, RECIPE.replace('boundary = "frame"\n', "").format(film))
     (line,) = caught.value.messages
     assert message in line

@@ -129,8 +129,8 @@ class ActuateRecipe(SimulationRecipe):
         return self
 
     @model_validator(mode="after")
-    def _passive_film(self) -> Self:
-        self.film.check_passive()
+    def _boundary_of_film(self) -> Self:
+        self.film.check_boundary()
         if self.output.profile is not None and self.film.shares is None:
             raise InputError('a profile is of a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
         return self

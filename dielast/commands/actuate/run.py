@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe
+from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe, Film
 from dielast.commands.simulation.cases import case_result, each, last
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult
@@ -55,12 +55,14 @@ class Films(Simulation):
         return partial(
             actuate,
             thickness=np.array([film.thickness for film in films]) * thickness_factor,
-            prestretch=tuple(np.array([film.prestretch for film in films]).T),
+            prestretch=_prestretch(films),
             prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
             relax=recipe.film.relax,
             boundary=recipe.film.boundary,
             electrode_share=None if recipe.film.shares is None else np.array([film.shares for film in films]).ravel(),
             mesh_rtol=recipe.solver.mesh_rtol,
+            force=_over_films([film.weights[0] for film in films]),
+            width=_over_films([film.weights[1] for film in films]),
             breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             stop_at=recipe.stop.at,
@@ -78,7 +80,15 @@ class Films(Simulation):
         """What is done to the films, and when they fail."""
         profile = None if recipe.output.profile is None else tuple(recipe.output.profile)
         film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
-        return film.prestretch_rate is None, film.relax, film.boundary, recipe.solver.mesh_rtol, profile, ends
+        return (
+            film.prestretch_rate is None,
+            film.relax,
+            film.boundary,
+            len(film.force or ()),
+            recipe.solver.mesh_rtol,
+            profile,
+            ends,
+        )
 
     def seen(self, recipe: ActuateRecipe, columns: Columns) -> Columns:
         """The columns, and the axes in m of an electrode that was a circle on the prestretched film, if its diameter is stated."""
@@ -163,11 +173,31 @@ def _at(event: Event, columns: Mapping[str, Floats], header: str, recipe: Actuat
         "voltage [V]": event.voltage,
         "stretch_1 [1]": event.stretch_1,
         "stretch_2 [1]": event.stretch_2,
-        "relative_stretch_1 [1]": event.stretch_1 / recipe.film.prestretch[0],
-        "relative_stretch_2 [1]": event.stretch_2 / recipe.film.prestretch[1],
+        "relative_stretch_1 [1]": event.stretch_1 / _begin(1, columns, recipe),
+        "relative_stretch_2 [1]": event.stretch_2 / _begin(2, columns, recipe),
         "true_field [V/m]": event.true_field,
     }
     return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
+
+
+def _begin(axis: int, columns: Mapping[str, Floats], recipe: ActuateRecipe) -> float:
+    """The stretch that relative ones are over: the prestretch, or what a weight has made of it."""
+    if recipe.film.weights[0][axis - 1] is None or not columns["time [s]"].size:
+        return recipe.film.prestretch[axis - 1]
+    return float(columns[f"stretch_{axis} [1]"][0] / columns[f"relative_stretch_{axis} [1]"][0])
+
+
+def _prestretch(films: Sequence[Film]) -> tuple[Floats | None, Floats | None]:
+    """The prestretch of both axes (cases,), None for one that a weight stretches."""
+    first, second = np.array([film.prestretch for film in films]).T
+    hung = films[0].weights[0]
+    return None if hung[0] is not None else first, None if hung[1] is not None else second
+
+
+def _over_films(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[Floats | None, Floats | None]:
+    """A number for each axis of each film, as arrays (cases,); None along an axis without one."""
+    first, second = (None if values[0] is None else np.array(values, dtype=float) for values in zip(*pairs, strict=True))
+    return first, second
 
 
 def _case(history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str]) -> CaseResult:

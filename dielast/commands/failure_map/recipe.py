@@ -123,8 +123,8 @@ class FailureMapRecipe(RecipeBase):
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
 
     @model_validator(mode="after")
-    def _passive_film(self) -> Self:
-        self.film.check_passive()
+    def _boundary_of_film(self) -> Self:
+        self.film.check_boundary()
         return self
 
     @model_validator(mode="after")

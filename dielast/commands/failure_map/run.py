@@ -98,6 +98,8 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             boundary=recipe.film.boundary,
             electrode_share=None if recipe.film.shares is None else np.array(recipe.film.shares),
             mesh_rtol=recipe.solver.mesh_rtol,
+            force=recipe.film.weights[0],
+            width=recipe.film.weights[1],
             breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             rtol=recipe.solver.rtol,

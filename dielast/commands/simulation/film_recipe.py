@@ -9,9 +9,9 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 
 from dielast.commands.simulation.recipe import Solver
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import Length, Section, StrainRate, Time
+from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time
 from dielast.simulate.setup import MESH_RTOL
-from dielast.units import STRAIN, TIME, parse
+from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
 
 BOUNDARIES = ("dead-load", "clamped")
 PASSIVE = ("frame", "strip")
@@ -116,6 +116,10 @@ Shares = Annotated[
 ]
 
 
+Forces = Annotated[tuple[float, ...], Quantity(FORCE, above=0.0, many=True)]
+Widths = Annotated[tuple[float, ...], Quantity(LENGTH, above=0.0, many=True)]
+
+
 class FilmSolver(Solver):
     """How exactly the equations of films are solved."""
 
@@ -139,12 +143,38 @@ class FilmBase(Section):
         "what holds the passive film around the electrode: a circular frame, or the bars of a strip of constant width.",
         json_schema_extra={"default": "dead-load"},
     )
+    force: Forces | None = Field(
+        None,
+        description="A weight that hangs on the film from the beginning, along axis 1, or one along each axis. It is a dead load, "
+        "and stretches its axis, whose prestretch is 1.",
+    )
+    width: Widths | None = Field(None, description="Undeformed, across each force.")
     electrode_diameter: Length | None = Field(
         None, description="On the prestretched film; for measured axes in mm, and beside frame_diameter."
     )
     frame_diameter: Length | None = Field(
         None, description="Of the rigid frame, for the boundary frame; with electrode_diameter instead of electrode_share."
     )
+
+    @property
+    def weights(self) -> tuple[tuple[float | None, float | None], tuple[float | None, float | None]]:
+        """Forces in N and widths in m of axes 1 and 2."""
+        forces, widths = ((*(value or ()), None, None) for value in (self.force, self.width))
+        return (forces[0], forces[1]), (widths[0], widths[1])
+
+    def check_weights(self) -> None:
+        """`InputError` for weights that cannot hang on the film."""
+        forces, widths = self.force or (), self.width or ()
+        if len(forces) > 2:
+            raise InputError(f"{len(forces)} forces: one, or one for each of two axes", key="film.force")
+        if len(forces) != len(widths):
+            raise InputError(f"a width for each force is needed: {len(forces)} and {len(widths)} are stated", key="film.width")
+        for axis in range(len(forces)):
+            if self.boundary[axis] != "dead-load":
+                raise InputError(f'a weight along axis {axis + 1} is for boundary "dead-load" alone', key="film.force")
+            if any(pair[axis] != 1 for pair in self.prestretches):
+                text = f"axis {axis + 1} is stretched by its weight: its prestretch must be 1"
+                raise InputError(text, key="film.prestretch")
 
     @property
     def shares(self) -> tuple[float, ...] | None:
@@ -158,8 +188,9 @@ class FilmBase(Section):
         """The values of electrode_share."""
         raise NotImplementedError
 
-    def check_passive(self) -> None:
-        """`InputError` for keys of the passive film around an electrode that do not fit each other."""
+    def check_boundary(self) -> None:
+        """`InputError` for keys of the boundary that do not fit each other."""
+        self.check_weights()
         boundary, stated = self.boundary[0], self.stated_shares()
         if boundary not in PASSIVE:
             for key, value in (("electrode_share", stated), ("frame_diameter", self.frame_diameter)):

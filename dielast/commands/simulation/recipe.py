@@ -29,6 +29,8 @@ KEYS = {
     "relax": "film.relax",
     "boundary": "film.boundary",
     "electrode_share": "film.electrode_share",
+    "force": "film.force",
+    "width": "film.width",
     "mesh_rtol": "solver.mesh_rtol",
     "profile": "output.profile",
     "breakdown_field": "breakdown",
