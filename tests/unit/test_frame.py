@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,12 @@ from films import SOFT
 
 from dielast import ActuationHistory, Breakdown, InputError, TimeScale, VoltageStep, Waveform, actuate, failure_map
 from dielast.commands.registry import read_cases
+from dielast.material.dielectric import LinearPermittivity
 from dielast.mechanics.passive import forms
+from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.passive.structure import Factors
+from dielast.mechanics.span import Load
+from dielast.simulate.setup import FilmSetup, set_up
 
 FILM: dict[str, Any] = {"thickness": 5e-4, "relax": 60.0, "boundary": "frame", "electrode_share": 0.1, "breakdown_field": 4e7}
 STEPS = [VoltageStep(4e3, duration=1.0), VoltageStep.hold(100.0)]
@@ -284,3 +289,51 @@ def test_bad_weights_of_recipes(tmp_path: Path, film: str, message: str) -> None
         recipe(tmp_path, RECIPE.replace('boundary = "frame"\n', "").format(film))
     (line,) = caught.value.messages
     assert message in line
+
+
+@pytest.mark.parametrize("boundary", ["frame", "strip"])
+@pytest.mark.parametrize("dielectric", [4e-11, LinearPermittivity(4e-11, stretch_coefficient=-0.05)])
+def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: Any) -> None:
+    """(M/gamma - h J) u = h f + M history + h^2 gamma_i df/dt, J by differences, from a state off equilibrium."""
+    material = replace(SOFT, permittivity=dielectric)
+    asked = FilmSetup(1e-3, 2.0, None, 100.0, boundary, np.array([0.3, 0.3]))
+    none: dict[str, Any] = {"temperature": None, "breakdown_field": None, "breakdown_needed": False, "rtol": 1e-6}
+    setup = set_up(material, asked, **none)
+    film = setup.film(np.arange(2), 1e-6)
+    start = film.condition.prescribed(setup.controls)
+    start[2] = 1e6
+    end = start.copy()
+    end[2] = 6e6
+    load = Load.between(setup.controls, start, end, np.full(2, 10.0))
+    system = film.equations(load)
+    assert isinstance(system, FramedFilms)
+    assembly, border = system.assembly, system.border
+    rng = np.random.default_rng(0)
+    rows = film.state(system)[:, 0]
+    size = np.where(np.arange(rows.size) < rows.size - 2, 1.0, 1e4)
+    state = rows + 0.02 * rng.normal(size=rows.size) * size
+
+    def equations(time: float, column: np.ndarray) -> np.ndarray:
+        both = np.stack((column, column), axis=1)
+        stretch, viscous = assembly.structure.stretch(both[border:-2]), system.internal(both)
+        stress = assembly.all_points.law.stress(assembly.springs(viscous, stretch))
+        flow = 0.5 * viscous.reshape(stress.shape) * (3 * stress - stress.sum(axis=0)) * assembly.all_points.rate
+        nominal = assembly.carried(stress, stretch, load.value(np.full(2, time))[2]) / stretch
+        rest = assembly.structure.force(nominal), assembly.seen(nominal) - both[-2:]
+        return np.concatenate((flow.reshape(-1, 2), *rest))[:, 0]
+
+    step, gamma, begin = 0.7, 0.2, 3.0
+    small = 1e-6 * np.maximum(1.0, np.abs(state))
+    columns = [(equations(begin, state + each) - equations(begin, state - each)) / (2 * each.max()) for each in np.diag(small)]
+    jacobian, in_time = np.stack(columns, axis=1), (equations(begin + 1e-4, state) - equations(begin - 1e-4, state)) / 2e-4
+    mass = np.where(np.arange(rows.size) < rows.size + border, 1.0, 0.0)
+    linearised = system.linearise(np.full(2, begin), np.stack((state, state), axis=1), np.full(2, step), gamma)
+    for history, later, gamma_i in ((None, 0.0, 0.2), (0.01 * rng.normal(size=rows.size), 0.1, -0.4)):
+        there = state if history is None else state + 0.01 * rng.normal(size=rows.size) * size
+        right = step * equations(begin + later, there) + step**2 * gamma_i * in_time
+        right += 0.0 if history is None else mass * history
+        wanted = np.linalg.solve(np.diag(mass / gamma) - step * jacobian, right)
+        given = None if history is None else np.stack((history, history), axis=1)
+        found = linearised.increment(np.full(2, begin + later), np.stack((there, there), axis=1), given, gamma_i)[:, 0]
+        assert found[:-2] == pytest.approx(wanted[:-2], rel=1e-6, abs=1e-7)
+        assert found[-2:] == pytest.approx(wanted[-2:], rel=1e-6, abs=1e-6 * np.abs(wanted[-2:]).max())
