@@ -13,6 +13,7 @@ The words of this package:
 - spectrum: the relaxation times and shear moduli of all branches.
 - branch: a Maxwell element, a spring and a damper in series; all branches are parallel to the equilibrium spring.
 - material point: the state of a case, homogeneous and in plane stress: stretches, and a viscous stretch for each branch and axis.
+- active, passive: the part of a film under its electrode, and the rest of it, on a frame or between bars; many material points.
 - stretch: length over undeformed length; relative stretch: over the length after the prestretch, when the voltage begins.
 - nominal: by the undeformed section or thickness, as in nominal stress and nominal field; true: by the present one.
 - step: what a recipe or a user states of a load history: a target with a rate or a duration, a hold, a waveform or a table.

@@ -19,6 +19,7 @@ class Control(Enum):
 
     STRETCH = "stretch"
     STRESS = "stress"
+    NEITHER = "neither"  # the passive film around an active part leaves it a stretch and a stress
 
 
 Controls = tuple[Control, Control]

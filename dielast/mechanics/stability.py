@@ -83,7 +83,8 @@ ONE_PERCENT = TimeScale.fraction(0.01)
 class Stability:
     """The `determinant` of ds_i/dlambda_j (cases,) in Pa^2 (Pa with one axis clamped, 1 with both), and the `margin`: the same
     determinant over that of the springs alone, which is 1 in a film without load, 0 at pull-in, and negative where no equilibrium
-    is stable.
+    is stable. With a passive part around it, it is the stiffness of the whole film at the rim of its active part, in Pa
+    (`passive.structure`), which falls to zero with the smallest eigenvalue of the film's tangent.
     """
 
     determinant: Floats

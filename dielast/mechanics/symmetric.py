@@ -13,6 +13,7 @@ import numpy as np
 
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Cases, Floats, Symmetry
 from dielast.mechanics.electric import ELECTRIC
+from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
 
@@ -180,5 +181,5 @@ class SymmetricArrowhead:
         return residual
 
 
-Films = LoadedPoints | SymmetricPoints
-"""Material points under load, in whichever form."""
+Films = LoadedPoints | SymmetricPoints | FramedFilms
+"""Films under load, in whichever form."""

@@ -18,7 +18,6 @@ from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, Watc
 from dielast.mechanics.criteria.pull_in import stability_at
 from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.exposure import Exposure
-from dielast.mechanics.point import Points
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
 from dielast.mechanics.symmetric import Films
@@ -51,16 +50,16 @@ class Lookout:
 
 
 class Watch:
-    """Observes the stepper. A case ends once everything in `until` has happened, names of criteria. Between pieces of load, `begin`
-    and `finish` are called.
+    """Observes the stepper. A case ends once everything in `until` has happened, names of criteria, or anything in `ends`. Between
+    pieces of load, `begin` and `finish` are called.
 
     A signal that falls and rises again within one step is found if a parabola through its values at the ends and in the middle of
     the step comes near zero; that is so for one dip as wide as the step, and need not be for one much narrower.
     """
 
-    def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str]) -> None:
+    def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str], ends: Sequence[str] = ()) -> None:
         cases = films.breakdown_field.size
-        self.films, self.until = films, until
+        self.films, self.until, self.ends = films, until, ends
         self.lookouts = [Lookout.of(criterion, films) for criterion in criteria]
         self.exposures = {one.criterion.name: one.exposure for one in self.lookouts if one.exposure is not None}
         for lookout in self.lookouts:
@@ -77,8 +76,12 @@ class Watch:
     @property
     def done(self) -> Flags:
         """Cases (cases,) that need not go on."""
+        none = np.zeros(self._start.shape, dtype=bool)
         seen = [[lookout.seen for lookout in self.lookouts if lookout.criterion.name == name] for name in self.until]
-        return np.all([np.any(ways, axis=0) for ways in seen], axis=0) if seen else np.zeros(self._start.shape, dtype=bool)
+        done = np.all([np.any(ways, axis=0) for ways in seen], axis=0) if seen else none
+        return np.asarray(
+            np.logical_or.reduce([done, *(lookout.seen for lookout in self.lookouts if lookout.criterion.name in self.ends)])
+        )
 
     def begin(self, system: Films, state: Floats, start: Floats, jumped: Flags) -> None:
         """A piece of load begins at `start` (cases,) in s since the programme began with this state: what has already fallen
@@ -142,13 +145,13 @@ class Watch:
         done = self.done[cases]
         return done if done.any() else None
 
-    def finish(self, points: Points, equations: Callable[[Points, Load], Films]) -> None:
-        """A piece of load is through: find the times of what happened in it; `equations` are those of points and load."""
+    def finish(self, equations: Callable[[Cases, Load], Films]) -> None:
+        """A piece of load is through: find the times of what happened in it; `equations` are those of some cases under load."""
         for lookout in self.lookouts:
             if not lookout.brackets:
                 continue
             brackets = Brackets.joined(lookout.brackets)
-            system = equations(points.take(brackets.steps.cases), brackets.load)
+            system = equations(brackets.steps.cases, brackets.load)
             criterion = lookout.criterion
             if lookout.exposure is not None:
                 time, moment = lookout.exposure.reached(brackets, system)

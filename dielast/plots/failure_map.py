@@ -55,7 +55,9 @@ def plot_failure_map(
     """
     title = title or _head(result)
     equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
-    mapped = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP and equibiaxial
+    one_share = result.electrode_share is None or bool(np.all(result.electrode_share == result.electrode_share[0]))
+    many = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP
+    mapped = many and equibiaxial and one_share
     most = MOST_LINES if bounds is None else MOST_BANDS
     arranged = [Panel(_beside_a_map(result, most))] if mapped else arrange(result, most)
     films = [films_of(panel, result, lines, bounds) for panel in arranged]

@@ -101,7 +101,14 @@ def arrange(result: FailureMap, most: int) -> list[Panel]:
 
 
 def _shared(result: FailureMap, place: int, by_temperature: bool) -> str:
-    return degrees(result.temperature[place]) if by_temperature else _prestretch(result.prestretch[place])
+    return degrees(result.temperature[place]) if by_temperature else _film(result, place)
+
+
+def _film(result: FailureMap, place: int) -> str:
+    shares = result.electrode_share
+    several = shares is not None and bool(np.any(shares != shares[0]))
+    share = f", electrode share {number(float(shares[place]))}" if shares is not None and several else ""
+    return _prestretch(result.prestretch[place]) + share
 
 
 def _prestretch(pair: Array) -> str:
@@ -114,7 +121,7 @@ def films_of(panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bo
     unknown = np.full(result.voltage.size, np.nan)
     drawn = []
     for index, (i, j) in enumerate(panel.films):
-        parts = [_prestretch(result.prestretch[j])] + [degrees(result.temperature[i])] * (result.temperature.size > 1)
+        parts = [_film(result, j)] + [degrees(result.temperature[i])] * (result.temperature.size > 1)
         label = ", ".join(part for part in parts if part != panel.title)
         if not np.any(np.isfinite(result.time_to_failure[i, j])):
             label += ": survives" if np.all(result.failure_mode[i, j] == "none") else ": no failure found"

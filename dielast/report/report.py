@@ -31,6 +31,8 @@ class Report:
     figure: Callable[[], Figure]
     files: Mapping[str, bytes] = field(default_factory=dict)
     failures: Sequence[str] = ()
+    figures: Mapping[str, Callable[[], Figure]] = field(default_factory=dict)
+    """Further ones by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +69,9 @@ def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) 
     if plots:
         from dielast.plots.style import render
 
-        figure = report.figure()
-        files.update({f"{kind}.{form}": render(figure, form) for form in plots})
+        for name, draw in {kind: report.figure, **report.figures}.items():
+            figure = draw()
+            files.update({f"{name}.{form}": render(figure, form) for form in plots})
     # last, so that a whole summary stands for a whole result
     files["summary.toml"] = tomli_w.dumps(dict(summary)).encode()
     return files

@@ -17,6 +17,7 @@ from dielast.material.material import Material
 from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA, END, names
 from dielast.mechanics.criteria.criterion import Criterion
+from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.electric import CHARGE
 from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.history import electrical_pieces
@@ -32,8 +33,9 @@ from dielast.simulate.events import Event, event_columns, events_of, first_of
 from dielast.simulate.film import Outcome
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History
+from dielast.simulate.profile import ProfileRecorder, Profiles, given_times
 from dielast.simulate.record import Record, Recorder, ending
-from dielast.simulate.setup import FilmSetup, Setup, set_up
+from dielast.simulate.setup import MESH_RTOL, FilmSetup, Setup, set_up
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
 from dielast.simulate.wiring import Wiring
 
@@ -71,6 +73,7 @@ class ActuationHistory(History):
     cycles: CycleTable | None = None
     damage: Floats | None = None
     electrical: Electrical | None = None
+    profiles: Profiles | None = None
 
     def case(self, row: int) -> dict[str, Floats]:
         """The columns of a case up to where it ended, (rows,), by their headers."""
@@ -95,6 +98,10 @@ def actuate(
     prestretch_rate: ArrayLike | None = None,
     relax: float = 0.0,
     boundary: str | tuple[str, str] = "dead-load",
+    electrode_share: ArrayLike | None = None,
+    mesh_rtol: float = MESH_RTOL,
+    force: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] | None = None,
+    width: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] | None = None,
     temperature: ArrayLike | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
@@ -108,22 +115,26 @@ def actuate(
     leakage: Leakage | None = None,
     electrode_area: ArrayLike | None = None,
     electrical: bool | None = None,
+    profile: ArrayLike | None = None,
 ) -> ActuationHistory:
     """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the `steps` from 0 V, or from a
     charge of 0.
 
     `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate`
-    (1/s, of the larger axis; both ramp together) or at once. `boundary` says for each axis whether it is then a "dead-load", the
-    nominal stress reached, or "clamped". `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
+    (1/s, of the larger axis; both ramp together) or at once. A `force` in N on a `width` in m hangs on it from the beginning (see
+    `FilmSetup`). `boundary` says for each axis whether it is then a "dead-load", the
+    nominal stress reached, or "clamped"; "frame" and "strip" are films with a passive part, of which the electrode covers
+    `electrode_share` (see `FilmSetup`). `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
     material's by default. A run ends with the first event `stop_at`, such as "breakdown", "pull-in" or "loss-of-tension", or goes
-    through them all to the "end" of the programme. Cases, `temperature`, `times` (since the programme began), `points_per_decade`
-    and `rtol` as in `creep`, and the `cycles` of waveforms, which are about the relative stretch of axis 1. The history of a run
-    that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given.
+    through them all to the "end" of the programme; one that is to stop at breakdown also stops where a passive part goes slack.
+    Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol` as in `creep`, and the `cycles` of
+    waveforms, which are about the relative stretch of axis 1. Films with a passive part have `profiles` at the times of `profile`.
+    The history of a run that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given.
 
     A source of voltage may have a `source_resistance` in ohm, between it and the electrode, of an `electrode_area` in m^2 on the
     undeformed film; through the film there may be a `leakage`. Charge, current and energies are given with any of these, with
-    charges, or where `electrical` says so. Raises `InputError` for anything wrong with the arguments; numerics that give up are an
-    outcome.
+    charges, or where `electrical` says so. None of these is known of films with a passive part. Raises `InputError` for anything
+    wrong with the arguments; numerics that give up are an outcome.
     """
     if stop_at not in (*names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
@@ -135,7 +146,7 @@ def actuate(
         raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     setup = set_up(
         material,
-        FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary),
+        FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width),
         temperature=temperature,
         breakdown_field=breakdown_field,
         breakdown_needed=stop_at == "breakdown",
@@ -150,28 +161,43 @@ def actuate(
     charge = isinstance(next(iter(steps), None), ChargeStep)
     wiring = Wiring.of(charge, source_resistance, leakage, electrode_area, setup.thickness)
     pieces = electrical_pieces(steps, setup.controls, np.ones(cases) if charge else setup.thickness)
-    if electrical is None:
-        electrical = charge or source_resistance is not None or leakage is not None
+    with_circuit = charge or source_resistance is not None or leakage is not None
+    electrical = with_circuit if electrical is None else electrical
+    if setup.passive is not None and (with_circuit or electrical):
+        only = "a film with a passive part takes an ideal source of voltage: leave charges, resistance, leakage and energies out"
+        raise InputError(only, argument="boundary")
     wanted = Wanted.of(times, cases, points_per_decade, cycles)
     check_cycles(wanted.cycles, pieces)
-    check_end(wanted.times, np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0), "programme")
+    whole = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
+    check_end(wanted.times, whole, "programme")
+    seen_at = given_times(profile)
+    if seen_at is not None:
+        if setup.passive is None:
+            raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
+        check_end(np.broadcast_to(seen_at, (cases, seen_at.size)), whole, "programme", "profile")
     until = () if stop_at == END else (stop_at,)
+    # a passive film that is slack wrinkles, which these equations know nothing of
+    slack = (LossOfTension.name,) if setup.passive is not None and stop_at == "breakdown" else ()
     parts = setup.groups(wiring.has_circuit)
+    taken = [[piece.take(part) for piece in pieces] for part in parts]
     runs = [
-        _run(setup, wiring, part, pull_in_timescale, until, [piece.take(part) for piece in pieces], wanted, electrical, rtol)
-        for part in parts
+        _run(setup, wiring, part, pull_in_timescale, until, some, wanted, electrical, rtol, seen_at, slack)
+        for part, some in zip(parts, taken, strict=True)
     ]
     place = np.empty(cases, dtype=np.intp)
     place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
     ends = times is None if with_end is None else with_end
     tables = [run.cycles for run in runs if run.cycles is not None]
     cycling = CycleTable.joined(tables, place) if tables else None
-    history, extra = _history(setup, _Run.joined(runs, place), stop_at, ends, cycling)
-    if not electrical:
+    history, extra = _history(setup, _Run.joined(runs, place), (*until, *slack), ends, cycling)
+    if electrical:
+        known = _electrical(extra, setup.thickness, wiring, source_resistance is not None, leakage is not None)
+        history = replace(history, electrical=known)
+    if seen_at is None:
         return history
-    return replace(
-        history, electrical=_electrical(extra, setup.thickness, wiring, source_resistance is not None, leakage is not None)
-    )
+    ended = np.array([outcome.time for outcome in history.outcome])
+    own = [case for run, part in zip(runs, parts, strict=True) if run.profiler for case in run.profiler.collect(ended[part])]
+    return replace(history, profiles=Profiles(tuple(own[row] for row in place.tolist())))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,6 +214,7 @@ class _Run:
     status: Cases
     extra: Floats
     cycles: CycleTable | None = None
+    profiler: ProfileRecorder | None = None
 
     @classmethod
     def joined(cls, runs: Sequence[_Run], place: Cases) -> _Run:
@@ -215,28 +242,33 @@ def _run(
     wanted: Wanted,
     electrical: bool,
     rtol: float,
+    seen_at: Floats | None,
+    slack: Sequence[str],
 ) -> _Run:
     """Run some of the films, one of the setup's groups, through the pieces of their programme."""
     film = setup.film(part, rtol)
     film = replace(film, points=wiring.wired(film.points, part))
-    watch = Watch(setup.watched(film, part, timescale), CRITERIA, until)
-    relaxed = film.condition.moment(film.points, setup.controls, np.arange(part.size), np.zeros(part.size))
+    watch = Watch(setup.watched(film, part, timescale), CRITERIA, until, slack)
+    relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
     stretch = np.exp(0.5 * relaxed.log_squared_stretch)
     leakage = wiring.leakage.take(part) if electrical else None
     electric = None if leakage is None else ElectricMeter(leakage, part.size)
     recorder = Recorder(wanted.take(part), part.size, film.points.rate.shape[0], watch, electric)
     meter = CycleMeter(film.points, stretch[0], False, leakage)
     begin = np.concatenate((stretch, watch.stability(relaxed).determinant[None]))
-    followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter)
+    profiler = None
+    if seen_at is not None and setup.passive is not None:
+        profiler = ProfileRecorder(seen_at, setup.passive.spread(part))
+    followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter, profiler=profiler)
     record, happened = recorder.collect(), watch.happened
     extra = np.zeros((0, part.size))
     if electric is not None:
-        last = first_of(happened, until[0] if until else names()[0])
+        last = first_of(happened, until or names())
         extra = electric.ended(last.time)
         extra[0] = nominal(film.points, last.log_squared_stretch, last.field)[1]
     if film.points.electric is CHARGE:
         record, happened = _in_fields(film.points, record, happened)
-    return _Run(record, begin, happened, followed.time, followed.status, extra, meter.collect())
+    return _Run(record, begin, happened, followed.time, followed.status, extra, meter.collect(), profiler)
 
 
 def _in_fields(
@@ -268,15 +300,17 @@ def _electrical(extra: Floats, thickness: Floats, wiring: Wiring, has_resistance
     )
 
 
-def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: CycleTable | None) -> tuple[ActuationHistory, Floats]:
+def _history(
+    setup: Setup, run: _Run, stops: Sequence[str], with_end: bool, cycles: CycleTable | None
+) -> tuple[ActuationHistory, Floats]:
     """Results in the user's terms, nothing of which is after the end of its case, and the rows of `EXTRA` with them."""
     record, reached = run.record, run.reached
     stopped = run.status == Status.STOPPED
     # an equilibrium that ends where the numerics give up may end a little later
     latest = np.fmax.reduce([np.zeros_like(reached), *(entry.time for entry in run.happened.values())])
     reached = np.where(stopped, reached, np.maximum(reached, latest))
+    last = first_of(run.happened, stops)
     if stopped.any():
-        last = first_of(run.happened, stop_at)
         reached = np.where(stopped, last.time, reached)
     # a time that was asked for may lie beyond the end by rounding
     record = replace(record, values=np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
@@ -297,7 +331,10 @@ def _history(setup: Setup, run: _Run, stop_at: str, with_end: bool, cycles: Cycl
         true_field=field * stretch[0] * stretch[1],
         stability=record.determinant / run.begin[2, :, None],
         events=tuple(events_of(run.happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
-        outcome=tuple(Outcome.of(*ended, stop_at) for ended in zip(run.status.tolist(), reached.tolist(), strict=True)),
+        outcome=tuple(
+            Outcome.of(*ended)
+            for ended in zip(run.status.tolist(), reached.tolist(), _stopped_by(run, stops, last.time), strict=True)
+        ),
         cycles=cycles,
         damage=_damage(setup, record),
     )
@@ -312,3 +349,9 @@ def _damage(setup: Setup, record: Record) -> Floats | None:
     ages = setup.damage.ask(every, lambda law, columns: np.ones(columns.size), np.nan)
     (damage,) = record.exposed
     return np.asarray(damage * ages[:, None])
+
+
+def _stopped_by(run: _Run, stops: Sequence[str], time: Floats) -> list[str]:
+    """The name of what happened in each case at the `time` (cases,) at which the first of `stops` did, none if nothing did."""
+    times = {name: first_of(run.happened, [name]).time for name in stops}
+    return [next((name for name in stops if times[name][case] == at), "") for case, at in enumerate(time.tolist())]

@@ -9,33 +9,27 @@ import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal
 from dielast.mechanics.jump import jump
-from dielast.mechanics.point import Points
+from dielast.mechanics.passive.framed import membrane
+from dielast.mechanics.passive.settle import settle
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import Fold
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import Status
-from dielast.simulate.film import Condition
+from dielast.simulate.film import Condition, Film
 
 MAX_MOVE = 0.05  # in Lambda: a load applied at once that moves the film further is followed in smaller shares
 SMALLEST_SHARE = 1e-7  # of a load; where no smaller one has an equilibrium nearby, none has
 
 
-def apply_at_once(
-    points: Points,
-    condition: Condition,
-    controls: Controls,
-    target: Floats,
-    jumps: Flags,
-    status: Cases,
-    watch: Watch | None,
-) -> Condition:
-    """The condition after the load jumps to the `target` (3, cases) in some cases, `jumps` (cases,).
+def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, status: Cases, watch: Watch | None) -> Film:
+    """The films after the load jumps to the `target` (3, cases) in some cases, `jumps` (cases,).
 
     Without a `watch` films go to the nearest equilibrium. With one, films under voltage go to the equilibrium that the present one
     leads to; where there is none, that is a pull-in, and the damper holds the film first. The `status` (cases,) of films that find
     no equilibrium is changed.
     """
+    condition = film.condition
     after = replace(
         condition,
         internal=condition.internal.copy(),
@@ -43,44 +37,68 @@ def apply_at_once(
         nominal_stress=condition.nominal_stress.copy(),
         field=condition.field.copy(),
         next_step=np.where(jumps, 0.0, condition.next_step),
+        border=None if condition.border is None else condition.border.copy(),
     )
     columns = where(jumps)
     if watch is not None:
         after.field[columns] = target[2, columns]
-        columns = _hold(points, condition, controls, target, columns, after, watch)
+        columns = _hold(film, controls, target, columns, after, watch)
     if not columns.size:
-        return after
-    internal, start = after.internal[:, :, columns], after.log_squared_stretch[:, columns]
-    log_squared, nominal, stable = jump(points.take(columns), controls, target[:, columns], internal, start)
-    vanished, there = columns[~stable], columns[stable]
-    status[vanished] = Status.NO_START
+        return replace(film, condition=after)
+    present = replace(film, condition=after).take(columns).moment(controls, columns, np.zeros(columns.size))
+    moved, stable = moved_at_once(present, target[:, columns])
+    status[columns[~stable]] = Status.NO_START
     if watch is not None:  # a film to which all that is asked for has happened need not go on
+        vanished = columns[~stable]
         status[vanished[watch.done[vanished]]] = Status.STOPPED
-    after.log_squared_stretch[:, there], after.nominal_stress[:, there] = log_squared[:, stable], nominal[:, stable]
-    after.field[there] = target[2, there]
-    return after
+    _put(after, columns, moved, stable)
+    after.field[columns[stable]] = target[2, columns[stable]]
+    return replace(film, condition=after)
 
 
-def _hold(
-    points: Points, condition: Condition, controls: Controls, target: Floats, columns: Cases, after: Condition, watch: Watch
-) -> Cases:
+def moved_at_once(moment: Moment, target: Floats) -> tuple[Moment, Flags]:
+    """The films of a moment under the `target` (3, k) with every viscous stretch frozen, and whether (k,) they hold it: as `jump`
+    or `settle`.
+    """
+    if moment.surroundings is None:
+        before, controls = moment.log_squared_stretch, moment.controls
+        log_squared, nominal, stable = jump(moment.points, controls, target, moment.internal, before)
+        return replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2]), stable
+    around, stable = settle(moment.surroundings, moment.internal, target[2])
+    log_squared, nominal = membrane(around.border, target, moment.controls)
+    there = replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2], surroundings=around)
+    return there, stable
+
+
+def _put(after: Condition, columns: Cases, moved: Moment, there: Flags) -> None:
+    """Write where films (k,) have moved to, those that are `there` (k,)."""
+    some = columns[there]
+    after.log_squared_stretch[:, some], after.nominal_stress[:, some] = (
+        moved.log_squared_stretch[:, there],
+        moved.nominal_stress[:, there],
+    )
+    if moved.surroundings is not None and after.border is not None:
+        after.border[:, some] = moved.surroundings.border[:, there]
+
+
+def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Condition, watch: Watch) -> Cases:
     """Write how films that hold the load are `after` it, and note what happens to the others, which are returned."""
     on_the_way = {
         lookout.criterion: lookout.signal
         for lookout in watch.lookouts
         if lookout.signal is not None and lookout.criterion.found_in_jumps
     }
-    film = condition.take(columns)
-    time = film.time
-    begin = film.moment(points.take(columns), controls, columns, watch.clock.age(columns, time))
-    way = follow_load(begin, film.acting(controls), target[:, columns], on_the_way)
-    held = columns[way.held]
+    film = present.take(columns)
+    time = film.condition.time
+    begin = film.moment(controls, columns, watch.clock.age(columns, time))
+    way = follow_load(begin, film.condition.acting(controls), target[:, columns], on_the_way)
     reached = way.reached
-    after.log_squared_stretch[:, held] = reached.log_squared_stretch[:, way.held]
-    after.nominal_stress[:, held] = reached.nominal_stress[:, way.held]
-    after.internal[:, -1, held] = reached.log_squared_stretch[:, way.held]
+    _put(after, columns, reached, way.held)
+    # the damper is slack again
+    slack = reached.log_squared_stretch if reached.surroundings is None else reached.surroundings.stretch()
+    after.internal[:, -1, ..., columns[way.held]] = np.moveaxis(slack[..., way.held], -1, 0)
     # a voltage that is lowered ends a snapped-through state, which is no failure
-    failed = ~way.held & (np.abs(target[2, columns]) > np.abs(condition.field[columns]))
+    failed = ~way.held & (np.abs(target[2, columns]) > np.abs(film.condition.field))
     for lookout in watch.lookouts:
         if lookout.criterion in way.events:
             event = way.events[lookout.criterion]
@@ -113,6 +131,7 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
     modulus = begin.points.modulus.copy()
     modulus[-1] = 0.0
     bare = replace(begin.points, modulus=modulus)
+    start = replace(begin, points=bare, surroundings=None if begin.surroundings is None else begin.surroundings.without_damper())
     count = target.shape[1]
 
     def load_at(share: Floats, columns: Cases) -> Floats:
@@ -123,6 +142,7 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         return load
 
     log_squared, nominal = begin.log_squared_stretch.copy(), begin.nominal_stress.copy()
+    border = None if begin.surroundings is None else begin.surroundings.border.copy()
     reached, share = np.zeros(count), np.ones(count)
     events = {
         criterion: replace(
@@ -138,9 +158,12 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         going = paired(going)
         wanted = np.minimum(reached[going] + share[going], 1.0)
         load = load_at(wanted, going)
-        moved, stress, stable = jump(bare.take(going), begin.controls, load, begin.internal[:, :, going], log_squared[:, going])
+        from_here = replace(start.take(going), log_squared_stretch=log_squared[:, going])
+        if border is not None and from_here.surroundings is not None:
+            from_here = replace(from_here, surroundings=replace(from_here.surroundings, border=border[:, going]))
+        there, stable = moved_at_once(from_here, load)
+        moved, stress = there.log_squared_stretch, there.nominal_stress
         near = stable & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= MAX_MOVE)
-        there = replace(begin.take(going), log_squared_stretch=moved, nominal_stress=stress, field=load[2])
         closely = share[going] < 2 * SMALLEST_SHARE  # as closely as the load can be divided
         falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)
         for criterion, signal in signals.items():
@@ -153,10 +176,12 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         near &= ~falls | met
         columns = going[near]
         log_squared[:, columns], nominal[:, columns], reached[columns] = moved[:, near], stress[:, near], wanted[near]
+        if border is not None and there.surroundings is not None:
+            border[:, columns] = there.surroundings.border[:, near]
         share[going] = np.where(met, 1.0, np.where(near, share[going], 0.5 * share[going]))
         going = np.flatnonzero((reached < 1) & (share >= SMALLEST_SHARE))
     ends = where((reached > 0) & (reached < 1))
-    if ends.size:  # where the equilibrium ends, exactly
+    if ends.size and border is None:  # where the equilibrium ends, exactly
         frozen = replace(bare.take(ends), rate=np.zeros((modulus.shape[0], ends.size)))
         fold = Fold(
             frozen,
@@ -170,4 +195,6 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         end, _, log_squared[:, ends], nominal[:, ends] = fold.find()
         reached[ends] = np.minimum(end, 1 - 1e-15)
     limit = load_at(reached, np.arange(count))[2]
-    return Way(replace(begin, log_squared_stretch=log_squared, nominal_stress=nominal, field=limit), reached >= 1, events)
+    around = None if begin.surroundings is None or border is None else replace(begin.surroundings, border=border)
+    reached_moment = replace(begin, log_squared_stretch=log_squared, nominal_stress=nominal, field=limit, surroundings=around)
+    return Way(reached_moment, reached >= 1, events)

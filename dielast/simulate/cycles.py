@@ -21,6 +21,7 @@ from dielast.io.table import Column, Table
 from dielast.material.leakage import Leakage
 from dielast.mechanics.course import Course
 from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import Films
@@ -209,6 +210,7 @@ class CycleMeter:
             charge = permittivity * np.square(stretch[0] * stretch[1]) * value[2]
             power, held = -charge * slope[2], charge * value[2]
         else:
+            assert not isinstance(films, FramedFilms)
             films = replace(films, points=self.points.take(wide.cases))
             flowing = flow(films, self.leakage.take(wide.cases), local, state, wide.rate(share))
             power, held = flowing.field * flowing.current, np.zeros_like(local)
@@ -216,7 +218,7 @@ class CycleMeter:
         for axis, control in enumerate(load.controls):
             if control is Control.STRETCH:
                 power = power + nominal[axis] * slope[axis]
-            else:  # by parts, as the stretch has no rate in closed form
+            elif control is Control.STRESS:  # by parts, as the stretch has no rate in closed form
                 power, held = power - stretch[axis] * slope[axis], held + nominal[axis] * stretch[axis]
         held = held.reshape(places, count)
         work = steps.step * (WEIGHTS @ power.reshape(places, count)) + held[-1] - held[0]

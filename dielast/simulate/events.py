@@ -51,10 +51,11 @@ def events_of(happened: Mapping[Criterion, EventArrays], case: int, thickness: f
     return tuple(sorted(events, key=lambda event: event.time))
 
 
-def first_of(happened: Mapping[Criterion, EventArrays], name: str) -> EventArrays:
-    """When a criterion of this name first happened, and how the films were then."""
-    entries = [entry for criterion, entry in happened.items() if criterion.name == name]
-    first = EventArrays.never(entries[0].time.size, len(entries[0].exposed))
+def first_of(happened: Mapping[Criterion, EventArrays], names: Sequence[str]) -> EventArrays:
+    """When a criterion of these names first happened, and how the films were then."""
+    entries = [entry for criterion, entry in happened.items() if criterion.name in names]
+    any_entry = next(iter(happened.values()))
+    first = EventArrays.never(any_entry.time.size, len(any_entry.exposed))
     for entry in entries:
         first.put(earlier := np.flatnonzero(~(first.time <= entry.time) & ~np.isnan(entry.time)), entry.take(earlier))
     return first

@@ -24,7 +24,7 @@ from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.film import REASONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, groups_of, solve_cells
-from dielast.simulate.setup import FilmSetup, Setup, set_up
+from dielast.simulate.setup import MESH_RTOL, FilmSetup, Setup, set_up
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
@@ -39,7 +39,8 @@ class FailureMap(TabularResult):
 
     `failure_mode` is the name of what happens first, none, or unfinished where the numerics gave up before the film failed;
     `outcome` is completed, or says why the numerics gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field`
-    (prestretches,) in V/m.
+    (prestretches,) in V/m. Of films with a passive part there is one for each prestretch and `electrode_share` (prestretches,),
+    the shares running faster.
     """
 
     temperature: Floats
@@ -51,6 +52,7 @@ class FailureMap(TabularResult):
     time_to_failure: Floats
     failure_mode: NDArray[np.str_]
     outcome: NDArray[np.str_]
+    electrode_share: Floats | None = None
 
     @property
     def time_to_breakdown(self) -> Floats:
@@ -69,6 +71,7 @@ class FailureMap(TabularResult):
             Column("temperature", "degC", self.temperature[t]),
             Column("prestretch_1", "1", self.prestretch[p, 0]),
             Column("prestretch_2", "1", self.prestretch[p, 1]),
+            *(() if self.electrode_share is None else [Column("electrode_share", "1", self.electrode_share[p])]),
             Column("voltage", "V", self.voltage[v]),
             *(Column(column_of(name), "s", time.ravel()) for name, time in self.times.items()),
             Column("time_to_failure", "s", self.time_to_failure.ravel()),
@@ -93,6 +96,10 @@ def failure_map(
     relax: float = 0.0,
     ramp: float = 0.0,
     boundary: str | tuple[str, str] = "dead-load",
+    electrode_share: ArrayLike | None = None,
+    mesh_rtol: float = MESH_RTOL,
+    force: float | tuple[float | None, float | None] | None = None,
+    width: float | tuple[float | None, float | None] | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
@@ -102,9 +109,9 @@ def failure_map(
     once.
 
     `prestretch` (np,) is equibiaxial, or (np, 2); `temperature` (nt,) in degC, the reference temperature by default;
-    `breakdown_field` in V/m, one or one for each prestretch, or over prestretch, the material's by default; the rest as in
-    `actuate`. Both times are found where both happen. `progress` is called with the numbers of cells solved and of all cells.
-    Raises `InputError` for anything wrong with the arguments.
+    `breakdown_field` in V/m, one or one for each prestretch, or over prestretch, the material's by default; `electrode_share` is a
+    number or an axis of the map as well; the rest as in `actuate`. Both times are found where both happen. `progress` is called
+    with the numbers of cells solved and of all cells. Raises `InputError` for anything wrong with the arguments.
     """
     plan = plan_failure_map(
         material,
@@ -117,6 +124,10 @@ def failure_map(
         relax=relax,
         ramp=ramp,
         boundary=boundary,
+        electrode_share=electrode_share,
+        mesh_rtol=mesh_rtol,
+        force=force,
+        width=width,
         breakdown_field=breakdown_field,
         pull_in_timescale=pull_in_timescale,
         rtol=rtol,
@@ -146,6 +157,10 @@ def plan_failure_map(
     relax: float = 0.0,
     ramp: float = 0.0,
     boundary: str | tuple[str, str] = "dead-load",
+    electrode_share: ArrayLike | None = None,
+    mesh_rtol: float = MESH_RTOL,
+    force: float | tuple[float | None, float | None] | None = None,
+    width: float | tuple[float | None, float | None] | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
@@ -163,6 +178,9 @@ def plan_failure_map(
     pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:
         raise InputError("the prestretches of a map must be a list of numbers or of pairs, and not empty", argument="prestretch")
+    shares = None if electrode_share is None else _axis(electrode_share, "electrode_share")
+    if shares is not None:
+        pairs, shares = np.repeat(pairs, shares.size, axis=0), np.tile(shares, len(pairs))
     temperatures = _axis(material.reference_temperature if temperature is None else temperature, "temperature")
     if not (np.isfinite(horizon) and horizon > 0):
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
@@ -170,21 +188,35 @@ def plan_failure_map(
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
     films = temperatures.size * len(pairs)
     if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
-        given = np.asarray(breakdown_field, dtype=float).reshape(-1)
-        if given.size not in (1, len(pairs)):
+        given, of_each = (
+            np.asarray(breakdown_field, dtype=float).reshape(-1),
+            1 if electrode_share is None else np.size(electrode_share),
+        )
+        if given.size not in (1, len(pairs) // of_each):
             raise InputError(
-                f"{given.size} fields for {len(pairs)} prestretches: one, or one for each is needed", argument="breakdown_field"
+                f"{given.size} fields for {len(pairs) // of_each} prestretches: one, or one for each is needed",
+                argument="breakdown_field",
             )
+        given = np.repeat(given, of_each) if given.size > 1 else given
         breakdown_field = np.tile(np.broadcast_to(given, (len(pairs),)), temperatures.size)
 
-    film = FilmSetup(thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary)
+    weights = force if isinstance(force, tuple) else (force, None)
+    for axis, weight in enumerate(weights[:2]):
+        if weight is not None and np.any(pairs[:, axis] != 1):
+            stated = "the weight stretches it: a prestretch of 1 says so"
+            raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
+    film = FilmSetup(
+        thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary, mesh_rtol=mesh_rtol, force=force, width=width
+    )
 
     def laid_out(materials: Sequence[Material], field: Floats | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
         """The map's films of each material, one material after the other."""
         first, second = (np.tile(pairs[:, axis], temperatures.size * len(materials)) for axis in (0, 1))
+        stretched = (None if weights[0] is not None else first, None if weights[-1] is not None else second)
+        share = None if shares is None else np.tile(shares, temperatures.size * len(materials))
         return set_up(
             [each for each in materials for _ in range(films)] if len(materials) > 1 else materials,
-            replace(film, thickness=thick, prestretch=(first, second)),
+            replace(film, thickness=thick, prestretch=stretched, electrode_share=share),
             temperature=np.tile(np.repeat(temperatures, len(pairs)), len(materials)),
             breakdown_field=field,
             breakdown_needed=material.damage is None,
@@ -213,6 +245,7 @@ def plan_failure_map(
         groups,
         failures_of([material, *(() if sample is None else sample.materials)]),
         0 if sample is None else len(sample),
+        shares,
     )
 
 
@@ -242,7 +275,7 @@ def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats) -> FailureM
     for state in sorted(set(status[gave_up].tolist())):
         outcome[status == state] = REASONS[Status(int(state))]
     ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
-    return FailureMap(*ends, times, failure, mode, outcome.astype(str))
+    return FailureMap(*ends, times, failure, mode, outcome.astype(str), plan.electrode_share)
 
 
 def _axis(values: ArrayLike, name: str) -> Floats:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dielast.mechanics.charged import ChargedPoints, ChargedSymmetricPoints
 from dielast.mechanics.criteria.criterion import Moment
+from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
+from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Controls, Load, stretched
 from dielast.mechanics.symmetric import Films, SymmetricPoints, Symmetry
@@ -44,7 +46,8 @@ class Condition:
     `next_step` (cases,) in s that the stepper would take if all went on smoothly, 0 where nothing is known of it.
 
     Where the charge acts on the film, `field` is the nominal charge density in C/m^2; in a circuit, `source` (cases,) is what the
-    load prescribes.
+    load prescribes. Of films of an active and a passive part all this is where the active part stands, but for `internal`, the
+    viscous stretches xi (2, n, P, cases) of all points; the `border` (u + 2, cases) says where they are.
     """
 
     internal: Floats
@@ -54,17 +57,14 @@ class Condition:
     time: Floats
     next_step: Floats
     source: Floats | None = None
+    border: Floats | None = None
 
     def take(self, cases: Cases) -> Condition:
         """The same for some of the cases."""
-        strained = self.internal[:, :, cases], self.log_squared_stretch[:, cases], self.nominal_stress[:, cases]
+        strained = self.internal[..., cases], self.log_squared_stretch[:, cases], self.nominal_stress[:, cases]
         source = None if self.source is None else self.source[cases]
-        return Condition(*strained, self.field[cases], self.time[cases], self.next_step[cases], source)
-
-    def moment(self, points: Points, controls: Controls, cases: Cases, age: Floats) -> Moment:
-        """These films as criteria see them, which are `cases` (k,), when the voltage has been on for `age` (k,) s."""
-        membrane = self.log_squared_stretch, self.nominal_stress
-        return Moment(points, controls, cases, age, self.internal, *membrane, self.field)
+        border = None if self.border is None else self.border[:, cases]
+        return Condition(*strained, self.field[cases], self.time[cases], self.next_step[cases], source, border)
 
     def prescribed(self, controls: Controls) -> Floats:
         """The present values (3, cases) of what a load with these controls prescribes."""
@@ -81,11 +81,14 @@ class Condition:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Film:
-    """Films, of one `symmetry` that they keep or of none, in a `condition`."""
+    """Films, of one `symmetry` that they keep or of none, in a `condition`. Where they have a passive part, the `assembly` is
+    that of all their points.
+    """
 
     points: Points
     condition: Condition
     symmetry: Symmetry | None = None
+    assembly: Assembly | None = None
 
     @classmethod
     def at_rest(cls, points: Points, symmetry: Symmetry | None) -> Film:
@@ -95,12 +98,47 @@ class Film:
 
     def take(self, cases: Cases) -> Film:
         """The same for some of the cases."""
-        return Film(self.points.take(cases), self.condition.take(cases), self.symmetry)
+        assembly = None if self.assembly is None else self.assembly.take(cases)
+        return Film(self.points.take(cases), self.condition.take(cases), self.symmetry, assembly)
 
-    def equations(self, points: Points, load: Load) -> Films:
-        """The equations of some of the points under a span of load."""
-        if points.circuit is not None:
+    def framed(self, structure: Structure) -> Film:
+        """Homogeneous films as the active and the passive part of a structure."""
+        now, assembly = self.condition, Assembly.of(self.points, structure)
+        internal = np.repeat(np.exp(0.5 * now.internal)[:, :, None], structure.points, axis=2)
+        border = np.concatenate((structure.home, now.nominal_stress))
+        return Film(self.points, replace(now, internal=internal, border=border), None, assembly)
+
+    def equations(self, load: Load) -> Films:
+        """The equations of all films under a span of load."""
+        if self.assembly is not None:
+            return FramedFilms(self.assembly, load)
+        if self.points.circuit is not None:
             if self.symmetry is None:
-                return ChargedPoints(points, load)
-            return ChargedSymmetricPoints(points, load, self.symmetry)
-        return LoadedPoints(points, load) if self.symmetry is None else SymmetricPoints(points, load, self.symmetry)
+                return ChargedPoints(self.points, load)
+            return ChargedSymmetricPoints(self.points, load, self.symmetry)
+        return LoadedPoints(self.points, load) if self.symmetry is None else SymmetricPoints(self.points, load, self.symmetry)
+
+    def state(self, equations: Films) -> Floats:
+        """The state (rows, cases) that is the condition."""
+        now = self.condition
+        if isinstance(equations, FramedFilms):
+            assert now.border is not None
+            return equations.pack(now.internal, now.border)
+        membrane = now.internal, now.log_squared_stretch, now.nominal_stress
+        if isinstance(equations, ChargedPoints | ChargedSymmetricPoints):
+            return equations.pack(*membrane, now.field)
+        return equations.pack(*membrane)
+
+    def reached(self, equations: Films, state: Floats, driven: Floats, time: Floats, next_step: Floats) -> Film:
+        """The films with another `state` at a `time` (cases,) in s, under the prescribed values `driven` (3, cases)."""
+        border = state[equations.border :] if isinstance(equations, FramedFilms) else None
+        membrane = equations.membrane(state, driven)
+        acting, source = (driven[2], None) if self.points.circuit is None else (state[equations.border], driven[2])
+        return replace(self, condition=Condition(equations.internal(state), *membrane, acting, time, next_step, source, border))
+
+    def moment(self, controls: Controls, cases: Cases, age: Floats) -> Moment:
+        """These films as criteria see them, which are `cases` (k,), when the voltage has been on for `age` (k,) s."""
+        now = self.condition
+        around = None if self.assembly is None or now.border is None else Surroundings(self.assembly, now.border)
+        membrane = now.log_squared_stretch, now.nominal_stress
+        return Moment(self.points, controls, cases, age, now.internal, *membrane, now.field, around)

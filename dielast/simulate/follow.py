@@ -7,9 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.mechanics.charged import ChargedPoints, ChargedSymmetricPoints
 from dielast.mechanics.course import Course, Piece
-from dielast.mechanics.point import Points
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Flags, Floats
@@ -17,7 +15,8 @@ from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import Stride
 from dielast.simulate.at_once import apply_at_once
 from dielast.simulate.cycles import CycleMeter
-from dielast.simulate.film import Condition, Film
+from dielast.simulate.film import Film
+from dielast.simulate.profile import ProfileRecorder
 from dielast.simulate.record import Recorder
 
 
@@ -68,16 +67,17 @@ def follow(
     watch: Watch | None = None,
     recorder: Recorder | None = None,
     meter: CycleMeter | None = None,
+    profiler: ProfileRecorder | None = None,
 ) -> Followed:
     """Follow films through `pieces`, to the end or until its `watch` stops a case.
 
     Films that are watched have a damper as their last spring; a load at once takes them as `apply_at_once` says. Raises
     `InputError` for a rate of the wrong sign.
     """
-    points, condition = film.points, film.condition
+    condition = film.condition
     cases = condition.time.size
     status, steps, every = np.zeros(cases, dtype=np.intp), np.zeros(cases, dtype=np.intp), np.arange(cases)
-    observers = [observer for observer in (watch, recorder, meter) if observer is not None]
+    observers = [observer for observer in (watch, recorder, meter, profiler) if observer is not None]
 
     def observe(stride: Stride) -> Flags | None:
         return next((done for done in [observer(stride) for observer in observers] if done is not None), None)
@@ -91,19 +91,23 @@ def follow(
         if jumps.any():
             if watch is not None:
                 watch.clock.jump(condition.time, present[2], np.where(jumps, course.start[2], present[2]))
-            before, target = condition, _acting(points, condition, present, course.start)
-            condition = apply_at_once(points, condition, piece.controls, target, jumps, status, watch)
+            before = condition
+            film = apply_at_once(film, piece.controls, _acting(film, present, course.start), jumps, status, watch)
             if recorder is not None and recorder.electric is not None:
-                recorder.electric.leap(points, piece.controls, before, condition)
-            if points.circuit is not None:
-                condition = replace(condition, source=np.where(jumps, course.start[2], present[2]))
-        system = film.equations(points, course.span(every, np.zeros_like(every))[0])
-        state = _packed(system, condition)
+                recorder.electric.leap(film.points, piece.controls, before, film.condition)
+            if film.points.circuit is not None:
+                source = np.where(jumps, course.start[2], present[2])
+                film = replace(film, condition=replace(film.condition, source=source))
+            condition = film.condition
+        system = film.equations(course.span(every, np.zeros_like(every))[0])
+        state = film.state(system)
         alive = status == Status.COMPLETED
         if watch is not None:
             watch.begin(system, state, condition.time, alive & jumps)
         if recorder is not None:
             recorder.begin(course, condition.time, alive, jumps, system, state, last=index == len(pieces) - 1)
+        if profiler is not None:
+            profiler.begin(system, state, condition.time, alive)
         if watch is not None:
             status[alive & watch.done] = Status.STOPPED
             alive = status == Status.COMPLETED
@@ -117,28 +121,18 @@ def follow(
         if meter is not None:
             meter.finish()
         driven = system.load.value(result.time) if spans is None else course.end
-        membrane = system.membrane(result.state, driven)
-        time = condition.time + result.time
-        acting, source = (driven[2], None) if points.circuit is None else (result.state[system.border], driven[2])
-        condition = Condition(system.internal(result.state), *membrane, acting, time, result.next_step, source)
+        film = film.reached(system, result.state, driven, condition.time + result.time, result.next_step)
+        condition = film.condition
         status = np.where(alive, result.status, status)
         steps += result.steps + result.rejected
         if watch is not None:
-            watch.finish(points, film.equations)
-    return Followed(replace(film, condition=condition), status, steps)
+            watch.finish(lambda some, load, film=film: film.take(some).equations(load))  # type: ignore[misc]
+    return Followed(film, status, steps)
 
 
-def _acting(points: Points, condition: Condition, present: Floats, start: Floats) -> Floats:
+def _acting(film: Film, present: Floats, start: Floats) -> Floats:
     """What acts on films (3, cases) once the source has jumped from the `present` values to the `start` of a course."""
-    if points.circuit is None:
+    if film.points.circuit is None:
         return start
-    charge = points.circuit.charge_after(condition.field, present[2], start[2])
+    charge = film.points.circuit.charge_after(film.condition.field, present[2], start[2])
     return np.concatenate((start[:2], charge[None]))
-
-
-def _packed(system: Films, condition: Condition) -> Floats:
-    """The state of films in this condition."""
-    membrane = condition.internal, condition.log_squared_stretch, condition.nominal_stress
-    if isinstance(system, ChargedPoints | ChargedSymmetricPoints):
-        return system.pack(*membrane, condition.field)
-    return system.pack(*membrane)

@@ -27,6 +27,7 @@ class LifetimeLine(Result):
     rms_residual: float
     r_squared: float
     points: int
+    electrode_share: float | None = None
 
 
 class LifetimeLines(tuple[LifetimeLine, ...]):
@@ -38,11 +39,16 @@ class LifetimeLines(tuple[LifetimeLine, ...]):
         slopes = f": slope={self[0].slope:.5g} ... {self[-1].slope:.5g}" if self else ""
         return f"LifetimeLines(<{len(self)}{slopes}>)"
 
+    @property
+    def _framed(self) -> bool:
+        return any(line.electrode_share is not None for line in self)
+
     def columns(self) -> Table:
         """The straight line of log10(time_to_failure) over voltage for each temperature and prestretch."""
         values = {
             ("temperature", "degC"): [line.temperature for line in self],
             **{(f"prestretch_{axis + 1}", "1"): [line.prestretch[axis] for line in self] for axis in (0, 1)},
+            **({("electrode_share", "1"): [line.electrode_share for line in self]} if self._framed else {}),
             **{(name, unit): [getattr(line, name) for line in self] for name, unit in UNITS.items()},
         }
         columns = [Column(name, unit, np.array(numbers, dtype=float)) for (name, unit), numbers in values.items()]
@@ -73,5 +79,6 @@ def fit_lifetime(result: FailureMap) -> LifetimeLines:
                 spread = float(np.sum((decades - decades.mean()) ** 2))
                 r_squared = 1 - float(off @ off) / spread if spread > 0 else np.nan
             pair = (float(prestretch[0]), float(prestretch[1]))
-            lines.append(LifetimeLine(float(temperature), pair, slope, intercept, residual, r_squared, count))
+            share = None if result.electrode_share is None else float(result.electrode_share[j])
+            lines.append(LifetimeLine(float(temperature), pair, slope, intercept, residual, r_squared, count, share))
     return LifetimeLines(lines)

@@ -62,6 +62,7 @@ class MapPlan(Result):
     groups: tuple[Group, ...]
     failures: tuple[str, ...]
     draws: int = 0
+    electrode_share: Floats | None = None
 
     @property
     def cells(self) -> int:
@@ -110,5 +111,5 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     if plan.horizon > plan.ramp:
         pieces.append(Ramp(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
     status = follow(film, pieces, rtol=group.rtol, watch=watch).status
-    times = {name: first_of(watch.happened, name).time[:count] for name in plan.failures}
+    times = {name: first_of(watch.happened, [name]).time[:count] for name in plan.failures}
     return Cells(first, times, status[:count])

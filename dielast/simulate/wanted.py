@@ -89,9 +89,9 @@ def check_cycles(cycles: str | tuple[int, ...] | None, pieces: Sequence[Piece]) 
         raise InputError(f"{max(cycles)}: there {'is only 1' if most == 1 else f'are only {most}'} of them", argument="cycles")
 
 
-def check_end(times: Floats | None, end: Floats, what: str) -> None:
-    """`InputError` if output times (cases, k) lie after the `end` (cases,) of `what`."""
+def check_end(times: Floats | None, end: Floats, what: str, argument: str = "times") -> None:
+    """`InputError` with this `argument` if output times (cases, k) lie after the `end` (cases,) of `what`."""
     if times is not None and np.any(late := times[:, -1] > end * (1 + 1e-12)):
         case = int(np.argmax(late))
         late_by = f"{times[case, -1]:g} s lies after the end of the {what} at {end[case]:g} s"
-        raise InputError(late_by, argument="times", case=of_case(case, end.size))
+        raise InputError(late_by, argument=argument, case=of_case(case, end.size))

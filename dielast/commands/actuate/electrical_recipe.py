@@ -73,7 +73,7 @@ class LeakageSection(Section):
     )
 
 
-class FilmOutput(Output):
+class ElectricalOutput(Output):
     """Where the result is given, and whether with what is electrical."""
 
     electrical: bool | None = Field(

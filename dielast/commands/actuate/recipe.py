@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -12,12 +13,12 @@ from dielast.commands.actuate.electrical_recipe import (
     RATES,
     Charge,
     Electric,
+    ElectricalOutput,
     ElectricRate,
-    FilmOutput,
     LeakageSection,
     Source,
 )
-from dielast.commands.simulation.film_recipe import FilmBase, Prestretch, PullIn
+from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullIn, Share
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
@@ -25,7 +26,7 @@ from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem, shown
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import ColumnName, Length, Section, Voltage
+from dielast.recipe.fields import ColumnName, Section, Time, Voltage
 from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
@@ -54,7 +55,11 @@ StopAt = Annotated[str, PlainValidator(_stop), WithJsonSchema({"enum": [*names()
 class Stop(Section):
     """Where a simulation ends."""
 
-    at: StopAt = Field("breakdown", description="The event to stop at, or the end of the last step.")
+    at: StopAt = Field(
+        "breakdown",
+        description="The event to stop at, or the end of the last step. With breakdown, a film with a passive part stops at loss "
+        "of tension as well.",
+    )
 
 
 class ElectricalColumns(Section):
@@ -116,9 +121,11 @@ class Film(FilmBase):
         description="Equibiaxial, or a pair such as [3.0, 1.0].",
         json_schema_extra={"default": 1.0},
     )
-    electrode_diameter: Length | None = Field(
-        None, description="On the prestretched film; for measured axes in mm, charges in C and the resistance of a source."
-    )
+    electrode_share: Share | None = Field(None, description=SHARE_TEXT)
+
+    def stated_shares(self) -> tuple[float, ...] | None:
+        """The one that is stated."""
+        return None if self.electrode_share is None else (self.electrode_share,)
 
     @property
     def prestretches(self) -> tuple[tuple[float, float], ...]:
@@ -131,6 +138,22 @@ class Film(FilmBase):
         if self.electrode_diameter is None:
             return None
         return float(0.25 * np.pi * self.electrode_diameter**2 / (self.prestretch[0] * self.prestretch[1]))
+
+
+class FilmOutput(ElectricalOutput):
+    """Where the result is given."""
+
+    profile: list[Time] | None = Field(
+        None,
+        min_length=1,
+        description="Times at which profile.csv holds stretches and stresses over the radius of a film with a passive part.",
+    )
+
+    @model_validator(mode="after")
+    def _profile_ascending(self) -> Self:
+        if self.profile is not None and any(b <= a for a, b in pairwise(self.profile)):
+            raise InputError("the times of profile must ascend")
+        return self
 
 
 class ActuateRecipe(SimulationRecipe):
@@ -152,6 +175,7 @@ class ActuateRecipe(SimulationRecipe):
     output: FilmOutput = Field(FilmOutput(), description="Where the result is given.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
     pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
+    solver: FilmSolver = Field(FilmSolver(), description="How exactly the equations are solved.")
     stop: Stop = Field(Stop(), description="Where the simulation ends.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
 
@@ -206,6 +230,13 @@ class ActuateRecipe(SimulationRecipe):
         if self.source is not None and self.source.resistance > 0 and self.film.electrode_diameter is None:
             needed = "the current through it depends on the size of the electrode: state film.electrode_diameter"
             raise InputError(needed, key="source.resistance")
+        return self
+
+    @model_validator(mode="after")
+    def _boundary_of_film(self) -> Self:
+        self.film.check_boundary()
+        if self.output.profile is not None and self.film.shares is None:
+            raise InputError('a profile is of a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
         return self
 
     @model_validator(mode="after")

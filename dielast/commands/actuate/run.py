@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe
+from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe, Film
 from dielast.commands.simulation.cases import case_result, each, last
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult
@@ -29,6 +29,7 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.events import Event, event_columns
+from dielast.simulate.profile import profile_table
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent
@@ -73,14 +74,19 @@ class Films(Simulation):
             electrode_area=np.array([film.electrode_area for film in films], dtype=float) if self.has_area else None,
             electrical=self.electrical,
             thickness=np.array([film.thickness for film in films]) * thickness_factor,
-            prestretch=tuple(np.array([film.prestretch for film in films]).T),
+            prestretch=_prestretch(films),
             prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
             relax=recipe.film.relax,
             boundary=recipe.film.boundary,
+            electrode_share=None if recipe.film.shares is None else np.array([film.shares for film in films]).ravel(),
+            mesh_rtol=recipe.solver.mesh_rtol,
+            force=_over_films([film.weights[0] for film in films]),
+            width=_over_films([film.weights[1] for film in films]),
             breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             stop_at=recipe.stop.at,
             with_end=recipe.output.times is None,
+            profile=recipe.output.profile,
         )
 
     def result(
@@ -91,8 +97,18 @@ class Films(Simulation):
 
     def alike(self, recipe: ActuateRecipe) -> Hashable:
         """What is done to the films, and when they fail."""
+        profile = None if recipe.output.profile is None else tuple(recipe.output.profile)
         film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
-        return film.prestretch_rate is None, film.relax, film.boundary, ends, recipe.control
+        return (
+            film.prestretch_rate is None,
+            film.relax,
+            film.boundary,
+            len(film.force or ()),
+            recipe.solver.mesh_rtol,
+            profile,
+            ends,
+            recipe.control,
+        )
 
     def step_of(self, recipe: ActuateRecipe) -> type[VoltageStep] | type[ChargeStep]:
         """Voltages, or charges."""
@@ -115,12 +131,32 @@ class Films(Simulation):
         return drawn_film(case, sample, result)
 
     def tables(self, recipe: ActuateRecipe, results: Sequence[CaseResult]) -> dict[str, Table]:
-        """The table of events."""
+        """The table of events, and that of profiles."""
+        profiles = [result.profile for result in results if result.profile is not None]
+        more = {"profile.csv": profile_table(profiles)} if profiles else {}
         if recipe.uncertainty is None:
-            return {"events.csv": event_columns([result.events or () for result in results])}
+            return {"events.csv": event_columns([result.events or () for result in results])} | more
         from dielast.commands.simulation.bounds import bounded_event_columns
 
-        return {"events.csv": bounded_event_columns([result.bounded_events for result in results])}
+        return {"events.csv": bounded_event_columns([result.bounded_events for result in results])} | more
+
+    def figures(
+        self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
+    ) -> dict[str, Callable[[], Any]]:
+        """The profile of the first film."""
+        profiles = [result.profile for result in results if result.profile is not None]
+        if not profiles:
+            return {}
+
+        def figure() -> Any:
+            from dielast.commands.simulation.naming import titled
+            from dielast.plots.profile import plot_profile
+
+            first = cases[0].recipe
+            place = "radius / electrode radius" if first.film.boundary[0] == "frame" else "place / half the electrode's length"
+            return plot_profile(profiles, titled(first.title, cases[:1], materials[:1]), place)
+
+        return {"profile": figure}
 
     def marks(self, recipe: ActuateRecipe, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
         """The events of a film in the figure."""
@@ -161,8 +197,8 @@ def _at(event: Event, columns: Mapping[str, Floats], header: str, recipe: Actuat
         "voltage [V]": event.voltage,
         "stretch_1 [1]": event.stretch_1,
         "stretch_2 [1]": event.stretch_2,
-        "relative_stretch_1 [1]": event.stretch_1 / recipe.film.prestretch[0],
-        "relative_stretch_2 [1]": event.stretch_2 / recipe.film.prestretch[1],
+        "relative_stretch_1 [1]": event.stretch_1 / _begin(1, columns, recipe),
+        "relative_stretch_2 [1]": event.stretch_2 / _begin(2, columns, recipe),
         "true_field [V/m]": event.true_field,
     }
     return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
@@ -178,8 +214,28 @@ def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
     return ("time [s]", "source_voltage [V]", *(() if behind else ("voltage [V]",)))
 
 
+def _begin(axis: int, columns: Mapping[str, Floats], recipe: ActuateRecipe) -> float:
+    """The stretch that relative ones are over: the prestretch, or what a weight has made of it."""
+    if recipe.film.weights[0][axis - 1] is None or not columns["time [s]"].size:
+        return recipe.film.prestretch[axis - 1]
+    return float(columns[f"stretch_{axis} [1]"][0] / columns[f"relative_stretch_{axis} [1]"][0])
+
+
+def _prestretch(films: Sequence[Film]) -> tuple[Floats | None, Floats | None]:
+    """The prestretch of both axes (cases,), None for one that a weight stretches."""
+    first, second = np.array([film.prestretch for film in films]).T
+    hung = films[0].weights[0]
+    return None if hung[0] is not None else first, None if hung[1] is not None else second
+
+
+def _over_films(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[Floats | None, Floats | None]:
+    """A number for each axis of each film, as arrays (cases,); None along an axis without one."""
+    first, second = (None if values[0] is None else np.array(values, dtype=float) for values in zip(*pairs, strict=True))
+    return first, second
+
+
 def _case(
     history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str], stated: tuple[str, ...]
 ) -> CaseResult:
     result = case_result(history, row, history.case(row), materials[row], "dead-load" in boundary, history.events[row])
-    return replace(result, stated=stated)
+    return replace(result, stated=stated, profile=None if history.profiles is None else history.profiles.cases[row])

@@ -8,8 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator, model_validator
 
-from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, FilmBase, PullIn, prestretch_of
-from dielast.commands.simulation.recipe import Solver
+from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, SHARE_TEXT, FilmBase, FilmSolver, PullIn, Shares, prestretch_of
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
@@ -50,10 +49,18 @@ Prestretches = Annotated[
 MapTemperatures = Annotated[Temperatures, AfterValidator(lambda values: _distinct(values, "{:.9g} degC".format))]
 
 
+MapShares = Annotated[Shares, AfterValidator(lambda values: _distinct(values, "{:.9g}".format))]
+
+
 class MapFilm(FilmBase):
     """The film of a failure map."""
 
     prestretch: Prestretches = Field(description="The axis of the grid: equibiaxial prestretches, or pairs.")
+    electrode_share: MapShares | None = Field(None, description=SHARE_TEXT + " A list is an axis of the grid.")
+
+    def stated_shares(self) -> tuple[float, ...] | None:
+        """The values of the axis."""
+        return self.electrode_share
 
     @property
     def prestretches(self) -> tuple[tuple[float, float], ...]:
@@ -91,7 +98,7 @@ class VoltageAxis(Section):
         return values
 
 
-class MapSolver(Solver):
+class MapSolver(FilmSolver):
     """How exactly the equations of a map are solved."""
 
     rtol: float = Field(
@@ -126,6 +133,11 @@ class FailureMapRecipe(RecipeBase):
     def material_model(cls) -> type[MaterialFile]:
         """The model of the material file."""
         return material_file()
+
+    @model_validator(mode="after")
+    def _boundary_of_film(self) -> Self:
+        self.film.check_boundary()
+        return self
 
     @model_validator(mode="after")
     def _on_in_time(self) -> Self:

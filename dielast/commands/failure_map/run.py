@@ -41,7 +41,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
         sample = sample_of(cases[0], material, inputs)
     temperatures = recipe.temperature or [material.reference_temperature]
-    films = len(temperatures) * len(recipe.film.prestretch)
+    films = len(temperatures) * len(recipe.film.prestretch) * len(recipe.film.shares or (1,))
     check_cells(films * voltages(recipe.voltage).size, 0 if sample is None else len(sample))
     plan = _plan(recipe, material, sample)
     warn_of_map(recipe, material, plan)
@@ -63,7 +63,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     failures = [
         (
             str(result.outcome[i, j, k]),
-            f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {result.voltage[k]:g} V: "
+            f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {_share(result, j)}{result.voltage[k]:g} V: "
             f"given up: {result.outcome[i, j, k]}",
         )
         for i, j, k in unfinished
@@ -84,7 +84,7 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
     """The map that the recipe asks for; errors name the recipe's keys."""
     share, by_share = recipe.pull_in.timescale
     films, temperatures = recipe.film.prestretch, recipe.temperature or [material.reference_temperature]
-    with placed(partial(_in_recipe_terms, films=len(films), temperatures=temperatures)):
+    with placed(partial(_in_recipe_terms, films=len(films), shares=len(recipe.film.shares or (1,)), temperatures=temperatures)):
         return plan_failure_map(
             material,
             voltage=voltages(recipe.voltage),
@@ -96,6 +96,10 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             relax=recipe.film.relax,
             ramp=recipe.voltage.ramp,
             boundary=recipe.film.boundary,
+            electrode_share=None if recipe.film.shares is None else np.array(recipe.film.shares),
+            mesh_rtol=recipe.solver.mesh_rtol,
+            force=recipe.film.weights[0],
+            width=recipe.film.weights[1],
             breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             rtol=recipe.solver.rtol,
@@ -104,11 +108,16 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
         )
 
 
-def _in_recipe_terms(problem: Problem, films: int, temperatures: Sequence[float]) -> Problem:
+def _share(result: FailureMap, film: int) -> str:
+    """The electrode's share of a film, in an error."""
+    return "" if result.electrode_share is None else f"electrode share {result.electrode_share[film]:g}, "
+
+
+def _in_recipe_terms(problem: Problem, films: int, shares: int, temperatures: Sequence[float]) -> Problem:
     """A problem of the solver, whose cases are the films at one temperature after the other, with the recipe's key."""
     if problem.case is None or problem.argument != "prestretch":
         return replace(problem, case=None).in_keys(KEYS)
-    temperature, film = divmod(problem.case, films)
+    temperature, film = divmod(problem.case // shares, films)
     at = f"{temperatures[temperature]:g} degC: " if len(temperatures) > 1 else ""
     return Problem(at + problem.text, key=f"film.prestretch[{film}]")
 

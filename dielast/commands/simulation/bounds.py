@@ -85,7 +85,7 @@ def drawn_film(case: Case[ActuateRecipe], sample: Sample, result: CaseResult) ->
     for member, factor in zip(sample.aged(), sample.breakdown_factor.tolist(), strict=True):
         field = known or member.breakdown
         materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
-    output = case.recipe.output.model_copy(update={"times": _asked(result.columns["time [s]"])})
+    output = case.recipe.output.model_copy(update={"times": _asked(result.columns["time [s]"]), "profile": None})
     return Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings), materials
 
 

@@ -7,18 +7,25 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
+from dielast.commands.simulation.recipe import Solver
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import Length, Section, StrainRate, Time
-from dielast.units import STRAIN, TIME, parse
+from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time
+from dielast.simulate.setup import MESH_RTOL
+from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
 
 BOUNDARIES = ("dead-load", "clamped")
+PASSIVE = ("frame", "strip")
 
 
 def _boundary(value: Any) -> tuple[str, str]:
-    """What holds axes 1 and 2."""
+    """What holds axes 1 and 2, or what the passive film around the electrode is held by, twice."""
+    if value in PASSIVE:
+        return str(value), str(value)
     pair = value if isinstance(value, list) else [value, value]
     if len(pair) != 2 or any(entry not in BOUNDARIES for entry in pair):
-        raise InputError(f'{shown(value)}: "dead-load" or "clamped" is needed, or a pair of them, one a direction')
+        raise InputError(
+            f'{shown(value)}: "dead-load" or "clamped" is needed, or a pair of them, one a direction; or "frame" or "strip"'
+        )
     return pair[0], pair[1]
 
 
@@ -50,7 +57,9 @@ _ONE_BOUNDARY = {"enum": list(BOUNDARIES)}
 Boundary = Annotated[
     tuple[str, str],
     PlainValidator(_boundary),
-    WithJsonSchema({"anyOf": [_ONE_BOUNDARY, {"type": "array", "items": _ONE_BOUNDARY, "minItems": 2, "maxItems": 2}]}),
+    WithJsonSchema(
+        {"anyOf": [{"enum": [*BOUNDARIES, *PASSIVE]}, {"type": "array", "items": _ONE_BOUNDARY, "minItems": 2, "maxItems": 2}]}
+    ),
 ]
 Prestretch = Annotated[tuple[float, float], PlainValidator(prestretch_of), WithJsonSchema(ONE_PRESTRETCH)]
 
@@ -85,6 +94,43 @@ class PullIn(Section):
     )
 
 
+def _shares(value: Any) -> tuple[float, ...]:
+    """Shares between 0 and 1."""
+    entries = value if isinstance(value, list) else [value]
+    if not entries:
+        raise InputError("a share between 0 and 1 is needed, or a list of them")
+    for entry in entries:
+        if not isinstance(entry, int | float) or isinstance(entry, bool) or not 0 < entry < 1:
+            whole = ': an electrode as large as the frame is boundary = "clamped"' if entry in (1, 1.0) else ""
+            raise InputError(f"{shown(entry)}: a share between 0 and 1 is needed, such as 0.05{whole}")
+    return tuple(float(entry) for entry in entries)
+
+
+_SHARE_SCHEMA = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
+SHARE_TEXT = "Of the electrode: its radius over that of the frame, or its share of the strip's length."
+Share = Annotated[float, PlainValidator(lambda value: _shares([value])[0]), WithJsonSchema(_SHARE_SCHEMA)]
+Shares = Annotated[
+    tuple[float, ...],
+    PlainValidator(_shares),
+    WithJsonSchema({"anyOf": [_SHARE_SCHEMA, {"type": "array", "items": _SHARE_SCHEMA, "minItems": 1}]}),
+]
+
+
+Forces = Annotated[tuple[float, ...], Quantity(FORCE, above=0.0, many=True)]
+Widths = Annotated[tuple[float, ...], Quantity(LENGTH, above=0.0, many=True)]
+
+
+class FilmSolver(Solver):
+    """How exactly the equations of films are solved."""
+
+    mesh_rtol: float = Field(
+        MESH_RTOL,
+        ge=1e-12,
+        le=1e-2,
+        description="Relative tolerance of the division of the passive film around a disc, in the voltage that holds it.",
+    )
+
+
 class FilmBase(Section):
     """What is common to the film of one experiment and of a map."""
 
@@ -93,9 +139,82 @@ class FilmBase(Section):
     relax: Time = Field(0.0, validate_default=False, description="At constant prestretch, before the voltage.")
     boundary: Boundary = Field(
         default_factory=lambda: ("dead-load", "dead-load"),
-        description="What is held while the voltage is on: the nominal stress or the stretch; one for both axes, or a pair.",
+        description="What is held while the voltage is on: the nominal stress or the stretch; one for both axes, or a pair. Or "
+        "what holds the passive film around the electrode: a circular frame, or the bars of a strip of constant width.",
         json_schema_extra={"default": "dead-load"},
     )
+    force: Forces | None = Field(
+        None,
+        description="A weight that hangs on the film from the beginning, along axis 1, or one along each axis. It is a dead load, "
+        "and stretches its axis, whose prestretch is 1.",
+    )
+    width: Widths | None = Field(None, description="Undeformed, across each force.")
+    electrode_diameter: Length | None = Field(
+        None,
+        description="On the prestretched film; for measured axes in mm, beside frame_diameter, and for charges in C and the "
+        "resistance of a source.",
+    )
+    frame_diameter: Length | None = Field(
+        None, description="Of the rigid frame, for the boundary frame; with electrode_diameter instead of electrode_share."
+    )
+
+    @property
+    def weights(self) -> tuple[tuple[float | None, float | None], tuple[float | None, float | None]]:
+        """Forces in N and widths in m of axes 1 and 2."""
+        forces, widths = ((*(value or ()), None, None) for value in (self.force, self.width))
+        return (forces[0], forces[1]), (widths[0], widths[1])
+
+    def check_weights(self) -> None:
+        """`InputError` for weights that cannot hang on the film."""
+        forces, widths = self.force or (), self.width or ()
+        if len(forces) > 2:
+            raise InputError(f"{len(forces)} forces: one, or one for each of two axes", key="film.force")
+        if len(forces) != len(widths):
+            raise InputError(f"a width for each force is needed: {len(forces)} and {len(widths)} are stated", key="film.width")
+        for axis in range(len(forces)):
+            if self.boundary[axis] != "dead-load":
+                raise InputError(f'a weight along axis {axis + 1} is for boundary "dead-load" alone', key="film.force")
+            if any(pair[axis] != 1 for pair in self.prestretches):
+                text = f"axis {axis + 1} is stretched by its weight: its prestretch must be 1"
+                raise InputError(text, key="film.prestretch")
+
+    @property
+    def shares(self) -> tuple[float, ...] | None:
+        """The electrode's share of each film with a passive part: its diameter over that of the frame, or its share of a strip."""
+        stated = self.stated_shares()
+        if stated or self.electrode_diameter is None or self.frame_diameter is None:
+            return stated
+        return (self.electrode_diameter / self.frame_diameter,)
+
+    def stated_shares(self) -> tuple[float, ...] | None:
+        """The values of electrode_share."""
+        raise NotImplementedError
+
+    def check_boundary(self) -> None:
+        """`InputError` for keys of the boundary that do not fit each other."""
+        self.check_weights()
+        boundary, stated = self.boundary[0], self.stated_shares()
+        if boundary not in PASSIVE:
+            for key, value in (("electrode_share", stated), ("frame_diameter", self.frame_diameter)):
+                if value is not None:
+                    only = 'boundary = "frame"' + ' or "strip"' * (key == "electrode_share")
+                    raise InputError(f"it needs {only}, of a film with a passive part", key=f"film.{key}")
+            return
+        if boundary == "strip" and self.frame_diameter is not None:
+            raise InputError("a strip has no frame: state electrode_share, of its length", key="film.frame_diameter")
+        if stated is not None and self.frame_diameter is not None:
+            raise InputError("electrode_share and frame_diameter say the same: state one of them", key="film.frame_diameter")
+        if stated is None and self.frame_diameter is not None and self.electrode_diameter is None:
+            raise InputError("the electrode's is needed as well: state film.electrode_diameter", key="film.frame_diameter")
+        if self.shares is None:
+            ways = "electrode_share, " + ("or electrode_diameter and frame_diameter" if boundary == "frame" else "of its length")
+            raise InputError(f"{shown(boundary)} needs the electrode's share of the film: state film.{ways}", key="film.boundary")
+        if stated is None and max(self.shares) >= 1:
+            large = f"an electrode of {self.electrode_diameter} m leaves no film in a frame of {self.frame_diameter} m"
+            raise InputError(f'{large}: without a passive film it is boundary = "clamped"', key="film.electrode_diameter")
+        if boundary == "frame" and (apart := [pair for pair in self.prestretches if pair[0] != pair[1]]):
+            instead = 'a round frame needs an equibiaxial one; for a pair use "strip", or "clamped" and "dead-load"'
+            raise InputError(f"{list(apart[0])}: {instead}", key="film.prestretch")
 
     @property
     def prestretches(self) -> tuple[tuple[float, float], ...]:

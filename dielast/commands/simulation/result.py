@@ -39,8 +39,8 @@ class GivenUp:
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
-    the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds.
-    `stated` are the headers of columns that are the same in every draw.
+    the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds, and
+    its `profile`, if it was asked for. `stated` are the headers of columns that are the same in every draw.
     """
 
     temperature: float
@@ -50,3 +50,4 @@ class CaseResult:
     events: Sequence[Event] | None = None
     bounded_events: Sequence[BoundedEvent] = ()
     stated: tuple[str, ...] = ("time [s]",)
+    profile: Mapping[str, Floats] | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -137,6 +137,12 @@ class Simulation(ABC):
         """Further tables by file name."""
         return {}
 
+    def figures(
+        self, cases: Sequence[Case[Any]], materials: Sequence[Material], results: Sequence[CaseResult]
+    ) -> dict[str, Callable[[], Any]]:
+        """Further figures by name."""
+        return {}
+
     def marks(self, recipe: Any, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
         """The events of a case in the figure."""
         return []
@@ -191,4 +197,5 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     sections = simulation.headline(cases, results)
     if found:
         sections["compare"] = compare_headline(found)
-    return Report(tables, sections | intervals, figure, failures=failures(results))
+    more = simulation.figures(cases, materials, results)
+    return Report(tables, sections | intervals, figure, failures=failures(results), figures=more)

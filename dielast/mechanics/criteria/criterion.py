@@ -18,6 +18,7 @@ from dielast.material.breakdown.following import FollowingField
 from dielast.material.damage import DamageLaw
 from dielast.material.laws_of_cases import LawsOfCases
 from dielast.material.material import Material
+from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
@@ -31,6 +32,9 @@ class Moment:
     Lambda and the mechanical nominal stress in Pa are (2, k), `field` (k,) is the electrical quantity that acts on the film, the
     nominal field V/L_3 in V/m or the nominal charge density in C/m^2. `age` (k,) is how long in s the voltage, or the charge, of
     the source has been on, since its size last began to rise.
+
+    Of films of an active and a passive part all this is that of the active part, but for `internal`, the viscous stretches xi
+    (2, n, P, k) of all points; the rest is in the `surroundings`.
     """
 
     points: Points
@@ -41,6 +45,7 @@ class Moment:
     log_squared_stretch: Floats
     nominal_stress: Floats
     field: Floats
+    surroundings: Surroundings | None = None
 
     @classmethod
     def of(cls, system: Films, cases: Cases, age: Floats, time: Floats, state: Floats) -> Moment:
@@ -53,7 +58,8 @@ class Moment:
         driven = system.driven(time, state)
         internal = state[None, : system.border] if isinstance(system, SymmetricPoints) else system.internal(state)
         membrane = system.membrane(state, driven)
-        return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2])
+        around = Surroundings(system.assembly, state[system.border :]) if isinstance(system, FramedFilms) else None
+        return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2], around)
 
     @property
     def log_area(self) -> Floats:
@@ -66,6 +72,11 @@ class Moment:
         permittivity = self.points.permittivity_at(self.log_squared_stretch)
         return np.abs(self.points.electric.true_field(permittivity, self.log_area, self.field))
 
+    @property
+    def tension(self) -> Floats:
+        """The nominal stresses (2, k) in Pa that may fall to zero: those of the film, or of the passive part around it."""
+        return self.nominal_stress if self.surroundings is None else self.surroundings.tension
+
     def take(self, columns: Cases) -> Moment:
         """Some of the columns."""
         return replace(
@@ -73,10 +84,11 @@ class Moment:
             points=self.points.take(columns),
             cases=self.cases[columns],
             age=self.age[columns],
-            internal=self.internal[:, :, columns],
+            internal=self.internal[..., columns],
             log_squared_stretch=self.log_squared_stretch[:, columns],
             nominal_stress=self.nominal_stress[:, columns],
             field=self.field[columns],
+            surroundings=None if self.surroundings is None else self.surroundings.take(columns),
         )
 
 

@@ -29,6 +29,9 @@ def held_modulus(points: Points, timescale: TimeScale, age: Floats) -> Floats:
 def stability_at(moment: Moment, timescale: TimeScale) -> Stability:
     """Determinant and margin (k,) of films watched for a time scale."""
     modulus = held_modulus(moment.points, timescale, moment.age)
+    if moment.surroundings is not None:
+        rim, whole = moment.surroundings.stiffness(modulus, moment.internal, moment.field)
+        return Stability(rim, rim / whole)
     membrane = moment.internal, moment.log_squared_stretch, moment.nominal_stress
     watched = None if moment.points.circuit is None else timescale.watched(moment.age)
     return stability(moment.points, modulus, moment.controls, *membrane, moment.field, watched)
@@ -46,15 +49,17 @@ class PullIn(Criterion):
 
     def signal(self, films: WatchedFilms) -> Signal | None:
         """The margin, if an axis is free to move."""
-        if Control.STRESS not in films.controls:
+        if films.controls == (Control.STRETCH, Control.STRETCH):
             return None
         return lambda moment: stability_at(moment, films.timescale).margin
 
     def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
-        """Pull-ins at the end of an equilibrium, where the damper has taken over, are at its fold; with a circuit there is none, as
-        a film whose charge is frozen is stable.
+        """Pull-ins at the end of an equilibrium, where the damper has taken over, are at its fold.
+
+        With a circuit there is none, as a film whose charge is frozen is stable; in a film with a passive part the damper blurs the
+        fold by the time it takes alone, which is nothing.
         """
-        if moment.points.circuit is not None:
+        if moment.points.circuit is not None or moment.surroundings is not None:
             return time, moment
         bare = _without_damper(moment.points)
         internal = np.broadcast_to(moment.internal, (2, *moment.internal.shape[1:])).copy()

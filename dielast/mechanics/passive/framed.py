@@ -1,0 +1,318 @@
+"""Films of an active part and a passive part as the stepper takes them: the equations of `point` at every point of a `Structure`.
+
+State of one film, a column: the viscous stretches xi_i of the n springs at all P points, axis 1 then axis 2, springs, points; and
+the border, which is the u unknowns of the structure, the nominal stress s_1 of the active part, and the nominal stress across it
+that may be the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim of a disc. The equations
+are
+
+    d ln xi_i/dt = (2p - q, 2q - p)_i / (6 tau)             for each spring at each point,
+    0 = F_j(u, xi, E~)                                      for each unknown (`structure`),
+    0 = s_1 - dW/dl_1 at the active part, and the same for the other stress:
+
+index 1 again. Here the state holds xi, not its logarithm: the springs of fast branches are slack, xi = l, and remain so in every
+linear combination of states, as the stretches are linear in u. With logarithms they would not, and the stiffest springs of the
+film would answer to the difference.
+
+The springs of a point are eliminated as in `point`; what they leave, a 2x2 tangent a point, goes into the tangent
+of few rows of the structure. The nominal field is that of the active part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dielast.material.springs import Floats
+from dielast.mechanics.electric import ELECTRIC
+from dielast.mechanics.passive.structure import Factors, Structure
+from dielast.mechanics.point import FOLLOWER_WEIGHT, SYMMETRIC, Points
+from dielast.mechanics.span import Control, Controls, Load
+from dielast.numerics.columns import Cases
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Assembly:
+    """The `points` of the active parts (n springs, cases), those of `all_points` (n, P cases), point after point, and how they
+    move together. Arrays over the points are (..., P, cases).
+    """
+
+    points: Points
+    all_points: Points
+    structure: Structure
+
+    @classmethod
+    def of(cls, points: Points, structure: Structure) -> Assembly:
+        """Films of one material throughout."""
+        return cls(points, points.take(np.tile(np.arange(points.stress_floor.size), structure.points)), structure)
+
+    def take(self, cases: Cases) -> Assembly:
+        """The same for some of the cases."""
+        wide = self.all_points.take(self.structure.columns(cases))
+        return Assembly(self.points.take(cases), wide, self.structure.take(cases))
+
+    def wide(self, narrow: Floats) -> Floats:
+        """What there is for each case (..., cases), for each point (..., P cases)."""
+        return np.concatenate([narrow] * self.structure.points, axis=-1)
+
+    def by_point(self, values: Floats) -> Floats:
+        """Values (..., P cases) as (..., P, cases)."""
+        return values.reshape(*values.shape[:-1], self.structure.points, -1)
+
+    def springs(self, viscous: Floats, stretch: Floats) -> Floats:
+        """Squared elastic stretches (2, n, P cases) at xi (2, n, P, cases) or (2, n, P cases) and stretches (2, P, cases)."""
+        elastic = stretch.reshape(2, 1, -1) / viscous.reshape(2, viscous.shape[1], -1)
+        elastic *= elastic
+        return np.asarray(elastic)
+
+    def carried(self, stress: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
+        """True mechanical stresses (2, P, cases) of the springs' stresses (2, n, P cases), less the Maxwell stress in point 0."""
+        carried = self.by_point(np.einsum("nm,cnm->cm", self.all_points.modulus, stress))
+        if electric:
+            carried[:, 0] -= self.points.maxwell_stress(2 * np.log(stretch[:, 0]), field)
+        return carried
+
+    def slope(self, half: Floats, carried: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
+        """ds_i/dl_j (2, 2, P, cases) of the tangent `half` (2, 2, P cases) in Lambda that the springs have together, with what the
+        present stresses and the Maxwell stress add.
+        """
+        slope = self.by_point(half).copy()
+        slope[(0, 1), (0, 1)] -= 0.5 * carried
+        if electric:
+            slope[:, :, 0] -= self.points.maxwell_tangent(2 * np.log(stretch[:, 0]), field)[1]
+        slope *= 2 / (stretch[:, None] * stretch)
+        return slope
+
+    def seen(self, nominal: Floats) -> Floats:
+        """The two stresses of the border (2, cases) of nominal stresses (2, P, cases)."""
+        return np.stack((nominal[0, 0], np.einsum("pc,pc->c", self.structure.rim, nominal[1])))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FramedFilms:
+    """Films under one smooth stretch of load: the system that the stepper integrates."""
+
+    assembly: Assembly
+    load: Load
+
+    @property
+    def points(self) -> Points:
+        """Those of the active parts."""
+        return self.assembly.points
+
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end."""
+        return -self.assembly.structure.unknowns - 2
+
+    @property
+    def electric(self) -> bool:
+        """Whether there is a field."""
+        return self.load.electric
+
+    def driven(self, time: Floats, state: Floats) -> Floats:
+        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began."""
+        return self.load.value(time)
+
+    def take(self, cases: Cases) -> FramedFilms:
+        """The same for some of the cases."""
+        return FramedFilms(self.assembly.take(cases), self.load.take(cases))
+
+    def driven_by(self, columns: Cases, load: Load) -> FramedFilms:
+        """The same with another span of load in these columns."""
+        return FramedFilms(self.assembly, self.load.put(columns, load))
+
+    def pack(self, internal: Floats, border: Floats) -> Floats:
+        """State (rows, cases) from xi (2, n, P, cases) and the border (u + 2, cases)."""
+        return np.concatenate((internal.reshape(-1, internal.shape[-1]), border))
+
+    def internal(self, state: Floats) -> Floats:
+        """xi (2, n, P, cases) of a state."""
+        return state[: self.border].reshape(2, -1, self.assembly.structure.points, state.shape[1])
+
+    def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
+        """Lambda and the nominal stress (2, cases each) of the active part at a `state` under the prescribed values `driven`
+        (3, cases).
+        """
+        return membrane(state[self.border :], driven, self.load.controls)
+
+    def error(self, state: Floats, increment: Floats) -> Floats:
+        """Largest relative error (cases,) of stretches, stresses and viscous stretches that `increment` of a `state` amounts to."""
+        structure = self.assembly.structure
+        worst = np.max(np.abs(increment[: self.border] / state[: self.border]), axis=0)
+        stretch = structure.stretch(state[self.border : -2])
+        moved = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
+        worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * moved)
+        modulus = self.points.modulus
+        # no stress is known better than the rounding of the stiffest spring's share, which is the damper's
+        floor = modulus[0] + self.points.stress_floor * (modulus.sum(axis=0) / modulus[:-1].sum(axis=0))
+        stress = np.max(np.abs(increment[-2:]) / (np.abs(state[-2:]) + floor), axis=0)
+        return np.asarray(np.maximum(worst, FOLLOWER_WEIGHT * stress))
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> FramedArrowhead:
+        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        return FramedArrowhead(self, time, state, step, gamma)
+
+
+def membrane(border: Floats, driven: Floats, controls: Controls) -> tuple[Floats, Floats]:
+    """Lambda and the nominal stress (2, cases each) of the active part with this border (u + 2, cases)."""
+    first = 2 * np.log(border[0])
+    if controls[1] is Control.STRETCH:
+        return np.stack((first, 2 * np.log(driven[1]))), border[-2:].copy()
+    return np.stack((first, first)), np.stack((border[-2], border[-2]))
+
+
+class FramedArrowhead:
+    """One step's linear system, factorised. Its cost is linear in the springs and in the points.
+
+    With F = [[2, -1], [-1, 2]] and phi = F p, a spring's equations in v = 2 u_xi/xi and w = 2 u_l/l are
+    (c + h/(3 tau) F K) v = right + h/(3 tau) F K w, c = 1/gamma - h phi/(6 tau) on the diagonal. So v = w + D^-1 (right - c w), D
+    the block on the left, and its part in the stress is Q (c w - right), Q = mu K D^-1.
+    """
+
+    def __init__(self, system: FramedFilms, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        self.films = system
+        assembly, load = system.assembly, system.load
+        wide, structure = assembly.all_points, assembly.structure
+        field = load.value(time)[ELECTRIC]
+        self.stretch = structure.stretch(state[system.border : -2])
+        self.viscous = state[: system.border].reshape(2, len(wide.modulus), -1)
+        self.stress, tangent = wide.law.tangent(assembly.springs(self.viscous, self.stretch))
+        self.half_flow = 0.5 * assembly.wide(step) * wide.rate
+        half = self._eliminate_springs(wide.modulus, tangent, gamma)
+        carried = assembly.carried(self.stress, self.stretch, field, load.electric)
+        self.slope = assembly.slope(half, carried, self.stretch, field, load.electric)
+        self.factors = Factors.of(structure.tangent(self.slope))
+        self.known = np.zeros_like(self.stretch[:, 0])
+        if load.electric:
+            _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
+            self.known -= by_load * (step * load.slope(time)[ELECTRIC]) / self.stretch[:, 0]
+
+    def _eliminate_springs(self, modulus: Floats, tangent: Floats, gamma: float) -> Floats:
+        """D^-1, as its diagonal and its off-diagonal (2, n, P cases), Q (2, 2, n, P cases) and c; returns sum Q c."""
+        k11, k12, k22 = tangent
+        hold = self._flow(self.stress)
+        np.subtract(1 / gamma, hold, out=hold)
+        self.hold = hold
+        flow = 2 * self.half_flow
+        block = np.empty((2, 2, *k11.shape))
+        np.multiply(k11, 2, out=block[0, 0])
+        block[0, 0] -= k12
+        np.multiply(k12, 2, out=block[1, 0])
+        np.subtract(block[1, 0], k22, out=block[0, 1])
+        block[1, 0] -= k11
+        np.multiply(k22, 2, out=block[1, 1])
+        block[1, 1] -= k12
+        block *= flow
+        block[0, 0] += hold[0]
+        block[1, 1] += hold[1]
+        determinant = block[0, 0] * block[1, 1]
+        determinant -= block[0, 1] * block[1, 0]
+        np.divide(1, determinant, out=determinant)
+        self.diagonal = block[(1, 0), (1, 0)] * determinant
+        self.off_diagonal = block[(0, 1), (1, 0)] * -determinant
+        (d11, d22), (d12, d21) = self.diagonal, self.off_diagonal
+        share = block
+        np.multiply(k11, d11, out=share[0, 0])
+        share[0, 0] += k12 * d21
+        np.multiply(k11, d12, out=share[0, 1])
+        share[0, 1] += k12 * d22
+        np.multiply(k12, d11, out=share[1, 0])
+        share[1, 0] += k22 * d21
+        np.multiply(k12, d12, out=share[1, 1])
+        share[1, 1] += k22 * d22
+        share *= modulus
+        self.share = share
+        return np.asarray(np.einsum("abnm,bnm->abm", share, hold))
+
+    def _flow(self, stress: Floats) -> Floats:
+        """h phi/(6 tau), (2, n, P cases)."""
+        flow = 3 * stress
+        flow -= stress[0] + stress[1]
+        flow *= self.half_flow
+        return flow
+
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
+        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+        system, assembly = self.films, self.films.assembly
+        wide, structure, border = assembly.all_points, assembly.structure, system.border
+        if history is None:
+            stretch, stress = self.stretch, self.stress
+            right = self._flow(stress)
+            right *= 2
+        else:
+            stretch = structure.stretch(state[border:-2])
+            viscous = state[:border].reshape(self.viscous.shape)
+            stress = wide.law.stress(assembly.springs(viscous, stretch))
+            right = self._flow(stress)
+            right *= viscous
+            right += history[:border].reshape(right.shape)
+            right *= 2
+            right /= self.viscous
+        field = system.load.value(time)[ELECTRIC]
+        nominal = assembly.carried(stress, stretch, field, system.load.electric) / stretch
+        nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.share, right)) / self.stretch
+        if gamma_i:
+            nominal[:, 0] += gamma_i * self.known
+        increment = np.empty_like(state)
+        increment[border:-2] = self.factors.solve(-structure.force(nominal))
+        change = structure.moved(increment[border:-2])
+        nominal += self.slope[:, 0] * change[0]
+        nominal += self.slope[:, 1] * change[1]
+        increment[-2:] = assembly.seen(nominal) - state[-2:]
+        moved = (2 * change / self.stretch).reshape(2, 1, -1)
+        right -= self.hold * moved
+        internal = increment[:border].reshape(right.shape)
+        np.multiply(self.diagonal, right, out=internal)
+        right *= self.off_diagonal[::-1]
+        internal += right[::-1]
+        internal += moved
+        internal *= self.viscous
+        internal *= 0.5
+        return increment
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What films at a moment have beside their active parts: all their points, and the `border` (u + 2, k) of their states."""
+
+    assembly: Assembly
+    border: Floats
+
+    @property
+    def tension(self) -> Floats:
+        """The nominal stresses (2, k) along and across that may fall to zero."""
+        return self.border[-2:]
+
+    def stretch(self) -> Floats:
+        """Stretches (2, P, k)."""
+        return self.assembly.structure.stretch(self.border[:-2])
+
+    def without_damper(self) -> Surroundings:
+        """The same, whose last spring, the damper, carries nothing."""
+        modulus = self.assembly.all_points.modulus.copy()
+        modulus[-1] = 0.0
+        bare = replace(self.assembly, all_points=replace(self.assembly.all_points, modulus=modulus))
+        return replace(self, assembly=bare)
+
+    def take(self, columns: Cases) -> Surroundings:
+        """Some of the columns."""
+        return Surroundings(self.assembly.take(columns), self.border[:, columns])
+
+    def stresses(self, internal: Floats, field: Floats) -> Floats:
+        """Nominal stresses (2, P, k) at xi (2, n, P, k)."""
+        stretch, law = self.stretch(), self.assembly.all_points.law
+        return self.assembly.carried(law.stress(self.assembly.springs(internal, stretch)), stretch, field) / stretch
+
+    def stiffness(self, held: Floats, internal: Floats, field: Floats) -> tuple[Floats, Floats]:
+        """The stiffness (k,) in Pa of the whole film as it is felt at the rim of the active part, and that of its springs alone, if
+        each holds on to `held` (n, k) in Pa of its modulus.
+        """
+        assembly, stretch = self.assembly, self.stretch()
+        stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
+        own = np.einsum("nm,cnm->cm", assembly.wide(held), half)[SYMMETRIC]
+        carried = assembly.carried(stress, stretch, field)
+        whole = assembly.slope(own, np.zeros_like(carried), stretch, field, electric=False)
+        present = assembly.slope(own, carried, stretch, field)
+        tangent = assembly.structure.tangent
+        return Factors.of(tangent(present)).rim_stiffness(), Factors.of(tangent(whole)).rim_stiffness()

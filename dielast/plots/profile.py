@@ -1,0 +1,54 @@
+"""The figure of stretches and stresses across a film with a passive part."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from dielast.plots.quantities import unit_for
+from dielast.plots.style import COLOURS, LINES, lasting, legend_below, panels, spread_indices, style
+
+Array = NDArray[np.float64]
+MOST_TIMES = 6
+INSIDE = 2  # rows of the active part
+FAR = 8.0  # radii over the electrode's: what is beyond hardly moves
+
+
+def plot_profile(cases: Sequence[Mapping[str, Array]], title: str | None, place: str) -> Figure:
+    """Stretches and nominal stresses over the radius, or the `place` that it stands for, a line a time of the first case.
+
+    Thick lines are along the radius or length, thin ones across. The electrode is shaded.
+    """
+    table = next((case for case in cases if case["time [s]"].size), cases[0])
+    times = list(dict.fromkeys(table["time [s]"].tolist()))
+    chosen = [times[index] for index in spread_indices(len(times), MOST_TIMES)] if times else []
+    with style():
+        figure, axes = panels(2, title)
+        stress = np.concatenate([table[f"nominal_stress_{axis} [Pa]"] for axis in (1, 2)])
+        unit, factor = unit_for("Pa", float(np.max(np.abs(stress), initial=1.0)))
+        handles = []
+        for number, time in enumerate(chosen):
+            rows = table["time [s]"] == time
+            radius, colour = table["radius [1]"][rows], COLOURS[number % len(COLOURS)]
+            line: Any = LINES[number % len(LINES)]
+            for panel, (name, scale) in zip(axes, (("stretch_{} [1]", 1.0), ("nominal_stress_{} [Pa]", factor)), strict=True):
+                for axis, width in ((1, 1.3), (2, 0.6)):
+                    values = scale * table[name.format(axis)][rows]
+                    for part in (slice(0, INSIDE), slice(INSIDE, None)):
+                        panel.plot(radius[part], values[part], color=colour, linestyle=line, linewidth=width)
+            handles.append(Line2D([], [], color=colour, linestyle=line, label=lasting(time) if time else "0 s"))
+        for panel, label in zip(axes, ("stretch", f"nominal stress [{unit}]"), strict=True):
+            widest = float(np.max(table["radius [1]"], initial=1.0))
+            panel.set_xlim(0, min(widest, FAR))
+            panel.axvspan(0, 1, color="0.93", linewidth=0)
+            panel.set_xlabel(place)
+            panel.set_ylabel(label)
+        along, across = ("radial", "hoop") if place.startswith("radius") else ("along", "across")
+        handles += [Line2D([], [], color="0.4", linewidth=width, label=text) for width, text in ((1.3, along), (0.6, across))]
+        legend_below(figure, handles)
+    return figure

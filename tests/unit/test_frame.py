@@ -1,0 +1,339 @@
+"""Films with a passive part: what is asked for, what a batch shares, where runs stop, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from films import SOFT
+
+from dielast import ActuationHistory, Breakdown, InputError, TimeScale, VoltageStep, Waveform, actuate, failure_map
+from dielast.commands.registry import read_cases
+from dielast.material.dielectric import LinearPermittivity
+from dielast.mechanics.passive import forms
+from dielast.mechanics.passive.framed import FramedFilms
+from dielast.mechanics.passive.structure import Factors
+from dielast.mechanics.span import Load
+from dielast.simulate.setup import FilmSetup, set_up
+
+FILM: dict[str, Any] = {"thickness": 5e-4, "relax": 60.0, "boundary": "frame", "electrode_share": 0.1, "breakdown_field": 4e7}
+STEPS = [VoltageStep(4e3, duration=1.0), VoltageStep.hold(100.0)]
+
+
+def driven(steps: list[VoltageStep] = STEPS, **asked: Any) -> ActuationHistory:
+    return actuate(SOFT, steps, **(FILM | {"prestretch": 1.8} | asked))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.3, 0.97])
+def test_the_points_of_an_annulus_integrate_and_strain_exactly(share: float) -> None:
+    prestretch, points = np.array([1.5]), 5
+    structure = forms.disc(np.array([share]), prestretch, points)
+    weight = structure.weight[1:, 0]
+    assert weight.sum() == pytest.approx(1 / share**2 - 1, rel=1e-11)  # the area
+    # l_2 = a + b s, l_1 = a - b s, exactly
+    hoop, radial = structure.stretch(structure.home)[::-1, 1:, 0]
+    assert hoop == pytest.approx(1.5, rel=1e-12)
+    assert radial == pytest.approx(1.5, rel=1e-10)
+    place = 0.5 * (1 + np.cos(np.pi * np.arange(points) / points))
+    radial, hoop = structure.stretch(1.5 + 0.2 * place[:, None])[:, 1:, 0]
+    outer = share**2
+    slope = 0.2 / (1 - outer)
+    assert hoop + radial == pytest.approx(2 * (1.5 - slope * outer), rel=1e-9)
+    s = (hoop - radial) / (2 * slope)
+    assert (weight * s**2).sum() == pytest.approx(1 - outer, rel=1e-9)  # int s^2 ds/s^2
+    assert structure.rim[1:, 0] @ s == pytest.approx(1.0, rel=1e-9)
+
+
+def test_factors_solve_and_tell_whether_a_matrix_is_positive() -> None:
+    rng = np.random.default_rng(3)
+    parts = rng.normal(size=(40, 4, 4))
+    whole = parts + parts.transpose(0, 2, 1) + 4 * np.eye(4)
+    right = rng.normal(size=(40, 4))
+    factors = Factors.of(whole.transpose(1, 2, 0).copy())
+    found = factors.solve(right.T.copy()).T
+    assert found == pytest.approx(np.linalg.solve(whole, right[..., None])[..., 0], rel=1e-6)
+    positive = np.linalg.eigvalsh(whole)[:, 0] > 0
+    assert 5 < positive.sum() < 35
+    assert ((factors.rim_stiffness() > 0) == positive).all()
+    unsymmetric = parts + 8 * np.eye(4)
+    found = Factors.of(unsymmetric.transpose(1, 2, 0).copy()).solve(right.T.copy()).T
+    assert found == pytest.approx(np.linalg.solve(unsymmetric, right[..., None])[..., 0], rel=1e-9)
+
+
+def test_no_case_depends_on_its_neighbours() -> None:
+    shares = np.array([0.05, 0.1, 0.6])  # of different numbers of points
+    together = driven(electrode_share=shares, times=[0.5, 10.0], stop_at="end", mesh_rtol=1e-5, profile=[10.0])
+    assert together.profiles is not None
+    for row, share in enumerate(shares):
+        alone = driven(electrode_share=share, times=[0.5, 10.0], stop_at="end", mesh_rtol=1e-5, profile=[10.0])
+        assert alone.profiles is not None
+        assert alone.stretch_1.tolist() == together.stretch_1[[row]].tolist()
+        assert alone.stability.tolist() == together.stability[[row]].tolist()
+        for header, column in alone.profiles.cases[0].items():
+            assert column.tolist() == together.profiles.cases[row][header].tolist()
+    stretch = together.relative_stretch_1[:, -1]
+    assert stretch[0] > stretch[1] > stretch[2] > 1  # the closer the frame is, the stiffer
+    assert stretch[0] < driven(boundary="dead-load", electrode_share=None, times=[10.0], stop_at="end").relative_stretch_1[0, -1]
+
+
+def test_a_profile_goes_from_the_middle_to_the_frame() -> None:
+    history = driven(times=[0.5, 10.0], stop_at="end", profile=[0.0, 0.5, 10.0])
+    assert history.profiles is not None
+    frame = history.profiles.to_frame()
+    assert list(frame.columns) == ["case", *history.profiles.cases[0]]
+    there = frame[frame["time [s]"] == 10.0]
+    radius, second = there["radius [1]"].to_numpy(), there["stretch_2 [1]"].to_numpy()
+    assert (radius[:3].tolist(), radius[-1]) == ([0.0, 1.0, 1.0], pytest.approx(10.0))
+    assert second[:2] == pytest.approx(history.stretch_1[0, -1], rel=1e-12)
+    assert (second[2], second[-1]) == (pytest.approx(second[1], rel=1e-4), pytest.approx(1.8, rel=1e-4))
+    assert (np.diff(second[2:]) < 0).all()
+    begin = frame[frame["time [s]"] == 0.0]
+    assert begin["nominal_stress_1 [Pa]"].to_numpy() == pytest.approx(begin["nominal_stress_2 [Pa]"].to_numpy(), rel=1e-6)
+    strip = driven(prestretch=(1.8, 1.5), boundary="strip", electrode_share=0.25, times=[10.0], stop_at="end", profile=[10.0])
+    assert strip.profiles is not None
+    columns = strip.profiles.cases[0]
+    assert columns["radius [1]"].tolist() == [0.0, 1.0, 1.0, 4.0]
+    first = columns["stretch_1 [1]"]
+    assert 0.25 * first[0] + 0.75 * first[-1] == pytest.approx(1.8, rel=1e-7)
+    assert np.ptp(columns["nominal_stress_1 [Pa]"]) < 1e-4 * columns["nominal_stress_1 [Pa]"][0]
+
+
+def test_a_run_stops_where_the_film_around_goes_slack_unless_asked_to_go_on() -> None:
+    high = [VoltageStep(8e3, duration=1.0), VoltageStep.hold(1000.0)]
+    stopped, on = (driven(high, breakdown_field=1e9, stop_at=at) for at in ("breakdown", "end"))
+    (event,) = stopped.events[0]
+    assert (event.name, stopped.outcome[0].reason, stopped.outcome[0].time) == ("loss-of-tension", "loss-of-tension", event.time)
+    assert abs(stopped.nominal_stress_1[0][np.isfinite(stopped.nominal_stress_1[0])][-1]) < 1.0
+    assert on.outcome[0].completed
+    assert [own for own in on.events[0] if own.name == "loss-of-tension"] == [event]
+    assert driven(high).outcome[0].reason == "breakdown"  # which comes first
+
+
+def test_pull_in_of_a_small_electrode_and_of_a_voltage_applied_at_once() -> None:
+    """The strip with next to no active part pulls in as the film under a dead load."""
+    film: dict[str, Any] = {"prestretch": (1.2, 1.5), "stop_at": "pull-in", "breakdown_field": None, "rtol": 1e-8}
+    steps = [VoltageStep(6.5e3, duration=1.0), VoltageStep.hold(1e4)]
+    for scale in (TimeScale.fraction(0.01), TimeScale.fixed(10.0)):
+        strip = driven(steps, **film, boundary="strip", electrode_share=1e-7, pull_in_timescale=scale)
+        load = driven(steps, **film, boundary=("dead-load", "clamped"), electrode_share=None, pull_in_timescale=scale)
+        here, there = ([event for event in history.events[0] if event.name == "pull-in"] for history in (strip, load))
+        assert [event.time for event in here] == pytest.approx([event.time for event in there], rel=1e-5)
+    soft, hard = (driven([VoltageStep(volts)], stop_at="end", prestretch=2.5) for volts in (3e3, 1.2e4))
+    assert not [event for event in soft.events[0] if event.name == "pull-in"]
+    (pulled,) = [event for event in hard.events[0] if event.name == "pull-in"]
+    assert (pulled.time, hard.outcome[0].completed) == (0.0, True)
+
+
+def test_cycles_of_a_framed_film_take_work_from_the_voltage_alone() -> None:
+    """In a cycle that repeats itself it is lost, and so positive; more than in the disc alone."""
+    wave = [VoltageStep(Waveform(0.0, 3e3, 1.0, cycles=20))]
+    history = driven(wave, stop_at="end", cycles="last")
+    assert history.cycles is not None
+    assert history.cycles.work[0, -1] > 0
+    assert history.cycles.lowest[0, -1] > 1
+    assert history.cycles.phase[0, -1] < 0
+
+
+def test_a_map_has_an_axis_of_shares() -> None:
+    given: dict[str, Any] = {"voltage": [5e3, 6e3], "thickness": 5e-4, "horizon": 1e4, "relax": 60.0, "boundary": "frame"}
+    result = failure_map(SOFT, prestretch=[1.7, 1.9], electrode_share=[0.05, 0.2], breakdown_field=[4e7, 4.8e7], **given)
+    assert result.time_to_failure.shape == (1, 4, 2)
+    assert result.electrode_share is not None
+    assert result.electrode_share.tolist() == [0.05, 0.2] * 2
+    assert result.breakdown_field.tolist() == [4e7, 4e7, 4.8e7, 4.8e7]
+    assert "electrode_share [1]" in result.to_frame().columns
+    one = failure_map(SOFT, prestretch=[1.9], electrode_share=0.2, breakdown_field=4.8e7, **given)
+    assert one.time_to_failure[0, 0].tolist() == result.time_to_failure[0, 3].tolist()
+    times = result.time_to_failure[0]
+    assert (times[0::2] < times[1::2]).all()  # a frame further away holds the disc less
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"electrode_share": None}, "electrode_share: boundary frame needs the electrode's share of the radius of the frame"),
+        ({"electrode_share": 1.0}, "electrode_share: 1: .* must lie between 0 and 1; a film without a passive part is clamped"),
+        ({"electrode_share": [0.1, -0.1]}, "case 1: electrode_share: -0.1"),
+        ({"boundary": "dead-load"}, "electrode_share: it is for the boundaries frame and strip alone"),
+        ({"prestretch": (2.0, 1.5)}, "prestretch: 2 x 1.5: a round frame needs an equibiaxial prestretch; for a pair use"),
+        ({"prestretch": (2.0, None)}, "prestretch: boundary frame needs the prestretch of both axes"),
+        (
+            {"mesh_rtol": 1e-12, "electrode_share": 0.99999},
+            "mesh_rtol: 1e-12: no division of the film around an electrode of share 0.99999",
+        ),
+        ({"mesh_rtol": 0.0}, "mesh_rtol: 0 is not between"),
+        ({"boundary": ("frame", "clamped")}, "boundary: .* or frame, or strip"),
+        ({"profile": [-1.0]}, "profile: finite times that ascend from 0"),
+        ({"profile": [1e3]}, "profile: 1000 s lies after the end of the programme"),
+        ({"boundary": "clamped", "electrode_share": None, "profile": [1.0]}, "profile: it is of films with a passive part"),
+    ],
+)
+def test_bad_films(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        driven(**change)
+
+
+RECIPE = """
+kind = "actuate"
+material = "example:vhb4905.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+boundary = "frame"
+{}
+[[step]]
+voltage = "4 kV"
+"""
+DIAMETERS = 'electrode_diameter = "{}"\nframe_diameter = "{}"'
+
+
+def recipe(folder: Path, film: str) -> Any:
+    (folder / "r.toml").write_text(film if "kind" in film else RECIPE.format(film))
+    return read_cases(folder / "r.toml")[0].recipe
+
+
+def test_a_recipe_states_a_share_or_both_diameters(tmp_path: Path) -> None:
+    assert recipe(tmp_path, DIAMETERS.format("10 mm", "190.5 mm")).film.shares == (10 / 190.5,)
+    assert recipe(tmp_path, 'electrode_share = 0.05\nelectrode_diameter = "10 mm"').film.shares == (0.05,)
+
+
+@pytest.mark.parametrize(
+    ("film", "message"),
+    [
+        ("", 'film.boundary: "frame" needs the electrode\'s share of the film: state film.electrode_share, or electrode_diameter'),
+        (
+            DIAMETERS.format("190 mm", "190 mm"),
+            "film.electrode_diameter: an electrode of 0.19 m leaves no film in a frame of 0.19 m",
+        ),
+        ('frame_diameter = "190 mm"', "film.frame_diameter: the electrode's is needed as well: state film.electrode_diameter"),
+        (
+            'electrode_share = 0.1\nframe_diameter = "190 mm"',
+            "film.frame_diameter: electrode_share and frame_diameter say the same",
+        ),
+        (
+            "electrode_share = 1.0",
+            "film.electrode_share: 1.0: a share between 0 and 1 is needed, such as 0.05: an electrode as large",
+        ),
+        ("electrode_share = [0.1]", "film.electrode_share: [0.1]: a share between 0 and 1 is needed"),
+        (
+            RECIPE.format("electrode_share = 0.1").replace("1.9", "[1.9, 1.5]"),
+            "film.prestretch: [1.9, 1.5]: a round frame needs an",
+        ),
+        (
+            RECIPE.format("electrode_share = 0.1").replace('"frame"', '"dead-load"'),
+            'film.electrode_share: it needs boundary = "frame" or "strip"',
+        ),
+        (RECIPE.format('frame_diameter = "9 mm"').replace('"frame"', '"strip"'), "film.frame_diameter: a strip has no frame"),
+        (RECIPE.format("").replace('"frame"', '["frame", "clamped"]'), 'film.boundary: ["frame", "clamped"]: "dead-load" or'),
+        (
+            RECIPE.format("").replace('boundary = "frame"', "") + '[output]\nprofile = ["0 s"]\n',
+            "output.profile: a profile is of a film with a passive part",
+        ),
+    ],
+)
+def test_bad_recipes(tmp_path: Path, film: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        recipe(tmp_path, film)
+    (line,) = caught.value.messages
+    assert message in line
+
+
+def test_a_weight_is_a_dead_load() -> None:
+    """It stretches the film from the beginning; what was at rest under a stress moves as under a prestretch to that stretch."""
+    given: dict[str, Any] = {"thickness": 5e-4, "stop_at": "end", "times": [0.0, 10.0], "boundary": ("dead-load", "clamped")}
+    force, width, relax = 0.6, 0.02, 1e8
+    hung = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(None, 2.0), force=force, width=width)
+    assert hung.nominal_stress_1[0] == pytest.approx(force / (width * 5e-4), rel=1e-9)
+    held = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(float(hung.stretch_1[0, 0]), 2.0))
+    assert hung.stretch_1[0] == pytest.approx(held.stretch_1[0], rel=1e-5)
+    assert hung.relative_stretch_1[0, 0] == 1.0
+    asked: dict[str, Any] = {"voltage": [3e3], "prestretch": [(1.0, 2.0)], "thickness": 5e-4, "horizon": 1e4, "relax": relax}
+    given = asked | {"boundary": ("dead-load", "clamped"), "breakdown_field": 3e7}
+    times = failure_map(SOFT, **given, force=force, width=width).time_to_failure
+    pair = [(float(hung.stretch_1[0, 0]), 2.0)]
+    assert times == pytest.approx(failure_map(SOFT, **(given | {"prestretch": pair})).time_to_failure, rel=1e-4, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"width": None}, "force: the film's width is needed, too"),
+        ({"force": None}, "width: there is no force on axis 1"),
+        ({"force": -1.0}, "force: -1 N: it must be positive"),
+        ({"boundary": "clamped"}, "force: a weight along axis 1 is for boundary dead-load alone"),
+        ({"prestretch": 1.8}, "prestretch: axis 1: the weight stretches it"),
+        ({"force": (1.0, 2.0, 3.0)}, "force: 3 values"),
+        ({"breakdown_field": Breakdown((1.0, 2.0), (3e7, 4e7))}, "breakdown_field: a field over prestretch is not known"),
+    ],
+)
+def test_bad_weights(change: dict[str, Any], message: str) -> None:
+    weighted: dict[str, Any] = {"boundary": "dead-load", "electrode_share": None, "force": 1.0, "width": 0.02}
+    with pytest.raises(InputError, match=message):
+        driven(**(weighted | {"prestretch": (None, 2.0)} | change))
+
+
+@pytest.mark.parametrize(
+    ("film", "message"),
+    [
+        ('force = "1 N"', "film.width: a width for each force is needed: 1 and 0 are stated"),
+        ('force = ["1 N", "1 N", "1 N"]', "film.force: 3 forces: one, or one for each of two axes"),
+        ('force = "1 N"\nwidth = "2 cm"', "film.prestretch: axis 1 is stretched by its weight: its prestretch must be 1"),
+        ('force = "0 N"\nwidth = "2 cm"', 'film.force: "0 N": a force above 0 N is needed'),
+    ],
+)
+def test_bad_weights_of_recipes(tmp_path: Path, film: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        recipe(tmp_path, RECIPE.replace('boundary = "frame"\n', "").format(film))
+    (line,) = caught.value.messages
+    assert message in line
+
+
+@pytest.mark.parametrize("boundary", ["frame", "strip"])
+@pytest.mark.parametrize("dielectric", [4e-11, LinearPermittivity(4e-11, stretch_coefficient=-0.05)])
+def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: Any) -> None:
+    """(M/gamma - h J) u = h f + M history + h^2 gamma_i df/dt, J by differences, from a state off equilibrium."""
+    material = replace(SOFT, permittivity=dielectric)
+    asked = FilmSetup(1e-3, 2.0, None, 100.0, boundary, np.array([0.3, 0.3]))
+    none: dict[str, Any] = {"temperature": None, "breakdown_field": None, "breakdown_needed": False, "rtol": 1e-6}
+    setup = set_up(material, asked, **none)
+    film = setup.film(np.arange(2), 1e-6)
+    start = film.condition.prescribed(setup.controls)
+    start[2] = 1e6
+    end = start.copy()
+    end[2] = 6e6
+    load = Load.between(setup.controls, start, end, np.full(2, 10.0))
+    system = film.equations(load)
+    assert isinstance(system, FramedFilms)
+    assembly, border = system.assembly, system.border
+    rng = np.random.default_rng(0)
+    rows = film.state(system)[:, 0]
+    size = np.where(np.arange(rows.size) < rows.size - 2, 1.0, 1e4)
+    state = rows + 0.02 * rng.normal(size=rows.size) * size
+
+    def equations(time: float, column: np.ndarray) -> np.ndarray:
+        both = np.stack((column, column), axis=1)
+        stretch, viscous = assembly.structure.stretch(both[border:-2]), system.internal(both)
+        stress = assembly.all_points.law.stress(assembly.springs(viscous, stretch))
+        flow = 0.5 * viscous.reshape(stress.shape) * (3 * stress - stress.sum(axis=0)) * assembly.all_points.rate
+        nominal = assembly.carried(stress, stretch, load.value(np.full(2, time))[2]) / stretch
+        rest = assembly.structure.force(nominal), assembly.seen(nominal) - both[-2:]
+        return np.concatenate((flow.reshape(-1, 2), *rest))[:, 0]
+
+    step, gamma, begin = 0.7, 0.2, 3.0
+    small = 1e-6 * np.maximum(1.0, np.abs(state))
+    columns = [(equations(begin, state + each) - equations(begin, state - each)) / (2 * each.max()) for each in np.diag(small)]
+    jacobian, in_time = np.stack(columns, axis=1), (equations(begin + 1e-4, state) - equations(begin - 1e-4, state)) / 2e-4
+    mass = np.where(np.arange(rows.size) < rows.size + border, 1.0, 0.0)
+    linearised = system.linearise(np.full(2, begin), np.stack((state, state), axis=1), np.full(2, step), gamma)
+    for history, later, gamma_i in ((None, 0.0, 0.2), (0.01 * rng.normal(size=rows.size), 0.1, -0.4)):
+        there = state if history is None else state + 0.01 * rng.normal(size=rows.size) * size
+        right = step * equations(begin + later, there) + step**2 * gamma_i * in_time
+        right += 0.0 if history is None else mass * history
+        wanted = np.linalg.solve(np.diag(mass / gamma) - step * jacobian, right)
+        given = None if history is None else np.stack((history, history), axis=1)
+        found = linearised.increment(np.full(2, begin + later), np.stack((there, there), axis=1), given, gamma_i)[:, 0]
+        assert found[:-2] == pytest.approx(wanted[:-2], rel=1e-6, abs=1e-7)
+        assert found[-2:] == pytest.approx(wanted[-2:], rel=1e-6, abs=1e-6 * np.abs(wanted[-2:]).max())
