@@ -174,6 +174,10 @@ def test_a_map_has_an_axis_of_shares() -> None:
     assert "electrode_share [1]" in result.to_frame().columns
     one = failure_map(SOFT, prestretch=[1.9], electrode_share=0.2, breakdown_field=4.8e7, **given)
     assert one.time_to_failure[0, 0].tolist() == result.time_to_failure[0, 3].tolist()
+    assert result.time_to_loss_of_tension is not None
+    slack = result.time_to_loss_of_tension[0, 3]
+    (event,) = driven([VoltageStep(6e3), VoltageStep.hold(1e4)], prestretch=1.9, electrode_share=0.2, breakdown_field=1e9).events[0]
+    assert (event.name, slack[1]) == ("loss-of-tension", pytest.approx(event.time, rel=1e-5))
     times = result.time_to_failure[0]
     assert (times[0::2] < times[1::2]).all()  # a frame further away holds the disc less
 
