@@ -19,6 +19,7 @@ from dielast.io.table import Column, Table
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import failures_of
+from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
@@ -40,7 +41,8 @@ class FailureMap(TabularResult):
     `failure_mode` is the name of what happens first, none, or unfinished where the numerics gave up before the film failed;
     `outcome` is completed, or says why the numerics gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field`
     (prestretches,) in V/m. Of films with a passive part there is one for each prestretch and `electrode_share` (prestretches,),
-    the shares running faster.
+    the shares running faster, and their passive parts go slack at `time_to_loss_of_tension`; what is later holds for films that do
+    not wrinkle.
     """
 
     temperature: Floats
@@ -53,6 +55,7 @@ class FailureMap(TabularResult):
     failure_mode: NDArray[np.str_]
     outcome: NDArray[np.str_]
     electrode_share: Floats | None = None
+    time_to_loss_of_tension: Floats | None = None
 
     @property
     def time_to_breakdown(self) -> Floats:
@@ -66,6 +69,7 @@ class FailureMap(TabularResult):
 
     def columns(self) -> Table:
         """One row for each cell: temperatures, then prestretches, then voltages."""
+        slack = self.time_to_loss_of_tension
         t, p, v = (index.ravel() for index in np.indices(self.failure_mode.shape))
         return [
             Column("temperature", "degC", self.temperature[t]),
@@ -74,6 +78,7 @@ class FailureMap(TabularResult):
             *(() if self.electrode_share is None else [Column("electrode_share", "1", self.electrode_share[p])]),
             Column("voltage", "V", self.voltage[v]),
             *(Column(column_of(name), "s", time.ravel()) for name, time in self.times.items()),
+            *([] if slack is None else [Column(column_of(LossOfTension.name), "s", slack.ravel())]),
             Column("time_to_failure", "s", self.time_to_failure.ravel()),
             Column("failure_mode", None, self.failure_mode.ravel().tolist()),
         ]
@@ -267,6 +272,8 @@ def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
 
 
 def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats) -> FailureMap:
+    slack = times.get(LossOfTension.name)
+    times = {name: times[name] for name in plan.failures}
     failure = np.fmin.reduce(list(times.values()))
     gave_up = ~np.isin(status, (Status.COMPLETED, Status.STOPPED))
     first = [*(time == failure for time in times.values()), gave_up]
@@ -275,7 +282,7 @@ def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats) -> FailureM
     for state in sorted(set(status[gave_up].tolist())):
         outcome[status == state] = REASONS[Status(int(state))]
     ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
-    return FailureMap(*ends, times, failure, mode, outcome.astype(str), plan.electrode_share)
+    return FailureMap(*ends, times, failure, mode, outcome.astype(str), plan.electrode_share, slack)
 
 
 def _axis(values: ArrayLike, name: str) -> Floats:

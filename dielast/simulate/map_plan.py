@@ -10,6 +10,7 @@ import numpy as np
 from dielast.io.result import Result
 from dielast.mechanics.criteria import CRITERIA
 from dielast.mechanics.criteria.criterion import WatchedFilms
+from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
@@ -65,6 +66,11 @@ class MapPlan(Result):
     electrode_share: Floats | None = None
 
     @property
+    def watched(self) -> tuple[str, ...]:
+        """The names of all that is looked for: the failures, and the loss of tension of passive parts."""
+        return self.failures if self.electrode_share is None else (*self.failures, LossOfTension.name)
+
+    @property
     def cells(self) -> int:
         """Number of cells, those of the draws too."""
         return (1 + self.draws) * self.temperature.size * len(self.prestretch) * self.voltage.size
@@ -81,7 +87,7 @@ class MapPlan(Result):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """What became of the cells from `first` on: `times` in s (cells,) by the name of the failure, NaN where it did not happen, and
+    """What became of the cells from `first` on: `times` in s (cells,) by the name of what happened, NaN where it did not, and
     their `Status`.
     """
 
@@ -105,11 +111,11 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     count = end - first
     column, volt = np.divmod(paired(np.arange(first - begin, end - begin)), plan.voltage.size)
     film, field = group.film.take(column), plan.voltage[volt] / group.thickness[column]
-    watched_for = [criterion for criterion in CRITERIA if criterion.name in plan.failures]
+    watched_for = [criterion for criterion in CRITERIA if criterion.name in plan.watched]
     watch = Watch(group.watched.take(column), watched_for, plan.failures)
     pieces = [Ramp(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
     if plan.horizon > plan.ramp:
         pieces.append(Ramp(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
     status = follow(film, pieces, rtol=group.rtol, watch=watch).status
-    times = {name: first_of(watch.happened, [name]).time[:count] for name in plan.failures}
+    times = {name: first_of(watch.happened, [name]).time[:count] for name in plan.watched}
     return Cells(first, times, status[:count])

@@ -17,6 +17,8 @@ from scipy.sparse import csr_array
 from dielast import ActuationHistory, Gent, Material, Spectrum, VoltageStep, actuate
 from dielast.material.shift import NoShift
 from dielast.mechanics.passive import forms
+from dielast.mechanics.passive.mesh import points_needed
+from dielast.mechanics.point import Points
 
 MU, EPS, THICKNESS = 26e3, 4e-11, 0.5e-3
 UNIT = np.sqrt(MU / EPS) * THICKNESS  # V, of sqrt(eps/mu) E~
@@ -134,16 +136,17 @@ def of_dielast(structure: forms.Structure) -> Structure:
 
 @pytest.mark.parametrize(
     ("boundary", "share", "prestretch", "voltage", "limit"),
-    [("frame", 0.25, 1.9, 5.8e3, 8e7), ("strip", 0.3, (2.0, 1.5), 5.8e3, 3.8e7)],
+    [("frame", 0.05, 1.5, 7e3, 8e7), ("strip", 0.3, (2.0, 1.5), 5.8e3, 3.8e7)],
 )
 def test_histories_stability_and_events_are_those_of_the_same_film_by_radau(
     boundary: str, share: float, prestretch: Any, voltage: float, limit: float
 ) -> None:
-    up, hold = 0.5, 60.0
-    field, times = voltage / THICKNESS, np.array([0.1, 0.5, 1.0, 3.0, 10.0])
+    up, hold = 0.5, 40.0
+    field, times = voltage / THICKNESS, np.array([0.1, 0.5, 1.0, 3.0, 10.0, 25.0])
     one = np.array([share])
     pair = np.broadcast_to(prestretch, 2)
-    structure = forms.disc(one, pair[:1], 4) if boundary == "frame" else forms.strip(one, pair[:1], pair[1:])
+    (count,) = points_needed(Points.of(VISCOUS, np.array([20.0]), 1e-6), one, pair[:1], 1e-6)
+    structure = forms.disc(one, pair[:1], int(count)) if boundary == "frame" else forms.strip(one, pair[:1], pair[1:])
     peer, film = of_dielast(structure), replace(PEER, breakdown=limit)
     drives = [Drive(up, (constant(1.0),), ramp(0.0, field, up)), Drive(hold, (constant(1.0),), constant(field))]
     begin = DiscRun(film, peer, [Drive(60.0, (constant(1.0),))], rtol=1e-8).final
@@ -158,7 +161,7 @@ def test_histories_stability_and_events_are_those_of_the_same_film_by_radau(
         assert (name in events) == bool(found)
         if found:
             assert events[name] == pytest.approx(found[0], rel=2e-4)
-    assert "breakdown" in events
+    assert set(events) == {"breakdown", "loss-of-tension"} | ({"pull-in"} if boundary == "frame" else set())
     if boundary == "strip":  # the width of the active part goes slack first
         slack = events["loss-of-tension"]
         around = there.at(slack * np.array([1 - 2e-4, 1 + 2e-4])).stress

@@ -14,9 +14,11 @@ from dielast import ActuationHistory, Breakdown, InputError, TimeScale, VoltageS
 from dielast.commands.registry import read_cases
 from dielast.material.dielectric import LinearPermittivity
 from dielast.mechanics.passive import forms
-from dielast.mechanics.passive.framed import FramedFilms
+from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.structure import Factors
-from dielast.mechanics.span import Load
+from dielast.mechanics.point import Points
+from dielast.mechanics.span import Control, Load
+from dielast.mechanics.stability import stability
 from dielast.simulate.setup import FilmSetup, set_up
 
 FILM: dict[str, Any] = {"thickness": 5e-4, "relax": 60.0, "boundary": "frame", "electrode_share": 0.1, "breakdown_field": 4e7}
@@ -112,15 +114,40 @@ def test_a_run_stops_where_the_film_around_goes_slack_unless_asked_to_go_on() ->
     assert driven(high).outcome[0].reason == "breakdown"  # which comes first
 
 
-def test_pull_in_of_a_small_electrode_and_of_a_voltage_applied_at_once() -> None:
-    """The strip with next to no active part pulls in as the film under a dead load."""
-    film: dict[str, Any] = {"prestretch": (1.2, 1.5), "stop_at": "pull-in", "breakdown_field": None, "rtol": 1e-8}
-    steps = [VoltageStep(6.5e3, duration=1.0), VoltageStep.hold(1e4)]
-    for scale in (TimeScale.fraction(0.01), TimeScale.fixed(10.0)):
-        strip = driven(steps, **film, boundary="strip", electrode_share=1e-7, pull_in_timescale=scale)
-        load = driven(steps, **film, boundary=("dead-load", "clamped"), electrode_share=None, pull_in_timescale=scale)
-        here, there = ([event for event in history.events[0] if event.name == "pull-in"] for history in (strip, load))
-        assert [event.time for event in here] == pytest.approx([event.time for event in there], rel=1e-5)
+def test_stability_of_a_strip_with_next_to_no_active_part_is_that_under_a_dead_load() -> None:
+    film: dict[str, Any] = {"prestretch": (1.2, 1.5), "stop_at": "end", "times": [0.1, 1.0, 10.0], "rtol": 1e-8, "relax": 1e8}
+    for scale in (TimeScale.fraction(0.01), TimeScale.fixed(0.0)):
+        strip = driven(**film, boundary="strip", electrode_share=1e-7, pull_in_timescale=scale)
+        load = driven(**film, boundary=("dead-load", "clamped"), electrode_share=None, pull_in_timescale=scale)
+        assert strip.stability == pytest.approx(load.stability, rel=1e-5)
+        assert strip.stretch_1 == pytest.approx(load.stretch_1, rel=1e-6)
+
+
+def test_without_a_passive_part_the_stiffness_at_the_rim_is_the_factor_of_the_determinant_that_falls() -> None:
+    """2 (ds_1/dl_1 + ds_1/dl_2) of an equibiaxial film, (t11 - t12)(t11 + t12) being the determinant of dead load."""
+    cases, stretch = 30, 2.0
+    points, one = Points.of(SOFT, np.full(30, 20.0), 1e-6), np.ones(cases)
+    alone = forms.Structure(one[None], np.ones((2, 1, 1, cases)), np.zeros((2, 1, cases)), one[None], one[None])
+    rng = np.random.default_rng(1)
+    viscous = np.exp(0.2 * rng.normal(size=(1, len(points.modulus), cases))) * stretch
+    internal, field = np.repeat(viscous, 2, axis=0)[:, :, None], np.linspace(0.0, 8e7, cases)
+    around = Surroundings(Assembly.of(points, alone), np.concatenate((stretch * one[None], np.zeros((2, cases)))))
+    nominal = around.stresses(internal, field)[:, 0]
+    log_squared = np.full((2, cases), 2 * np.log(stretch))
+    held = points.modulus * rng.uniform(size=points.modulus.shape)
+    film = 2 * np.log(internal[:, :, 0]), log_squared, nominal, field
+    free, clamped = Control.STRESS, Control.STRETCH
+    determinant = stability(points, held, (free, free), *film).determinant
+    own = stability(points, held, (free, clamped), *film).determinant
+    rim, whole = around.stiffness(held, internal, field)
+    across = 0.5 * rim - own
+    assert np.abs(own**2 - across**2) == pytest.approx(np.abs(determinant), rel=1e-9)
+    assert ((rim > 0) == (determinant > 0)).all()
+    assert 5 < (rim > 0).sum() < 25
+    assert (whole > 0).all()
+
+
+def test_a_voltage_applied_at_once_that_a_film_cannot_hold_is_a_pull_in() -> None:
     soft, hard = (driven([VoltageStep(volts)], stop_at="end", prestretch=2.5) for volts in (3e3, 1.2e4))
     assert not [event for event in soft.events[0] if event.name == "pull-in"]
     (pulled,) = [event for event in hard.events[0] if event.name == "pull-in"]
@@ -147,6 +174,10 @@ def test_a_map_has_an_axis_of_shares() -> None:
     assert "electrode_share [1]" in result.to_frame().columns
     one = failure_map(SOFT, prestretch=[1.9], electrode_share=0.2, breakdown_field=4.8e7, **given)
     assert one.time_to_failure[0, 0].tolist() == result.time_to_failure[0, 3].tolist()
+    assert result.time_to_loss_of_tension is not None
+    slack = result.time_to_loss_of_tension[0, 3]
+    (event,) = driven([VoltageStep(6e3), VoltageStep.hold(1e4)], prestretch=1.9, electrode_share=0.2, breakdown_field=1e9).events[0]
+    assert (event.name, slack[1]) == ("loss-of-tension", pytest.approx(event.time, rel=1e-5))
     times = result.time_to_failure[0]
     assert (times[0::2] < times[1::2]).all()  # a frame further away holds the disc less
 

@@ -116,7 +116,7 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             if str(saved["key"]) != key:
                 return {}, int(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
-            times = {name: np.split(saved[column_of(name)], bounds) for name in plan.failures}
+            times = {name: np.split(saved[column_of(name)], bounds) for name in plan.watched}
             known = {
                 int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status)
                 for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))

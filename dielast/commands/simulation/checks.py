@@ -141,6 +141,12 @@ def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: Failu
     if broken := int(np.count_nonzero(beyond & (result.time_to_breakdown == 0))):
         some = f"{broken} of {result.failure_mode.size} cells"
         warn(f"{some} break down {AT_ONCE}: they are beyond the breakdown field from the start")
+    if (slack := result.time_to_loss_of_tension) is not None:
+        # survivors that go slack do so before the horizon
+        early = int(np.count_nonzero((slack < result.time_to_failure) | (np.isfinite(slack) & np.isnan(result.time_to_failure))))
+        if early:
+            what = f"{early} of {slack.size} cells: the film around the electrode goes slack before it fails"
+            warn(f"{what}, and would wrinkle: times after that are of a film that does not")
     scale, by_share = recipe.pull_in.timescale
     film, paces = recipe.film, []
     for index, temperature in enumerate(result.temperature.tolist()):
