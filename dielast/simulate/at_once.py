@@ -150,6 +150,9 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
             field=np.full(count, np.nan),
             log_squared_stretch=np.full_like(log_squared, np.nan),
             nominal_stress=np.full_like(nominal, np.nan),
+            surroundings=None
+            if begin.surroundings is None
+            else replace(begin.surroundings, border=begin.surroundings.border.copy()),
         )
         for criterion in signals
     }
@@ -172,6 +175,8 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
             new, columns = fallen & closely, going[fallen & closely]
             event.field[columns] = load[2, new]
             event.log_squared_stretch[:, columns], event.nominal_stress[:, columns] = moved[:, new], stress[:, new]
+            if event.surroundings is not None and there.surroundings is not None:
+                event.surroundings.border[:, columns] = there.surroundings.border[:, new]
             falls, met = falls | fallen, met | new
         near &= ~falls | met
         columns = going[near]

@@ -10,7 +10,7 @@ from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point import SYMMETRIC
 from dielast.numerics.columns import Flags
 
-ITERATIONS, HALVINGS = 60, 30
+ITERATIONS, HALVINGS = 60, 16
 SETTLED, BALANCED = 5e-13, 1e-8  # of the stretches: a step that ends the search, and one that leads on
 LARGEST = 0.5  # relative change of a stretch in one step
 
@@ -50,7 +50,7 @@ def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundi
                 if not worse.any():
                     break
                 share = np.where(worse, 0.5 * share, share)
-            settled |= share * size <= SETTLED
+            settled |= (share * size <= SETTLED) | worse  # what no share improves is as good as it can be
             unknown, (nominal, force, slope) = trial, found
         factors = Factors.of(structure.tangent(slope))
         left = np.max(np.abs(factors.solve(-force)), axis=0)
