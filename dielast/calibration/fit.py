@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.calibration.experiment import Laboratory, MeasuredTest
-from dielast.calibration.levenberg import Solutions, minimise, with_slopes
+from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.calibration.problem import Problem
 from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, Whitening, estimate
@@ -23,8 +23,10 @@ INSIDE = 0.1  # of the range, that starts keep from the bounds
 ROUNDS = 2  # of fits, each with the scatter that the one before has shown
 SAME = 1e-3  # relative difference of sums of squares up to which two starts have found the same
 
-Watch = Callable[[str, int, float], None]
-"""Called with what is being done, how often it has been, and the misfit at present (relative, rms)."""
+MANY = 0.5  # share of starts that end in the best fit, below which there may be a better one
+
+Watch = Callable[[str, int, int, float], None]
+"""Called with what is being done, how often it has been, how often at most, and the misfit at present (relative, rms)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -42,6 +44,8 @@ class Fit(Result):
     slopes: Floats
     start_cost: Floats
     finished: bool = True
+    left_out: tuple[str, ...] = ()
+    """Tests that no start can follow."""
 
     @property
     def space(self) -> ParameterSpace:
@@ -59,6 +63,17 @@ class Fit(Result):
     def same_share(self) -> float:
         """Share of the starts that ended where the best did."""
         return float(np.mean(self.start_cost <= 1 + SAME))
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion, with as many independent points as curves have usual lengths of correlation; comparable between laws that
+        were fitted to the same tests only.
+        """
+        count = sum(float(place[-1]) for place in self.curves.places) / (2 * FIRST_LENGTH)
+        measured = np.concatenate(
+            [miss / level for miss, level in zip(self.curves.split(self.curves.differences), self.curves.levels, strict=True)]
+        )
+        return count * float(np.log(np.mean(np.square(measured)))) + 2 * len(self.space)
 
     @property
     def at_bound(self) -> Flags:
@@ -96,7 +111,13 @@ def fit_material(
     if not tests:
         raise InputError("at least one test is needed", argument="tests")
     space = parameter_space(material, free)
-    return fit_space(space, Laboratory(tests), starts_of(space, starts), specimen_scatter, watch)
+    start = starts_of(space, starts)
+    answers = Laboratory(tests).answers(space.materials(start))
+    kept = [test for test, own in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(own), axis=1))]
+    if not kept:
+        raise NumericsError("no start can follow any of the tests: is a stretch beyond a limit of the springs?")
+    fit = fit_space(space, Laboratory(kept), start, specimen_scatter, watch)
+    return replace(fit, left_out=tuple(test.name for test in tests if test not in kept))
 
 
 def fit_space(
@@ -117,7 +138,7 @@ def fit_space(
             best = int(np.argmin(cost))
             state.coordinates = at[best].copy()
             if watch is not None:
-                watch(what, iteration + 1, scatter.model_error * float(np.sqrt(cost[best] / max(total, 1e-12))))
+                watch(what, iteration + 1, MOST_ITERATIONS, scatter.model_error * float(np.sqrt(cost[best] / max(total, 1e-12))))
 
         return seen
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.calibration.constants import SCALE, Kind, kinds_of, material_of, numbers_of
 from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.material import Material
+from dielast.material.numbers import SCALE, Kind, Numbers, kinds_of, material_of, numbers_of
 from dielast.numerics.columns import Floats
 
 WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
@@ -108,7 +108,7 @@ class ParameterSpace(Result):
         base = numbers_of(self.material)
         return [self._material(base, row) for row in self.values(coordinates).tolist()]
 
-    def _material(self, base: Mapping[str, Mapping[str, object]], values: Sequence[float]) -> Material | None:
+    def _material(self, base: Numbers, values: Sequence[float]) -> Material | None:
         numbers = {section: {key: list(v) if isinstance(v, list) else v for key, v in own.items()} for section, own in base.items()}
         for parameter, value in zip(self.parameters, values, strict=True):
             if parameter.index is None:

@@ -75,8 +75,8 @@ class Curves:
     def take(self, curves: Sequence[int]) -> Curves:
         """Some of the curves."""
         chosen = list(curves)
-        parts = (tuple(each[k] for k in chosen) for each in (self.values, self.model, self.places))
-        return Curves(*parts, self.specimen[chosen])
+        values, model, places = (tuple(each[k] for k in chosen) for each in (self.values, self.model, self.places))
+        return Curves(values, model, places, self.specimen[chosen])
 
 
 def noise_of(curves: Curves, residuals: Sequence[Floats]) -> Floats:
@@ -102,12 +102,14 @@ class Whitening:
         self.curves, self.scatter = curves, scatter
         edges = np.concatenate(([0], np.cumsum([values.size for values in curves.values])))
         self.blocks: list[tuple[Cases, Floats]] = []
+        self.factors: list[Floats] = []
         self.log_determinant = 0.0
         for specimen in np.unique(curves.specimen):
             own = np.flatnonzero(curves.specimen == specimen)
             rows = np.concatenate([np.arange(edges[k], edges[k + 1]) for k in own])
             factor = np.linalg.cholesky(self._covariance(own))
             self.blocks.append((rows, np.linalg.inv(factor)))
+            self.factors.append(factor)
             self.log_determinant += 2 * float(np.sum(np.log(np.diag(factor))))
 
     def _covariance(self, own: Cases) -> Floats:
@@ -131,6 +133,13 @@ class Whitening:
         made = np.empty_like(differences)
         for rows, factor in self.blocks:
             made[..., rows] = differences[..., rows] @ factor.T
+        return made
+
+    def undo(self, whitened: Floats) -> Floats:
+        """The differences (..., n) that such numbers (..., n) come from."""
+        made = np.empty_like(whitened)
+        for (rows, _), factor in zip(self.blocks, self.factors, strict=True):
+            made[..., rows] = whitened[..., rows] @ factor.T
         return made
 
 

@@ -1,4 +1,7 @@
-"""The numbers of a material by section and key, as its file states them, and the material of other numbers."""
+"""The numbers of a material by section and key, as its file states them, and the material of other numbers.
+
+What changes a material, a calibration or a table of draws, asks here and knows no law.
+"""
 
 from __future__ import annotations
 
