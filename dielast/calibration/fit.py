@@ -11,7 +11,7 @@ from dielast.calibration.experiment import Laboratory, MeasuredTest
 from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.calibration.problem import Problem
-from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, Whitening, estimate
+from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, estimate
 from dielast.calibration.smoothness import smooth_branches
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
@@ -66,14 +66,13 @@ class Fit(Result):
 
     @property
     def aic(self) -> float:
-        """Akaike's criterion, with as many independent points as curves have usual lengths of correlation; comparable between laws that
-        were fitted to the same tests only.
+        """Akaike's criterion, to compare laws that were fitted to the same tests.
+
+        There are as many independent points as curves have usual lengths of correlation.
         """
         count = sum(float(place[-1]) for place in self.curves.places) / (2 * FIRST_LENGTH)
-        measured = np.concatenate(
-            [miss / level for miss, level in zip(self.curves.split(self.curves.differences), self.curves.levels, strict=True)]
-        )
-        return count * float(np.log(np.mean(np.square(measured)))) + 2 * len(self.space)
+        relative = self.curves.differences / np.concatenate(self.curves.levels)
+        return count * float(np.log(np.mean(np.square(relative)))) + 2 * len(self.space)
 
     @property
     def at_bound(self) -> Flags:
@@ -152,7 +151,7 @@ def fit_space(
         for _ in range(ROUNDS):
             curves = problem.curves(at)
             slopes = slopes_at(problem, at)
-            scatter = estimate(curves, curves.differences, slopes, _known(problem), specimen_scatter, scatter)
+            scatter = estimate(curves, curves.differences, slopes, known_beforehand(problem), specimen_scatter, scatter)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, at))
             again: Solutions = minimise(
                 problem.weighted(curves, scatter), at[None], lower, upper, watch=look("refined", curves, scatter)
@@ -165,7 +164,7 @@ def fit_space(
         raise KeyboardInterrupt
     slopes = slopes_at(problem, at)
     if finished:
-        scatter = estimate(curves, curves.differences, slopes, _known(problem), specimen_scatter, scatter)
+        scatter = estimate(curves, curves.differences, slopes, known_beforehand(problem), specimen_scatter, scatter)
     return Fit(problem, at, scatter, curves, slopes, ends, finished)
 
 
@@ -184,11 +183,6 @@ def slopes_at(problem: Problem, at: Floats) -> Floats:
     return np.asarray(slopes[0])
 
 
-def whitening_of(fit: Fit) -> Whitening:
-    """What turns differences from the measured curves of a fit into independent numbers."""
-    return Whitening(fit.curves, fit.scatter)
-
-
-def _known(problem: Problem) -> Floats:
+def known_beforehand(problem: Problem) -> Floats:
     """The precision (p, p) of all that is known beforehand."""
     return problem.precision + problem.smoothness if problem.smoothness.size else problem.precision

@@ -1,8 +1,14 @@
 """What is known of the parameters after a fit: the likelihood about it, and the standard errors that follow.
 
-The fit itself weighs points alone, which no assumption about the model's error misleads. Its uncertainty takes the whole covariance of
-what was measured (`scatter`): the sum of squares here is that of whitened differences, with what the parameters could still take out
-of them at the fit removed, so that the fit is its minimum.
+The fit is one of weighted least squares, which no assumption about the model's error misleads; how well it is known follows
+from the covariance of all that was measured (`scatter`). With weighted differences z and their covariance M, and the projection P
+on what the parameters can do about z at the fit, the likelihood has the covariance
+
+    S = P M P + (1 - P) M (1 - P):
+
+that of M in everything but the correlation between the two parts, which least squares does not use. It measures how far the curves
+of other parameters are from those of the fit. Its curvature there gives the covariance of least squares under M, the "sandwich"
+(Huber 1967; White 1980, DOI 10.2307/1912934).
 """
 
 from __future__ import annotations
@@ -10,26 +16,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
-from dielast.calibration.fit import Fit, whitening_of
+from dielast.calibration.fit import Fit, known_beforehand
 from dielast.calibration.levenberg import Residuals
-from dielast.calibration.problem import Problem
-from dielast.numerics.columns import Flags, Floats
+from dielast.calibration.problem import Problem, root_of, weights_of
+from dielast.calibration.scatter import Whitening
+from dielast.numerics.columns import Cases, Flags, Floats
 
 SEEN = 1e-8  # of the largest information about any parameter: less is rounding
+FEWEST = 3.0  # independent pieces of curves that the scatter is taken to be known from
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Likelihood:
     """The likelihood about a `fit`: `residuals` for any coordinates, `information` (p, p) of the data alone at the fit,
-    `covariance` (p, p) with all that is known beforehand, infinite on the diagonal where nothing is, and the `least` sum of squares.
+    `covariance` (p, p) with all that is known beforehand, infinite on the diagonal where nothing is, and from how
+    many independent `pieces` of curves the scatter itself is known. The sum of squares is 0 at the fit.
     """
 
     fit: Fit
     residuals: Residuals
     information: Floats
     covariance: Floats
-    least: float
+    pieces: float
 
     @property
     def standard_error(self) -> Floats:
@@ -43,29 +53,39 @@ class Likelihood:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(np.isfinite(error[:, None] * error), self.covariance / (error[:, None] * error), np.nan)
 
+    def threshold(self, level: float) -> float:
+        """By how much the sum of squares rises at the ends of an interval of this level, the scatter being estimated."""
+        from scipy.stats import f as ratio
+
+        return float(ratio.ppf(level, 1, self.pieces))
+
 
 def likelihood_of(fit: Fit) -> Likelihood:
     """The likelihood about a fit."""
-    problem, at = fit.problem, fit.coordinates
-    whiten = whitening_of(fit)
-    miss, slopes = whiten(-fit.curves.differences), whiten(fit.slopes.T).T
-    known = problem.precision + problem.smoothness if problem.smoothness.size else problem.precision
-    pull = problem.precision @ (at - problem.space.centre)
-    if problem.smoothness.size:
-        pull = pull + problem.smoothness @ at
-    moving = ~fit.at_bound
-    information = slopes.T @ slopes
-    scale = np.sqrt(np.maximum(np.diag(information), SEEN * max(float(np.max(np.diag(information))), 1e-300)))
-    inner = np.ix_(moving, moving)
-    wanted = ((slopes.T @ miss + pull) / scale)[moving]
-    taken = np.zeros(at.size)
-    taken[moving] = np.linalg.lstsq((information / np.outer(scale, scale))[inner], wanted, rcond=1e-10)[0] / scale[moving]
-    rest = miss - slopes @ taken
-    pseudo = np.concatenate(fit.curves.model) - whiten.undo(rest)
-    residuals = problem.whitened(whiten, pseudo)
-    beforehand = problem.beforehand(at[None])[0]
-    least = float(rest @ rest + beforehand @ beforehand)
-    return Likelihood(fit, residuals, information, _covariance(information + known, moving), least)
+    problem, curves = fit.problem, fit.curves
+    weight = np.concatenate(weights_of(curves, fit.scatter))
+    slopes = weight[:, None] * fit.slopes
+    size = np.linalg.norm(slopes, axis=0)
+    # what rests on a bound is not where least squares would have it
+    seen = ~fit.at_bound & (size > np.sqrt(SEEN) * float(np.max(size, initial=0.0)))
+    basis, _ = np.linalg.qr(slopes[:, seen] / size[seen])
+    whole = Whitening(curves, fit.scatter).covariance() * np.outer(weight, weight)
+    inside = whole @ basis
+    crossed = basis @ inside.T - basis @ (basis.T @ inside) @ basis.T  # P M (1 - P)
+    root = np.linalg.cholesky(whole - crossed - crossed.T)
+    whiten = solve_triangular(root, np.diag(weight), lower=True)
+    model, known = np.concatenate(curves.model), known_beforehand(problem)
+
+    def residuals(coordinates: Floats, fits: Cases) -> Floats:
+        own = (problem.answers(coordinates) - model) @ whiten.T
+        return np.concatenate((own, (coordinates - fit.coordinates) @ root_of(known)), axis=1)
+
+    told = whiten @ fit.slopes
+    information = told.T @ told
+    lengths = sum(float(place[-1]) for place in curves.places) / (2 * fit.scatter.length)
+    pieces = max(lengths + len(curves.places) - int(np.count_nonzero(seen)), FEWEST)
+    covariance = _covariance(information + known, ~fit.at_bound)
+    return Likelihood(fit, residuals, information, covariance, pieces)
 
 
 def _covariance(precision: Floats, moving: Flags) -> Floats:

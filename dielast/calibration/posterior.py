@@ -1,7 +1,7 @@
 """Draws of the parameters from their posterior, by an ensemble of walkers that moves in batches.
 
-The prior is flat in the coordinates within the bounds, so that a parameter that the tests leave open is drawn log-uniformly over its
-whole range. The walkers start from the profiles and the fit's covariance, and move by differences of other walkers
+The prior is flat in the coordinates within the bounds, so that a parameter that the tests leave open is drawn log-uniformly over
+its whole range. The walkers start from the profiles and the fit's covariance, and move by differences of other walkers
 (ter Braak 2006, DOI 10.1007/s11222-006-8769-1) in two halves of which each moves by the other.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.profiles import Profile
-from dielast.numerics.columns import Floats
+from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.random_streams import stream
 
 FEWEST_WALKERS, MOST_WALKERS = 40, 200
@@ -40,7 +40,7 @@ def draw(
     every = np.zeros(walkers, dtype=np.intp)
     cost = _cost(likelihood, at, every)
     lost = ~np.isfinite(cost)
-    at[lost], cost[lost] = fit.coordinates, likelihood.least
+    at[lost], cost[lost] = fit.coordinates, 0.0
     rounds = -(-count // walkers)
     kept: list[Floats] = []
     for move in range(MOVES * rounds):
@@ -58,7 +58,9 @@ def draw(
             if inside.any():
                 trial_cost[inside] = _cost(likelihood, trial[inside], every[: int(inside.sum())])
             with np.errstate(over="ignore"):
-                taken = random.random(half.size) < np.exp(np.clip(0.5 * (cost[half] - trial_cost), -700.0, 0.0))
+                taken = random.random(half.size) < np.exp(
+                    np.clip(0.5 * (_heavy(cost[half], likelihood) - _heavy(trial_cost, likelihood)), -700.0, 0.0)
+                )
             taken &= np.isfinite(trial_cost)
             at[half[taken]], cost[half[taken]] = trial[taken], trial_cost[taken]
         if (move + 1) % MOVES == 0:
@@ -68,11 +70,17 @@ def draw(
     return np.concatenate(kept)[:count]
 
 
-def _cost(likelihood: Likelihood, at: Floats, fits: Floats) -> Floats:
+def _cost(likelihood: Likelihood, at: Floats, fits: Cases) -> Floats:
     """Sums of squares (k,), infinite where there is no answer."""
-    residuals = likelihood.residuals(at, np.asarray(fits, dtype=np.intp))
+    residuals = likelihood.residuals(at, fits)
     cost = np.einsum("kn,kn->k", residuals, residuals)
     return np.where(np.isfinite(cost), cost, np.inf)
+
+
+def _heavy(cost: Floats, likelihood: Likelihood) -> Floats:
+    """Minus twice the logarithm of the density (k,): that of Student's t, as the scatter itself is estimated."""
+    pieces = likelihood.pieces
+    return np.asarray((pieces + likelihood.fit.coordinates.size) * np.log1p(cost / pieces))
 
 
 def _opening(

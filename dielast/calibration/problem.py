@@ -9,7 +9,7 @@ import numpy as np
 from dielast.calibration.experiment import Laboratory
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.parameters import ParameterSpace
-from dielast.calibration.scatter import Curves, Scatter, Whitening
+from dielast.calibration.scatter import Curves, Scatter
 from dielast.numerics.columns import Cases, Floats
 
 
@@ -44,9 +44,9 @@ class Problem:
     def beforehand(self, coordinates: Floats) -> Floats:
         """The residuals (k, 2p) of priors and smoothness at coordinates (k, p)."""
         away = coordinates - self.space.centre
-        parts = [away @ _root(self.space.precision)]
+        parts = [away @ root_of(self.space.precision)]
         if self.smoothness.size:
-            parts.append(coordinates @ _root(self.smoothness))
+            parts.append(coordinates @ root_of(self.smoothness))
         return np.concatenate(parts, axis=1)
 
     def weighted(self, curves: Curves, scatter: Scatter, chosen: Floats | None = None) -> Residuals:
@@ -55,7 +55,7 @@ class Problem:
         A curve has the weight of as many independent points as it has lengths of correlation, however densely it was sampled, and
         tests of one specimen less than as many tests of several, as far as specimens scatter.
         """
-        weight = np.concatenate(_weights(curves, scatter))
+        weight = np.concatenate(weights_of(curves, scatter))
         measured = curves.measured
         sizes = [values.size for values in curves.values]
 
@@ -68,17 +68,8 @@ class Problem:
 
         return residuals
 
-    def whitened(self, whiten: Whitening, pseudo: Floats) -> Residuals:
-        """Residuals of the likelihood, in which `pseudo` (n,) stands for what was measured."""
 
-        def residuals(coordinates: Floats, fits: Cases) -> Floats:
-            own = whiten(self.answers(coordinates) - pseudo)
-            return np.concatenate((own, self.beforehand(coordinates)), axis=1)
-
-        return residuals
-
-
-def _weights(curves: Curves, scatter: Scatter) -> list[Floats]:
+def weights_of(curves: Curves, scatter: Scatter) -> list[Floats]:
     """The weight of each point of each curve (n,), 1/Pa."""
     variance = scatter.model_error**2
     shared = scatter.specimen**2 / (scatter.specimen**2 + variance) if variance > 0 else 0.0
@@ -92,7 +83,7 @@ def _weights(curves: Curves, scatter: Scatter) -> list[Floats]:
     return found
 
 
-def _root(precision: Floats) -> Floats:
+def root_of(precision: Floats) -> Floats:
     """A square root (p, p) of a precision that may be singular."""
     values, vectors = np.linalg.eigh(precision)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T)

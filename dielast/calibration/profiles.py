@@ -47,13 +47,11 @@ class Profile:
 
 def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     """The profile of each parameter, with its interval of this `level` and its verdict."""
-    from scipy.stats import chi2
-
     fit = likelihood.fit
     at, (lower, upper) = fit.coordinates, fit.space.bounds
     error, size = likelihood.standard_error, fit.coordinates.size
     places: list[list[float]] = [[] for _ in range(size)]
-    found: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (likelihood.least, at)} for j in range(size)]
+    found: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (0.0, at)} for j in range(size)]
     for j in range(size):
         for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
             if room > 0:
@@ -65,12 +63,12 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
         for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
             own = [x for x in found[j] if side * (x - at[j]) > 0]
             reached = max((abs(x - at[j]) for x in own), default=0.0)
-            rise = max((found[j][x][0] for x in own), default=0.0) - likelihood.least
+            rise = max((found[j][x][0] for x in own), default=0.0)
             if own and rise < DECISIVE and reached < room * (1 - 1e-9):
                 places[j] += (at[j] + side * (reached + FAR * (room - reached))).tolist()
     if any(places):
         _solve(likelihood, places, found)
-    threshold = float(chi2.ppf(level, 1))
+    threshold = likelihood.threshold(level)
     unseen = prior_alone(fit.problem, likelihood.information)
     return [_profile(found[j], float(at[j]), threshold, bool(unseen[j])) for j in range(size)]
 
@@ -103,8 +101,8 @@ def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: flo
     place = np.array(sorted(found))
     cost = np.array([found[x][0] for x in place.tolist()])
     points = np.array([found[x][1] for x in place.tolist()])
-    rise = cost - float(np.min(cost))
-    best = float(place[int(np.argmin(cost))])
+    rise = cost
+    best = at
     lower, upper = _crossing(place[::-1], rise[::-1], best, threshold), _crossing(place, rise, best, threshold)
     below, above = rise[place < best], rise[place > best]
     closed_below = bool(np.any(below >= DECISIVE)) and np.isfinite(lower)

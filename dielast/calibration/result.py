@@ -175,7 +175,7 @@ class Calibration(TabularResult):
         """All tests, one point a row."""
         tables = [each.columns() for each in self.comparisons]
         return [
-            Column(parts[0].name, parts[0].unit, [text for part in parts for text in part.values])  # type: ignore[misc]
+            Column(parts[0].name, parts[0].unit, [str(text) for part in parts for text in part.values])
             if parts[0].name == "test"
             else Column(parts[0].name, parts[0].unit, np.concatenate([np.asarray(part.values) for part in parts]))
             for parts in zip(*tables, strict=True)

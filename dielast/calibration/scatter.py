@@ -22,7 +22,7 @@ import numpy as np
 from dielast.numerics.columns import Cases, Floats
 
 LEAST_NOISE = 1e-3  # of the level: no machine is better
-SHARES = np.geomspace(0.002, 0.5, 12)  # of the model's error, that are tried
+SHARES = 0.002 * 2.0 ** np.arange(9)  # of the model's error, that are tried
 LENGTHS = np.array((0.03, 0.1, 0.3, 1.0))  # of its correlation, that are tried
 USUAL_SCATTER, KNOWN_AS_FROM = 0.05, 4.0  # of specimens, and of how many specimens that is taken to be known
 FIRST_SHARE, FIRST_LENGTH = 0.05, 0.3
@@ -108,8 +108,8 @@ class Whitening:
             own = np.flatnonzero(curves.specimen == specimen)
             rows = np.concatenate([np.arange(edges[k], edges[k + 1]) for k in own])
             factor = np.linalg.cholesky(self._covariance(own))
-            self.blocks.append((rows, np.linalg.inv(factor)))
-            self.factors.append(factor)
+            self.blocks.append((rows, np.asarray(np.linalg.inv(factor), dtype=float)))
+            self.factors.append(np.asarray(factor, dtype=float))
             self.log_determinant += 2 * float(np.sum(np.log(np.diag(factor))))
 
     def _covariance(self, own: Cases) -> Floats:
@@ -135,12 +135,13 @@ class Whitening:
             made[..., rows] = differences[..., rows] @ factor.T
         return made
 
-    def undo(self, whitened: Floats) -> Floats:
-        """The differences (..., n) that such numbers (..., n) come from."""
-        made = np.empty_like(whitened)
+    def covariance(self) -> Floats:
+        """The covariance (n, n) of all differences."""
+        size = sum(rows.size for rows, _ in self.blocks)
+        whole = np.zeros((size, size))
         for (rows, _), factor in zip(self.blocks, self.factors, strict=True):
-            made[..., rows] = whitened[..., rows] @ factor.T
-        return made
+            whole[np.ix_(rows, rows)] = factor @ factor.T
+        return whole
 
 
 def specimen_factors(curves: Curves, scatter: Scatter, differences: Floats) -> Floats:
@@ -164,15 +165,15 @@ def estimate(
     """
     noise = noise_of(curves, curves.split(differences))
     specimen = stated_specimen if stated_specimen is not None else USUAL_SCATTER if known is None else known.specimen
-    best, found = -np.inf, Scatter(noise, FIRST_SHARE, FIRST_LENGTH, specimen)
+    found = Scatter(noise, FIRST_SHARE, FIRST_LENGTH, specimen)
     for _ in range(1 if stated_specimen is not None else 2):
         best = -np.inf
         for length in LENGTHS:
-            for share in SHARES:
-                trial = Scatter(noise, float(share), float(length), specimen)
-                likelihood = _restricted(curves, trial, differences, jacobian, precision)
-                if likelihood > best:
-                    best, found = likelihood, trial
+            trials = [Scatter(noise, float(share), float(length), specimen) for share in SHARES]
+            likelihood = [_restricted(curves, trial, differences, jacobian, precision) for trial in trials]
+            if max(likelihood) > best:
+                best, share = max(likelihood), _vertex(np.log(SHARES), np.array(likelihood))
+                found = replace(trials[0], model_error=float(np.exp(share)))
         if stated_specimen is None:
             factors = specimen_factors(curves, found, differences)
             # a scaled inverse chi-square prior: as if so many specimens with the usual scatter were known already
@@ -180,6 +181,15 @@ def estimate(
             specimen = float(np.sqrt(total / (KNOWN_AS_FROM + factors.size - 1)))
             found = replace(found, specimen=specimen)
     return found
+
+
+def _vertex(place: Floats, height: Floats) -> float:
+    """Where the parabola through the highest point and its neighbours is highest; evenly spaced places (k,)."""
+    top = int(np.argmax(height))
+    if not 0 < top < place.size - 1:
+        return float(place[top])
+    before, here, after = height[top - 1 : top + 2]
+    return float(place[top] + 0.5 * (place[1] - place[0]) * (before - after) / (before - 2 * here + after))
 
 
 def _restricted(curves: Curves, scatter: Scatter, differences: Floats, jacobian: Floats, precision: Floats) -> float:

@@ -19,7 +19,7 @@ class Bar:
         self._bar: Progress | None = None
 
     def __call__(self, done: int, total: int, what: str) -> None:
-        """Show that so many of `total` things are `done`; `what` is their plural, such as cells, and may say more as they are done."""
+        """Show that so many of `total` things are `done`; `what` is their plural, such as cells, and may change on the way."""
         if not self._seen:
             return
         if self._bar is None:

@@ -32,8 +32,10 @@ _FURTHER = re.compile(r"(?P<section>[a-z]+)\.(?P<key>\w+?)(_(?P<place>\d+))? \[[
 
 
 def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Table:
-    """The table of draws of one material, which share their number of branches and their laws; `number` (draws,) says which draw each
-    is. Further constants that differ between draws are called by their path in a material file, entries of lists from 1.
+    """The table of draws of one material, which share their number of branches and their laws.
+
+    `number` (draws,) says which draw each is. Further constants that differ between draws are called by their path in a material
+    file, entries of lists from 1.
     """
     laws = [each.shift.drawn() for each in materials]
     moduli = np.array([each.spectrum.shear_modulus for each in materials])

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from scipy.stats import chi2
+from matplotlib.ticker import MaxNLocator
 
 from dielast.calibration.profiles import Profile
 from dielast.calibration.result import Calibration, Comparison
@@ -37,7 +37,7 @@ def plot_calibration(calibration: Calibration, title: str | None = None) -> Figu
         rows = [-(-len(tests) // ACROSS), -(-(len(shown) + 1) // ACROSS) if shown else 0]
         heights = [1.75 * rows[0] + 0.35, 1.6 * rows[1]]
         figure = sheet(title, 2.1, sum(heights))
-        parts = list(figure.subfigures(2, 1, height_ratios=heights)) if shown else [figure.subfigures(1, 1)]
+        parts = figure.subfigures(2, 1, height_ratios=heights, squeeze=False)[:, 0] if shown else [figure]
         _draw_tests(parts[0], calibration, tests, rows[0])
         if shown:
             axes = list(parts[1].subplots(rows[1], ACROSS, squeeze=False).ravel())
@@ -101,19 +101,21 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
 def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     """The rise of the sum of squares about the fit, and where the interval ends."""
     parameter, profile = calibration.fit.space.parameters[k], calibration.profiles[k]
-    threshold = float(chi2.ppf(calibration.level, 1))
+    threshold = calibration.likelihood.threshold(calibration.level)
     near = _window(profile, threshold)
-    x, y = parameter.value(profile.coordinate[near]), profile.rise[near]
+    factor, unit = (KILO, "kPa") if parameter.unit == "Pa" and parameter.scale is None else (1.0, parameter.unit)
+    x, y = factor * parameter.value(profile.coordinate[near]), profile.rise[near]
     axes.plot(x, y, "o-", color=COLOURS[0], markersize=2.2, linewidth=0.9)
     axes.axhline(threshold, color=COLOURS[1], linestyle="--", linewidth=0.8)
     for end in (profile.lower, profile.upper):
         if np.isfinite(end):
-            axes.axvline(float(parameter.value(end)), color="0.6", linewidth=0.7)
-    unit = "" if parameter.unit == "1" else f" [{parameter.unit}]"
-    axes.set_xlabel(f"{_symbol(parameter.name)}{unit}", fontsize=6.5)
+            axes.axvline(factor * float(parameter.value(end)), color="0.6", linewidth=0.7)
+    axes.set_xlabel(f"{_symbol(parameter.name)}" + ("" if unit == "1" else f" [{unit}]"), fontsize=6.5)
     axes.set_ylabel("rise of $\\chi^2$", fontsize=6.5)
-    if parameter.scale is None:
+    if parameter.scale is None and x.max() > 5 * x.min():
         log_axis(axes, "x")
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.set_ylim(0, 4 * threshold)
     axes.set_title(str(profile.verdict), fontsize=6.5, loc="left")
 

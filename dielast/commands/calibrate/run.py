@@ -12,6 +12,7 @@ import numpy as np
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import MANY, Watch
 from dielast.calibration.parameters import Free
+from dielast.calibration.profiles import Verdict
 from dielast.calibration.ranking import Prediction, predicted
 from dielast.calibration.result import Calibration, calibrate
 from dielast.calibration.stability import Stability, stabilities
@@ -150,23 +151,18 @@ def _error_of(candidate: Candidate) -> float:
 
 
 def _warn(best: Candidate) -> None:
+    """Warn of what the tests do not tell, and of a law that is unstable."""
     result = best.calibration
     fit = result.fit
-    open_ = [name for name, verdict in result.verdicts.items() if verdict == "undetermined"]
-    if open_:
-        said = "is not determined" if len(open_) == 1 else "are not determined"
-        warn(
-            f"{', '.join(open_)} {said} by these tests: draws spread over the whole range, and the value in material.toml is one of it"
-        )
-    for name, verdict in result.verdicts.items():
-        if verdict in ("lower bound", "upper bound"):
-            side = "least" if verdict == "lower bound" else "most"
-            row = fit.space.names.index(name)
-            profile = result.profiles[row]
-            end = float(fit.space.parameters[row].value(profile.lower if side == "least" else profile.upper))
-            warn(
-                f"of {name} these tests tell a bound only: at {side} {end:.4g} {fit.space.parameters[row].unit.replace('1', '')}".rstrip()
-            )
+    left_open = [name for name, verdict in result.verdicts.items() if verdict == Verdict.UNDETERMINED]
+    if left_open:
+        verb = "is" if len(left_open) == 1 else "are"
+        warn(f"{', '.join(left_open)} {verb} not determined by these tests: draws spread over the whole range between the bounds")
+    for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False):
+        if profile.verdict in (Verdict.LOWER, Verdict.UPPER):
+            side, end = ("least", profile.lower) if profile.verdict is Verdict.LOWER else ("most", profile.upper)
+            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+            warn(f"of {parameter.name} these tests tell a bound only: at {side} {float(parameter.value(end)):.4g}{unit}")
     if fit.same_share < MANY:
         warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit: there may be a better one; raise fit.starts")
     for stability in best.stability:
