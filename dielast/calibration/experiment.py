@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -43,6 +43,29 @@ class Experiment(Protocol):
     def place(self) -> Floats:
         """Where along the curve each point lies (n,), as `path_length` has it."""
 
+    @property
+    def time(self) -> Floats:
+        """When (n,), in s."""
+
+    @property
+    def stretch(self) -> Floats | None:
+        """The stretch (n,), where it was prescribed."""
+
+    @property
+    def temperature(self) -> float:
+        """In degC."""
+
+    @property
+    def unit(self) -> str:
+        """The unit of what was measured."""
+
+    @property
+    def rest(self) -> float:
+        """What was measured of a specimen at rest, which `measured` is counted from."""
+
+    def answers(self, materials: Sequence[Material | None]) -> Floats:
+        """What each material gives (materials, n), NaN where it cannot follow the test."""
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MeasuredTest(Result):
@@ -62,6 +85,8 @@ class MeasuredTest(Result):
     specimen: str = ""
     corner_time: Floats = field(init=False)
     corner_stretch: Floats = field(init=False)
+    unit: ClassVar = "Pa"
+    rest: ClassVar = 0.0
 
     def __post_init__(self) -> None:
         time, stretch, stress = (np.asarray(getattr(self, name), dtype=float) for name in ("time", "stretch", "stress"))
@@ -104,6 +129,10 @@ class MeasuredTest(Result):
         """Where along the curve each point lies (n,)."""
         return path_length(self.time, self.stretch)
 
+    def answers(self, materials: Sequence[Material | None]) -> Floats:
+        """What each material gives (materials, n) in Pa, NaN where it cannot follow the test."""
+        return Laboratory([self]).answers(materials)[0]
+
     @property
     def at_once(self) -> bool:
         """Whether the stretch is there at once."""
@@ -121,10 +150,11 @@ class MeasuredTest(Result):
 class Laboratory:
     """All tests of a calibration, and what materials answer in them."""
 
-    def __init__(self, tests: Sequence[MeasuredTest], rtol: float = RTOL) -> None:
+    def __init__(self, tests: Sequence[Experiment], rtol: float = RTOL) -> None:
         self.tests, self.rtol = tuple(tests), rtol
+        self.machine = {index: test for index, test in enumerate(self.tests) if isinstance(test, MeasuredTest)}
         groups: dict[tuple[object, ...], list[int]] = {}
-        for index, test in enumerate(self.tests):
+        for index, test in self.machine.items():
             size = test.corner_time.size
             alone = (index,) if size > TOGETHER else ()
             groups.setdefault((test.mode, test.at_once, size > 4, *alone), []).append(index)
@@ -138,6 +168,9 @@ class Laboratory:
             part = max(1, MOST // len(members))
             for first in range(0, len(there), part):
                 self._solve(members, there[first : first + part], materials, found)
+        for index, other in enumerate(self.tests):
+            if index not in self.machine:
+                found[index] = other.answers(materials)
         return found
 
     def _solve(self, members: list[int], chosen: list[int], materials: Sequence[Material | None], found: list[Floats]) -> None:
@@ -147,11 +180,11 @@ class Laboratory:
             for index in chosen
             if (material := materials[index]) is not None
             for member in members
-            if _reaches(material, self.tests[member])
+            if _reaches(material, self.machine[member])
         ]
         if not pairs:
             return
-        tests = [self.tests[member] for member, _, _ in pairs]
+        tests = [self.machine[member] for member, _, _ in pairs]
         width = max(test.measured.size for test in tests)
         times = np.array([np.append(test.time, np.full(width - test.time.size, test.time[-1])) for test in tests])
         try:

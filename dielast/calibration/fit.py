@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.calibration.experiment import Laboratory, MeasuredTest
+from dielast.calibration.experiment import Experiment, Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.calibration.problem import Problem
@@ -94,7 +94,7 @@ def starts_of(space: ParameterSpace, count: int) -> Floats:
 
 def fit_material(
     material: Material,
-    tests: Sequence[MeasuredTest],
+    tests: Sequence[Experiment],
     free: Mapping[str, Free],
     *,
     starts: int = STARTS,

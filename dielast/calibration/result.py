@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dielast.calibration.experiment import Laboratory, MeasuredTest
+from dielast.calibration.experiment import Experiment, Laboratory
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Free
@@ -24,11 +24,13 @@ LEVEL = 0.9
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Comparison(TabularResult):
-    """A test beside the model: `model`, `lower` and `upper` (n,) in Pa, between which a measured value lies with the level of the
-    calibration, specimen, model's error and noise included. NaN where the material cannot follow the test.
+    """A test beside the model: `model`, `lower` and `upper` (n,), all counted as the test counts what it measured.
+
+    A measured value lies between lower and upper with the level of the calibration, scatter of specimens, the model's error and
+    noise included. NaN where the material cannot follow the test.
     """
 
-    test: MeasuredTest
+    test: Experiment
     fitted: bool
     model: Floats
     lower: Floats
@@ -41,7 +43,7 @@ class Comparison(TabularResult):
 
     @property
     def rms_error(self) -> float:
-        """Root mean square of model - measured in Pa."""
+        """Root mean square of model - measured, in the unit of the test."""
         return float(np.sqrt(np.mean(np.square(self.model - self.test.measured))))
 
     @property
@@ -65,10 +67,16 @@ class Comparison(TabularResult):
         return [
             Column("test", None, [self.test.name] * self.test.measured.size),
             Column("time", "s", self.test.time),
-            Column("measured", "Pa", self.test.measured),
-            Column("model", "Pa", self.model),
-            Column("lower", "Pa", self.lower),
-            Column("upper", "Pa", self.upper),
+            *(
+                Column(name, None, values + self.test.rest)
+                for name, values in (
+                    ("measured", self.test.measured),
+                    ("model", self.model),
+                    ("lower", self.lower),
+                    ("upper", self.upper),
+                )
+            ),
+            Column("unit", None, [self.test.unit] * self.test.measured.size),
         ]
 
 
@@ -136,13 +144,13 @@ class Calibration(TabularResult):
         bounded = np.array([verdict != Verdict.UNDETERMINED for verdict in verdicts])
         return [
             Column("parameter", None, list(space.names)),
-            Column("unit", None, [each.unit for _, each in rows]),
             Column("start", None, np.array([each.start for _, each in rows])),
             Column("value", None, np.where(bounded, value, np.nan)),
             Column("standard_error", None, np.where(told, error, np.nan)),
             Column("lower", None, ends[0]),
             Column("upper", None, ends[1]),
             Column("verdict", None, verdicts),
+            Column("unit", None, [each.unit for _, each in rows]),
         ]
 
     def test_columns(self) -> Table:
@@ -151,12 +159,13 @@ class Calibration(TabularResult):
         return [
             Column("test", None, [each.test.name for each in every]),
             Column("used", None, ["fitted" if each.fitted else "validated" for each in every]),
-            Column("specimen", None, [each.test.specimen for each in every]),
             Column("points", None, np.array([each.test.measured.size for each in every])),
-            Column("rms_error", "Pa", np.array([each.rms_error for each in every])),
+            Column("rms_error", None, np.array([each.rms_error for each in every])),
             Column("rms_relative_error", "1", np.array([each.rms_relative_error for each in every])),
             Column("r_squared", "1", np.array([each.r_squared for each in every])),
             Column("coverage", "1", np.array([each.coverage for each in every])),
+            Column("specimen", None, [each.test.specimen for each in every]),
+            Column("unit", None, [each.test.unit for each in every]),
         ]
 
     def correlation_columns(self) -> Table:
@@ -176,7 +185,7 @@ class Calibration(TabularResult):
         tables = [each.columns() for each in self.comparisons]
         return [
             Column(parts[0].name, parts[0].unit, [str(text) for part in parts for text in part.values])
-            if parts[0].name == "test"
+            if parts[0].name in ("test", "unit")
             else Column(parts[0].name, parts[0].unit, np.concatenate([np.asarray(part.values) for part in parts]))
             for parts in zip(*tables, strict=True)
         ]
@@ -192,11 +201,11 @@ class Calibration(TabularResult):
 
 
 def calibrate(
-    tests: Sequence[MeasuredTest],
+    tests: Sequence[Experiment],
     material: Material,
     free: Mapping[str, Free],
     *,
-    validate: Sequence[MeasuredTest] = (),
+    validate: Sequence[Experiment] = (),
     starts: int = STARTS,
     specimen_scatter: float | None = None,
     draws: int = 200,
@@ -249,7 +258,7 @@ def _moves(watch: Watch | None, fit: Fit) -> Callable[[int, int], None] | None:
 
 
 def compare_tests(
-    fit: Fit, likelihood: Likelihood, draws: Floats, validate: Sequence[MeasuredTest], level: float
+    fit: Fit, likelihood: Likelihood, draws: Floats, validate: Sequence[Experiment], level: float
 ) -> tuple[Comparison, ...]:
     """The fitted tests and those to `validate` beside the model, with bands of what a further specimen would give."""
     from scipy.stats import norm

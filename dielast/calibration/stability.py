@@ -29,7 +29,7 @@ class Stability(Result):
     def said(self) -> str:
         """The finding in a sentence."""
         return (
-            f"in {self.mode} loading the springs end or are unstable at a stretch of {self.highest:.4g}, but {self.furthest:.4g} is "
+            f"in {self.mode} loading the springs end or are unstable at a stretch of {self.highest:.4g}, {self.furthest:.4g} is "
             "asked for: tests in this mode would tell whether the law is wrong there"
         )
 

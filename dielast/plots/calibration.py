@@ -71,23 +71,34 @@ def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Seque
 def _draw_test(axes: Axes, comparison: Comparison) -> None:
     """Nominal stress over the stretch, or of a test that holds a stretch over time."""
     test = comparison.test
-    still = np.abs(np.diff(test.stretch)) <= 1e-3 * max(float(np.ptp(test.stretch)), 1e-9)
-    over_time = np.mean(still) > LEFT_TO_TIME or np.ptp(test.stretch) == 0
-    x = test.time if over_time else test.stretch
+    x, over_time = test.time, True
+    if test.stretch is not None and np.ptp(test.stretch) > 0:
+        still = np.abs(np.diff(test.stretch)) <= 1e-3 * float(np.ptp(test.stretch))
+        over_time = bool(np.mean(still) > LEFT_TO_TIME)
+        x = test.time if over_time else test.stretch
+    factor = KILO if test.unit == "Pa" else 1.0
     order = np.arange(x.size)
     axes.fill(
         np.concatenate((x, x[::-1])),
-        KILO * np.concatenate((comparison.lower, comparison.upper[::-1])),
+        factor * (np.concatenate((comparison.lower, comparison.upper[::-1])) + test.rest),
         color=COLOURS[2],
         alpha=SHADE,
         linewidth=0,
     )
     chosen = spread(test.place, 30) if x.size > 30 else order
     look = ("0.35", "o") if comparison.fitted else (COLOURS[1], "s")
-    axes.plot(x[chosen], KILO * test.measured[chosen], look[1], color=look[0], markerfacecolor="white", markersize=2.6, mew=0.6)
-    axes.plot(x, KILO * comparison.model, "-", color=COLOURS[0], linewidth=1.0)
+    axes.plot(
+        x[chosen],
+        factor * (test.measured[chosen] + test.rest),
+        look[1],
+        color=look[0],
+        markerfacecolor="white",
+        markersize=2.6,
+        mew=0.6,
+    )
+    axes.plot(x, factor * (comparison.model + test.rest), "-", color=COLOURS[0], linewidth=1.0)
     axes.set_xlabel("time [s]" if over_time else "stretch [1]")
-    axes.set_ylabel("nominal stress [kPa]")
+    axes.set_ylabel("nominal stress [kPa]" if test.unit == "Pa" else "stretch [1]")
     if over_time:
         log_axis(axes, "x")
     name = test.name if len(test.name) <= 30 else f"{test.name[:29]}\N{HORIZONTAL ELLIPSIS}"
@@ -95,7 +106,8 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     axes.set_title(
         typeset(f"{name}, {test.temperature:.4g} degC: {number(error, 2)} %"), fontsize=6.5, loc="left", parse_math=False
     )
-    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    if test.rest == 0:
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
 
 
 def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:

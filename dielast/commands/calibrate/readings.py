@@ -7,6 +7,7 @@ from functools import partial
 
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
+from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.calibrate.tests import read_test
 from dielast.commands.command import Reading
 from dielast.errors import InputError
@@ -24,7 +25,10 @@ def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator
     yield "", recipe.free, partial(_free, recipe, inputs)
     for key, tests in (("test", recipe.test), ("validate", recipe.validate_)):
         for index, test in enumerate(tests):
-            yield f"{key}[{index}].file", test, partial(read_test, test, inputs, 20.0, test.file)
+            if test.recipe is not None:
+                yield f"{key}[{index}].recipe", test, partial(recipe_tests, test.recipe, inputs, test.recipe, test.recipe)
+            else:
+                yield f"{key}[{index}].file", test, partial(read_test, test, inputs, 20.0, str(test.file))
 
 
 def _material(name: str, inputs: Inputs) -> object:

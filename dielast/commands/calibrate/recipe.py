@@ -17,11 +17,16 @@ ROLES = {"time": TIME, "stretch": NUMBER, "strain": STRAIN, "extension": LENGTH,
 
 
 class TestData(TextTable):
-    """A test as a testing machine wrote it: its history of stretch is followed, its stress is compared."""
+    """A test as a testing machine wrote it: its history of stretch is followed, its stress is compared. Or a recipe of relax, creep
+    or actuate, whose measured points are compared.
+    """
 
     __test__: ClassVar = False  # no test of the project
 
-    file: InputFile = Field(description="The table of the test.")
+    file: InputFile | None = Field(None, description="The table of the test.")
+    recipe: InputFile | None = Field(
+        None, description="Instead: a recipe of relax, creep or actuate whose [[compare]] over time [s] holds what was measured."
+    )
     columns: MachineColumns = Field(
         MachineColumns(), description="Which column is what: time, with stretch, strain or extension, and nominal stress or force."
     )
@@ -40,6 +45,10 @@ class TestData(TextTable):
 
     @model_validator(mode="after")
     def _paced(self) -> Self:
+        if (self.file is None) == (self.recipe is None):
+            raise InputError("either file (a table) or recipe (of relax, creep or actuate) is needed")
+        if self.recipe is not None and (other := sorted(self.model_fields_set - {"recipe", "specimen_id", "label"})):
+            raise InputError(f"{', '.join(other)}: the recipe of a test states that itself")
         if self.rate is not None and self.columns.time is not None:
             raise InputError("columns.time and rate both say when: one of them is needed", key="rate")
         if self.rate is not None and self.rate <= 0:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.calibration.experiment import MeasuredTest
+from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import MANY, Watch
 from dielast.calibration.parameters import Free
 from dielast.calibration.profiles import Verdict
@@ -30,6 +30,7 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 
 DRAWS = "draws.csv"
+STRETCHED = 2.0  # up to which springs must be stable where no test prescribes the stretch
 KEPT = "the best fit so far is written, if there is one"
 
 
@@ -37,8 +38,8 @@ KEPT = "the best fit so far is written, if there is one"
 class Asked:
     """What a recipe asks for, read: tests to fit and to predict, materials by file, and what is free of each."""
 
-    tests: list[MeasuredTest]
-    predicted: list[MeasuredTest]
+    tests: list[Experiment]
+    predicted: list[Experiment]
     materials: dict[str, Material]
     free: dict[str, dict[str, Free]]
 
@@ -139,7 +140,8 @@ def _candidate(
     )
     across = options.cross_validation if options.cross_validation is not None else several
     prediction = predicted(result.fit) if across and result.fit.finished else None
-    furthest = options.stable_up_to or max(float(np.max(test.stretch)) for test in asked.tests)
+    reached = [float(np.max(test.stretch)) for test in asked.tests if test.stretch is not None]
+    furthest = options.stable_up_to or max(reached, default=STRETCHED)
     return Candidate(name, result, prediction, stabilities(result.material, furthest))
 
 

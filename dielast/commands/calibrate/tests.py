@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from dielast.calibration.experiment import MeasuredTest
+from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.commands.calibrate.recipe import TestData
-from dielast.errors import InputError, located
+from dielast.commands.calibrate.simulated import recipe_tests
+from dielast.errors import InputError, Mistakes, located, placed
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.numerics.columns import Flags, Floats
@@ -20,10 +22,26 @@ MOST_POINTS = 400  # of a test that are compared: more tell nothing more
 _TRUE = ("true", "cauchy")
 
 
-def read_tests(tests: Sequence[TestData], inputs: Inputs, temperature: float, key: str) -> list[MeasuredTest]:
-    """All tests under a `key`; `temperature` in degC is that of a test that states none."""
-    names = named(tests)
-    return [read_test(test, inputs, temperature, name) for test, name in zip(tests, names, strict=True)]
+def read_tests(tests: Sequence[TestData], inputs: Inputs, temperature: float, key: str) -> list[Experiment]:
+    """All tests under a `key`, those of recipes too; `temperature` in degC is that of a test that states none.
+
+    Raises `InputError` with a line for every mistake.
+    """
+    found, wrong = list[Experiment](), Mistakes()
+    for index, (test, name) in enumerate(zip(tests, named(tests), strict=True)):
+        made = wrong.tried(partial(_read, test, inputs, temperature, name, f"{key}[{index}]"))
+        found += made or ()
+    wrong.refuse()
+    return found
+
+
+def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: str) -> list[Experiment]:
+    """The test of a table, or the tests of a recipe."""
+    if test.recipe is None:
+        with placed(lambda problem: problem.within(key=f"{key}.file") if problem.file else problem.at(key=key)):
+            return [read_test(test, inputs, temperature, name)]
+    with placed(lambda problem: problem.within(key=f"{key}.recipe")):
+        return [*recipe_tests(test.recipe, inputs, name, test.specimen_id or name)]
 
 
 def named(tests: Sequence[TestData]) -> list[str]:
@@ -38,7 +56,8 @@ def named(tests: Sequence[TestData]) -> list[str]:
 
 
 def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> MeasuredTest:
-    """A test; raises `InputError` naming the file for columns that are missing or wrong."""
+    """A test of a table; raises `InputError` naming the file for columns that are missing or wrong."""
+    assert test.file is not None
     table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
     rows = _rows(table, test)
     stretch = _quantity(table, test, "stretch", rows)
@@ -67,14 +86,12 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
 
 
 def _quantity(table: MeasuredTable, test: TestData, quantity: str, rows: Flags) -> Floats:
+    """The stretch, or the nominal stress in Pa, of these rows."""
     role, column = role_in(table, quantity, test.columns)
     header = table.names[table.find(column, role)]
     if role == "stress" and any(word in header.casefold() for word in _TRUE):
-        raise InputError(
-            f'column "{header}" is a true stress, but nominal stress is needed: force over the undeformed section, or true stress '
-            "over the stretch in a uniaxial test",
-            file=test.file,
-        )
+        needed = "but nominal stress is needed: force over the undeformed section, in uniaxial loading true stress over the stretch"
+        raise InputError(f'column "{header}" is a true stress, {needed}', file=test.file)
     if wrong := mistaken(table, column, role):
         raise InputError(wrong, file=test.file)
     return read_as(table, role, column, test.specimen, rows)
@@ -106,4 +123,4 @@ def _thinned(time: Floats, stretch: Floats) -> np.ndarray[tuple[int], np.dtype[n
 
 def _called(test: TestData) -> str:
     chosen = ", ".join(f"{name} {value}" for name, value in test.where.items())
-    return Path(test.file).stem + (f", {chosen}" if chosen else "")
+    return Path(test.file or test.recipe or "").stem + (f", {chosen}" if chosen else "")
