@@ -21,7 +21,7 @@ from dielast.numerics.columns import Flags, Floats
 STARTS = 8
 INSIDE = 0.1  # of the range, that starts keep from the bounds
 ROUNDS = 2  # of fits, each with the scatter that the one before has shown
-SAME = 1e-3  # relative difference of sums of squares up to which two starts have found the same
+SAME = 1e-3  # difference of sums of squares, over the least or a hundred, up to which two starts have found the same
 
 MANY = 0.5  # share of starts that end in the best fit, below which there may be a better one
 
@@ -33,7 +33,7 @@ Watch = Callable[[str, int, int, float], None]
 class Fit(Result):
     """A fitted material: `coordinates` (p,) of the `problem`, its `scatter`, and how the starts ended.
 
-    `start_cost` (starts,) are sums of squares over that of the best, infinite where a start could not be followed; `curves` are
+    `start_cost` (starts,) are sums of squares, infinite where a start could not be followed; `curves` are
     those measured, with the model's; `slopes` (n, p) the derivatives of all answers in the coordinates.
     """
 
@@ -62,7 +62,8 @@ class Fit(Result):
     @property
     def same_share(self) -> float:
         """Share of the starts that ended where the best did."""
-        return float(np.mean(self.start_cost <= 1 + SAME))
+        least = float(np.min(self.start_cost))
+        return float(np.mean(self.start_cost <= least + SAME * max(least, 100.0)))
 
     @property
     def aic(self) -> float:
@@ -71,7 +72,7 @@ class Fit(Result):
         There are as many independent points as curves have usual lengths of correlation.
         """
         count = sum(float(place[-1]) for place in self.curves.places) / (2 * FIRST_LENGTH)
-        relative = self.curves.differences / np.concatenate(self.curves.levels)
+        relative = self.curves.differences / np.concatenate(self.curves.levels())
         return count * float(np.log(np.mean(np.square(relative)))) + 2 * len(self.space)
 
     @property
@@ -146,7 +147,7 @@ def fit_space(
         found = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=look("starts", curves, scatter))
         if not np.isfinite(found.cost[found.best]):
             raise NumericsError("no start can follow all tests: is a stretch beyond a limit of the springs?")
-        ends = found.cost / found.cost[found.best]
+        ends = found.cost
         at = found.coordinates[found.best]
         for _ in range(ROUNDS):
             curves = problem.curves(at)

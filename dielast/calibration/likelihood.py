@@ -82,7 +82,7 @@ def likelihood_of(fit: Fit) -> Likelihood:
 
     told = whiten @ fit.slopes
     information = told.T @ told
-    lengths = sum(float(place[-1]) for place in curves.places) / (2 * fit.scatter.length)
+    lengths = sum(float(place[-1]) for place in curves.places) / fit.scatter.length
     pieces = max(lengths + len(curves.places) - int(np.count_nonzero(seen)), FEWEST)
     covariance = _covariance(information + known, ~fit.at_bound)
     return Likelihood(fit, residuals, information, covariance, pieces)

@@ -74,7 +74,7 @@ def weights_of(curves: Curves, scatter: Scatter) -> list[Floats]:
     variance = scatter.model_error**2
     shared = scatter.specimen**2 / (scatter.specimen**2 + variance) if variance > 0 else 0.0
     found = []
-    for k, (level, place) in enumerate(zip(curves.levels, curves.places, strict=True)):
+    for k, (level, place) in enumerate(zip(curves.levels(), curves.places, strict=True)):
         spacing = np.gradient(place) if place.size > 1 else np.ones(1)
         independent = np.maximum(spacing, 0.0) / (2 * scatter.length) + 1e-6
         together = int(np.count_nonzero(curves.specimen == curves.specimen[k]))

@@ -124,8 +124,11 @@ class Calibration(TabularResult):
         chosen = [each for each in self.comparisons if each.fitted is fitted and each.followed]
         if not chosen:
             return np.nan, np.nan
-        miss = np.concatenate([each.model - each.test.measured for each in chosen])
-        measured = np.concatenate([each.test.measured for each in chosen])
+        # values of several units are counted by the size that they have in their test
+        mixed = len({each.test.unit for each in chosen}) > 1
+        sizes = [float(np.sqrt(np.mean(np.square(each.test.measured)))) if mixed else 1.0 for each in chosen]
+        miss = np.concatenate([(each.model - each.test.measured) / size for each, size in zip(chosen, sizes, strict=True)])
+        measured = np.concatenate([each.test.measured / size for each, size in zip(chosen, sizes, strict=True)])
         square = float(np.mean(np.square(miss)))
         return float(np.sqrt(square / np.mean(np.square(measured)))), 1 - square / float(np.var(measured))
 
@@ -271,7 +274,7 @@ def compare_tests(
     found = []
     for k, (test, answer) in enumerate(zip(tests, answers, strict=True)):
         model, drawn = answer[0], answer[1:]
-        whole = np.sqrt(0.5 * (np.square(model) + np.mean(np.square(model))))
+        whole = np.sqrt((1 - scatter.steady) * np.square(model) + scatter.steady * np.mean(np.square(model)))
         variance = np.square(whole) * (scatter.model_error**2 + noise**2) + np.square(scatter.specimen * model)
         middle, spread = model, np.sqrt(variance)
         if len(drawn) > 2:

@@ -8,14 +8,16 @@ The difference between a measured curve and the model's is taken for the sum of
 - a factor on all that is measured on one specimen, log-normal, a random effect: further points of a specimen do not tell more
   about the material than the specimen does (Laird and Ware 1982, DOI 10.2307/2529876).
 
-The level of a curve is the root mean square of each value and the whole curve's, so that small values count less, but count. Share
-and length of the model's error are those of the greatest restricted likelihood (Patterson and Thompson 1971).
+The level of a curve is between each value and the root mean square of the whole curve: errors are partly relative and partly
+absolute. How much of them is, and the size and length of the model's error, are those of the greatest restricted likelihood
+(Patterson and Thompson 1971, DOI 10.1093/biomet/58.3.545).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -25,19 +27,21 @@ LEAST_NOISE = 1e-3  # of the level: no machine is better
 SHARES = 0.002 * 2.0 ** np.arange(9)  # of the model's error, that are tried
 LENGTHS = np.array((0.03, 0.1, 0.3, 1.0))  # of its correlation, that are tried
 USUAL_SCATTER, KNOWN_AS_FROM = 0.05, 4.0  # of specimens, and of how many specimens that is taken to be known
+STEADY = (0.03, 0.2, 0.6)  # shares of the level's square that are the same along a curve, that are tried
 FIRST_SHARE, FIRST_LENGTH = 0.05, 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scatter:
     """The scatter of measured curves: `noise` (curves,), `model_error` and `specimen` as shares of the level, `length` as distance
-    along a curve.
+    along a curve. Of the level's square a share `steady` is the same along a curve, the rest follows it.
     """
 
     noise: Floats
     model_error: float
     length: float
     specimen: float
+    steady: float = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,10 +57,9 @@ class Curves:
     places: tuple[Floats, ...]
     specimen: Cases
 
-    @property
-    def levels(self) -> list[Floats]:
-        """The level of each curve at its points (n,)."""
-        return [np.sqrt(0.5 * (np.square(values) + np.mean(np.square(values)))) for values in self.model]
+    def levels(self, steady: float = 0.5) -> list[Floats]:
+        """The level of each curve at its points (n,), of whose square a share `steady` is that of the whole curve."""
+        return [np.sqrt((1 - steady) * np.square(values) + steady * np.mean(np.square(values))) for values in self.model]
 
     @property
     def measured(self) -> Floats:
@@ -79,10 +82,10 @@ class Curves:
         return Curves(values, model, places, self.specimen[chosen])
 
 
-def noise_of(curves: Curves, residuals: Sequence[Floats]) -> Floats:
+def noise_of(curves: Curves, residuals: Sequence[Floats], steady: float = 0.5) -> Floats:
     """The noise (curves,) of each curve over its level, from how far each residual is from the line through its neighbours."""
     found = []
-    for values, places, level in zip(residuals, curves.places, curves.levels, strict=True):
+    for values, places, level in zip(residuals, curves.places, curves.levels(steady), strict=True):
         if values.size < 5:
             found.append(0.01)
             continue
@@ -114,7 +117,7 @@ class Whitening:
 
     def _covariance(self, own: Cases) -> Floats:
         """The covariance of all points of one specimen."""
-        scatter, levels = self.scatter, self.curves.levels
+        scatter, levels = self.scatter, self.curves.levels(self.scatter.steady)
         sizes = [levels[k].size for k in own]
         matrix = np.zeros((sum(sizes), sum(sizes)))
         first = 0
@@ -168,8 +171,9 @@ def estimate(
     found = Scatter(noise, FIRST_SHARE, FIRST_LENGTH, specimen)
     for _ in range(1 if stated_specimen is not None else 2):
         best = -np.inf
-        for length in LENGTHS:
-            trials = [Scatter(noise, float(share), float(length), specimen) for share in SHARES]
+        for length, steady in product(LENGTHS.tolist(), STEADY):
+            noise = noise_of(curves, curves.split(differences), steady)
+            trials = [Scatter(noise, float(share), length, specimen, steady) for share in SHARES]
             likelihood = [_restricted(curves, trial, differences, jacobian, precision) for trial in trials]
             if max(likelihood) > best:
                 best, share = max(likelihood), _vertex(np.log(SHARES), np.array(likelihood))
