@@ -18,6 +18,8 @@ from dielast.material.numbers import SCALE, Kind, Numbers, kinds_of, material_of
 from dielast.numerics.columns import Floats
 
 WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
+TINY = 1e-3  # of the start: a modulus that is 0 in a draw has a logarithm all the same
+NARROW = 1e-3  # standard deviation of a coordinate that draws do not tell
 SIGNED = 3.0  # default bounds of a number of either sign, in scales on either side of the start
 _KEY = re.compile(r"(?P<section>[a-z]+)\.(?P<key>[A-Za-z0-9_]+)(\[(?P<index>\d+)\])?")
 
@@ -26,7 +28,8 @@ _KEY = re.compile(r"(?P<section>[a-z]+)\.(?P<key>[A-Za-z0-9_]+)(\[(?P<index>\d+)
 class Free(Result):
     """What is known beforehand of a parameter: bounds, and a `prior` value with its `relative` standard deviation, all in SI.
 
-    `start` is where a fit begins, by default the prior or the value of the material.
+    `start` is where a fit begins, by default the prior or the value of the material. `draws` of the material, such as a master
+    curve's, are a prior with all correlations between the parameters that have them.
     """
 
     min: float | None = None
@@ -34,6 +37,7 @@ class Free(Result):
     start: float | None = None
     prior: float | None = None
     relative: float | None = None
+    draws: Sequence[Material] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +163,38 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
         if each.prior is not None and each.relative is not None:
             width = each.relative if each.scale is None else each.relative * abs(each.prior) / each.scale
             centre[k], precision[k] = float(each.coordinate(each.prior)), 1 / width**2
-    return ParameterSpace(material, tuple(found), centre, np.diag(precision))
+    whole = np.diag(precision)
+    drawn = [k for k, each in enumerate(found) if _free_of(free, each).draws]
+    if drawn:
+        members = next(known.draws for known in free.values() if known.draws)
+        centre[drawn], whole[np.ix_(drawn, drawn)] = _moments(members, [found[k] for k in drawn])
+    return ParameterSpace(material, tuple(found), centre, whole)
+
+
+def _free_of(free: Mapping[str, Free], parameter: Parameter) -> Free:
+    """What is known of a parameter, or of the list that it is an entry of."""
+    return free.get(parameter.name) or free[f"{parameter.section}.{parameter.key}"]
+
+
+def _moments(members: Sequence[Material], parameters: Sequence[Parameter]) -> tuple[Floats, Floats]:
+    """Mean (k,) and precision (k, k) of the parameters' coordinates in draws of a material.
+
+    Few draws do not tell every correlation: these are shrunk (Ledoit and Wolf 2004, DOI 10.1016/S0047-259X(03)00096-4) by the share
+    that chance has in them.
+    """
+    values = []
+    for member in members:
+        numbers = numbers_of(member)
+        own = [numbers[each.section][each.key] for each in parameters]
+        values.append([one if each.index is None else one[each.index] for each, one in zip(parameters, own, strict=True)])
+    least = [TINY * abs(each.start) if each.scale is None else -np.inf for each in parameters]
+    table = np.maximum(np.array(values, dtype=float), least)
+    coordinates = np.stack([each.coordinate(column) for each, column in zip(parameters, table.T, strict=True)], axis=1)
+    covariance = np.atleast_2d(np.cov(coordinates.T))
+    variance = np.diag(covariance) + NARROW**2
+    share = min(len(parameters) / len(members), 1.0)
+    shrunk = (1 - share) * covariance + np.diag(variance - (1 - share) * np.diag(covariance))
+    return np.asarray(coordinates.mean(axis=0)), np.asarray(np.linalg.inv(shrunk), dtype=float)
 
 
 def _between(times: Sequence[float], k: int) -> Free:

@@ -247,6 +247,22 @@ def test_what_cannot_be_free_is_said(free: dict[str, Free], message: str) -> Non
     assert message in str(caught.value)
 
 
+def test_draws_are_a_prior_with_their_correlations() -> None:
+    random = np.random.default_rng(1)
+    both = 0.2 * random.standard_normal(400)
+    members = [
+        replace(TRUTH, equilibrium_modulus=20e3 * np.exp(b), spectrum=Spectrum([100.0, 3.0], [18e3 * np.exp(b), 40e3 * np.exp(c)]))
+        for b, c in zip(both, 0.1 * random.standard_normal(400), strict=True)
+    ]
+    free = {"equilibrium.shear_modulus": Free(draws=members), "nonequilibrium.shear_modulus": Free(draws=members)}
+    space = parameter_space(TRUTH, {**free, "equilibrium.J_lim": Free()})
+    covariance = np.linalg.inv(space.precision[:3, :3])
+    assert np.allclose(np.sqrt(np.diag(covariance)), [0.2, 0.2, 0.1], rtol=0.15)
+    assert covariance[0, 1] / 0.2**2 == pytest.approx(1, abs=0.15)
+    assert np.allclose(space.centre[:3], np.log([20e3, 18e3, 40e3]), atol=0.03)
+    assert not space.precision[3].any()
+
+
 def test_tests_that_cannot_be_are_said(exact: tuple[MeasuredTest, ...]) -> None:
     with pytest.raises(InputError, match="at least 3"):
         MeasuredTest("short", [0.0, 1.0], [1.0, 1.1], [0.0, 1.0], 20.0)

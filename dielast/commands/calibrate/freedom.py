@@ -3,37 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.commands.calibrate.recipe import FreeValue
+from dielast.commands.simulation.uncertainty import read_members
 from dielast.errors import InputError, Mistakes, Problem, quoted, shown
+from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.material.numbers import kinds_of
 from dielast.units import parse
 
+FEWEST_DRAWS = 10  # that tell a standard deviation
 
-def free_of(free: Mapping[str, FreeValue], materials: Mapping[str, Material]) -> dict[str, dict[str, Free]]:
+
+def free_of(free: Mapping[str, FreeValue], materials: Mapping[str, Material], inputs: Inputs) -> dict[str, dict[str, Free]]:
     """What is free of each material by its file: the keys that it has, of all that any of them has.
+
+    A prior from draws reads those of the material.
 
     Raises `InputError` with a line for every key that no material has, and every value or bound that is wrong.
     """
     wrong, found = Mistakes(), dict[str, dict[str, Free]]()
     for path, stated in free.items():
-        if not any(_has(material, path) for material in materials.values()):
-            first = next(iter(materials.values()))
-            wrong.tried(lambda path=path, first=first: _placed(first, {path: Free()}))  # type: ignore[misc]
-            continue
-        for name, material in materials.items():
-            if _has(material, path):
-                value = wrong.tried(lambda stated=stated, path=path, material=material: _converted(stated, path, material))  # type: ignore[misc]
-                if value is not None:
-                    found.setdefault(name, {})[path] = value
+        having = {name: material for name, material in materials.items() if _has(material, path)}
+        if not having:
+            wrong.tried(partial(_placed, next(iter(materials.values())), {path: Free()}))
+        for name, material in having.items():
+            value = wrong.tried(partial(_converted, stated, path, name, material, inputs))
+            if value is not None:
+                found.setdefault(name, {})[path] = value
     wrong.refuse()
     for name, material in materials.items():
         if name not in found:
             raise InputError(f"nothing of {name} is free", key="free")
-        wrong.tried(lambda material=material, own=found[name]: _placed(material, own))  # type: ignore[misc]
+        wrong.tried(partial(_placed, material, found[name]))
     wrong.refuse()
     return found
 
@@ -55,8 +60,18 @@ def _has(material: Material, path: str) -> bool:
     return key.partition("[")[0] in kinds_of(material).get(section, {})
 
 
-def _converted(stated: FreeValue, path: str, material: Material) -> Free:
+def _converted(stated: FreeValue, path: str, name: str, material: Material, inputs: Inputs) -> Free:
     """Bounds and prior in SI."""
+    if stated.prior == "draws":
+        if stated.relative is not None:
+            raise InputError('prior = "draws" knows its own standard deviation: leave relative out', key=f"{_key(path)}.relative")
+        members = read_members(name, inputs)
+        if len(members) < FEWEST_DRAWS:
+            said = f"{name} has {len(members)} draws, at least {FEWEST_DRAWS} are needed"
+            raise InputError(f"{said}: mastercurve with [uncertainty] and spectrum make them", key=f"{_key(path)}.prior")
+        stated, drawn = stated.model_copy(update={"prior": None}), members
+    else:
+        drawn = ()
     section, _, key = path.partition(".")
     kind = kinds_of(material)[section][key.partition("[")[0]]
 
@@ -73,4 +88,4 @@ def _converted(stated: FreeValue, path: str, material: Material) -> Free:
             raise InputError(f"{shown(value)}: a bare number is needed", key=f"{_key(path)}.{name}")
         return float(value)
 
-    return Free(number("min"), number("max"), number("start"), number("prior"), stated.relative)
+    return Free(number("min"), number("max"), number("start"), number("prior"), stated.relative, drawn)

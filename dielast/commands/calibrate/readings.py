@@ -41,4 +41,4 @@ def _free(recipe: CalibrateRecipe, inputs: Inputs) -> None:
         materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
     except InputError:
         return
-    free_of(recipe.free, materials)
+    free_of(recipe.free, materials, inputs)

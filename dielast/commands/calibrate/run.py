@@ -59,7 +59,7 @@ def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
     materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
     at = next(iter(materials.values())).reference_temperature
     tests, further = read_tests(recipe.test, inputs, at, "test"), read_tests(recipe.validate_, inputs, at, "validate")
-    return Asked(tests, further, materials, free_of(recipe.free, materials))
+    return Asked(tests, further, materials, free_of(recipe.free, materials, inputs))
 
 
 def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> Report:
