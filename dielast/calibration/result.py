@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,7 +16,9 @@ from dielast.calibration.profiles import Profile, Verdict, profiles_of
 from dielast.calibration.scatter import specimen_factors
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.calibrated import CalibratedRange
 from dielast.material.material import Material
+from dielast.mechanics.load import Mode
 from dielast.numerics.columns import Floats
 
 LEVEL = 0.9
@@ -99,13 +101,14 @@ class Calibration(TabularResult):
 
     @property
     def material(self) -> Material:
-        """The fitted material."""
-        return self.fit.material
+        """The fitted material, with the range of the tests."""
+        return replace(self.fit.material, calibrated=range_of(self.fit))
 
     @property
     def materials(self) -> tuple[Material, ...]:
         """The material of each draw."""
-        return tuple(each for each in self.fit.space.materials(self.draws) if each is not None)
+        known = range_of(self.fit)
+        return tuple(replace(each, calibrated=known) for each in self.fit.space.materials(self.draws) if each is not None)
 
     @property
     def verdicts(self) -> dict[str, str]:
@@ -201,6 +204,21 @@ class Calibration(TabularResult):
             Column("value", None, np.concatenate([each.value(profile.coordinate) for each, profile in pairs] or [np.zeros(0)])),
             Column("rise", "1", np.concatenate([profile.rise for _, profile in pairs] or [np.zeros(0)])),
         ]
+
+
+def range_of(fit: Fit) -> CalibratedRange | None:
+    """The range of the tests of a fit, None without tests in which the stretch was prescribed."""
+    machine = fit.problem.laboratory.machine.values()
+    if not machine:
+        return None
+    times = [float(end) for test in machine for end in (test.time[test.time > 0][0], test.time[-1])]
+    heat = [test.temperature for test in machine]
+    return CalibratedRange(
+        tuple(sorted({Mode(test.mode).value for test in machine})),
+        max(test.largest_invariant for test in machine),
+        (min(times), max(times)),
+        (min(heat), max(heat)),
+    )
 
 
 def calibrate(

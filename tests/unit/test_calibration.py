@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -33,9 +34,11 @@ from dielast.calibration.parameters import parameter_space
 from dielast.calibration.ranking import predicted
 from dielast.calibration.scatter import Curves, Scatter, Whitening, noise_of, specimen_factors
 from dielast.calibration.stability import stabilities
-from dielast.errors import InputError, NumericsError
+from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
+from dielast.handover.material_file import parse_material, write_material
 from dielast.io.table import to_csv
+from dielast.material.checks import warn_of_range
 from dielast.material.numbers import material_of, numbers_of
 from dielast.material.springs import SpringLaw
 from dielast.mechanics.load import Step
@@ -180,6 +183,40 @@ def test_the_fit_finds_what_made_the_tests(exact: tuple[MeasuredTest, ...]) -> N
     # another specimen than the material: its level is less well known than the scatter of specimens
     error = likelihood_of(fit).standard_error
     assert 0.02 < error[0] < 0.08
+
+
+def test_an_interrupt_keeps_the_best_so_far(exact: tuple[MeasuredTest, ...]) -> None:
+    seen: list[float] = []
+
+    def watch(what: str, done: int, total: int, misfit: float) -> None:
+        seen.append(misfit)
+        if len(seen) == 4:
+            raise KeyboardInterrupt
+
+    found = calibrate(exact[:1], START, MODULI, starts=1, draws=20, watch=watch)
+    assert not found.fit.finished
+    assert seen[3] <= seen[0]
+    assert found.profiles == ()
+    assert found.draws.size == 0
+    assert np.isfinite(found.total(True)[0])
+    assert set(found.to_frame()["verdict"]) == {""}
+
+
+def test_a_material_knows_its_tests(exact: tuple[MeasuredTest, ...]) -> None:
+    found = calibrate(exact, replace(START, spectrum=TRUTH.spectrum), {"equilibrium.shear_modulus": Free()}, starts=1, draws=0)
+    known = found.material.calibrated
+    assert known is not None
+    assert known.modes == ("uniaxial",)
+    assert known.largest_invariant == pytest.approx(9 + 2 / 3)
+    assert parse_material(write_material(found.material), "m.toml").calibrated == known
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_range(found.material, np.array([[1.0, 2.9], [1.0, 2.9**-0.5]]), "uniaxial")
+        warn_of_range(TRUTH, np.array([[9.0], [9.0]]), None)
+    with pytest.warns(DielastWarning, match="go to I1 = 18.01, but the material was calibrated by uniaxial tests up to I1 = 9.667"):
+        warn_of_range(found.material, np.array([[3.0], [3.0]]), "equibiaxial")
+    with pytest.warns(DielastWarning, match="alone: equibiaxial loading asks more"):
+        warn_of_range(found.material, np.array([[1.7], [1.7]]), "equibiaxial")
 
 
 def test_what_no_test_sees_has_a_verdict_and_no_number(exact: tuple[MeasuredTest, ...]) -> None:
