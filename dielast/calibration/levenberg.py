@@ -16,7 +16,7 @@ from dielast.numerics.columns import Cases, Flags, Floats
 NUDGE = 1e-3  # of a coordinate, for derivatives: far above the solver's tolerance, far below what a logarithm curves by
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-9, 1e9
 FALL, RISE = 0.2, 5.0  # of the damping, after a step that was taken and one that was not
-SETTLED = 1e-6  # relative change of the sum of squares with which a fit ends
+SETTLED = 1e-5  # relative change of the sum of squares with which a fit ends
 LONGEST = 1.5  # step of a coordinate: a factor of 4.5 of a positive number
 MOST_ITERATIONS = 60
 

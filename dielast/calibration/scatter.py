@@ -24,7 +24,7 @@ import numpy as np
 from dielast.numerics.columns import Cases, Floats
 
 LEAST_NOISE = 1e-3  # of the level: no machine is better
-SHARES = 0.002 * 2.0 ** np.arange(9)  # of the model's error, that are tried
+SHARES = 0.002 * 3.0 ** np.arange(6)  # of the model's error, that are tried
 LENGTHS = np.array((0.03, 0.1, 0.3, 1.0))  # of its correlation, that are tried
 USUAL_SCATTER, KNOWN_AS_FROM = 0.05, 4.0  # of specimens, and of how many specimens that is taken to be known
 STEADY = (0.03, 0.2, 0.6)  # shares of the level's square that are the same along a curve, that are tried
@@ -169,21 +169,19 @@ def estimate(
     noise = noise_of(curves, curves.split(differences))
     specimen = stated_specimen if stated_specimen is not None else USUAL_SCATTER if known is None else known.specimen
     found = Scatter(noise, FIRST_SHARE, FIRST_LENGTH, specimen)
-    for _ in range(1 if stated_specimen is not None else 2):
-        best = -np.inf
-        for length, steady in product(LENGTHS.tolist(), STEADY):
-            noise = noise_of(curves, curves.split(differences), steady)
-            trials = [Scatter(noise, float(share), length, specimen, steady) for share in SHARES]
-            likelihood = [_restricted(curves, trial, differences, jacobian, precision) for trial in trials]
-            if max(likelihood) > best:
-                best, share = max(likelihood), _vertex(np.log(SHARES), np.array(likelihood))
-                found = replace(trials[0], model_error=float(np.exp(share)))
-        if stated_specimen is None:
-            factors = specimen_factors(curves, found, differences)
-            # a scaled inverse chi-square prior: as if so many specimens with the usual scatter were known already
-            total = KNOWN_AS_FROM * USUAL_SCATTER**2 + float(np.sum((factors - factors.mean()) ** 2))
-            specimen = float(np.sqrt(total / (KNOWN_AS_FROM + factors.size - 1)))
-            found = replace(found, specimen=specimen)
+    best = -np.inf
+    for length, steady in product(LENGTHS.tolist(), STEADY):
+        noise = noise_of(curves, curves.split(differences), steady)
+        trials = [Scatter(noise, float(share), length, specimen, steady) for share in SHARES]
+        likelihood = [_restricted(curves, trial, differences, jacobian, precision) for trial in trials]
+        if max(likelihood) > best:
+            best, share = max(likelihood), _vertex(np.log(SHARES), np.array(likelihood))
+            found = replace(trials[0], model_error=float(np.exp(share)))
+    if stated_specimen is None:
+        factors = specimen_factors(curves, found, differences)
+        # a scaled inverse chi-square prior: as if so many specimens with the usual scatter were known already
+        total = KNOWN_AS_FROM * USUAL_SCATTER**2 + float(np.sum((factors - factors.mean()) ** 2))
+        found = replace(found, specimen=float(np.sqrt(total / (KNOWN_AS_FROM + factors.size - 1))))
     return found
 
 

@@ -25,7 +25,7 @@ QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
     ("recipe", "message"),
     [
         (HEAD + TEST + "[free]\n", 'free: nothing is free: write, for example, "equilibrium.shear_modulus" = {}'),
-        (TEST + FREE + 'kind = "calibrate"\n', "either material or materials is needed"),
+        ('kind = "calibrate"\n' + TEST + FREE, "either material or materials is needed"),
         (HEAD + TEST.replace(SPECIMEN, "") + FREE, "an extension needs the undeformed specimen"),
         (HEAD + TEST.replace(SPECIMEN, 'specimen = { gauge_length = "80 mm" }') + FREE, "a force needs the undeformed specimen"),
         (HEAD + TEST + '[free]\n"equilibrium.C20" = {}\n', 'free."equilibrium.C20": the material has no such constant; there are'),

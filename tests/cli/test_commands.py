@@ -68,7 +68,7 @@ HEADERS = {
     ],
 }
 FITTED = [
-    *("equilibrium.shear_modulus", "equilibrium.J_lim", "nonequilibrium.shear_modulus[0]", "nonequilibrium.shear_modulus[1]"),
+    *("equilibrium.shear_modulus", "nonequilibrium.shear_modulus[0]", "nonequilibrium.shear_modulus[1]"),
     *("nonequilibrium.relaxation_time[0]", "nonequilibrium.relaxation_time[1]"),
 ]
 HEADERS |= {
@@ -86,7 +86,7 @@ HEADERS |= {
     ],
     "draws.csv": [
         *("draw", "equilibrium_shear_modulus [Pa]", "C1 [1]", "C2 [K]", "shear_modulus_1 [Pa]", "shear_modulus_2 [Pa]"),
-        *("relaxation_time_1 [s]", "relaxation_time_2 [s]", "equilibrium.J_lim [1]"),
+        *("relaxation_time_1 [s]", "relaxation_time_2 [s]"),
     ],
 }
 LIFETIME = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "slope [1/V]", "intercept [1]", "rms_residual [1]"]

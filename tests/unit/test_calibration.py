@@ -295,7 +295,8 @@ def test_draws_are_a_prior_with_their_correlations() -> None:
     space = parameter_space(TRUTH, {**free, "equilibrium.J_lim": Free()})
     covariance = np.linalg.inv(space.precision[:3, :3])
     assert np.allclose(np.sqrt(np.diag(covariance)), [0.2, 0.2, 0.1], rtol=0.15)
-    assert covariance[0, 1] / 0.2**2 == pytest.approx(1, abs=0.15)
+    assert covariance[0, 1] > 0.95 * np.sqrt(covariance[0, 0] * covariance[1, 1])
+    assert abs(covariance[0, 2]) < 0.2 * np.sqrt(covariance[0, 0] * covariance[2, 2])
     assert np.allclose(space.centre[:3], np.log([20e3, 18e3, 40e3]), atol=0.03)
     assert not space.precision[3].any()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,7 +71,7 @@ class SimulatedTest:
                 found[k] = np.interp(self.time, time, values, left=np.nan, right=np.nan) - self.rest
 
 
-def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> Iterator[SimulatedTest]:
+def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[SimulatedTest]:
     """The tests that a recipe holds, one for each `[[compare]]`; raises `InputError` for a recipe that holds none."""
     content, path = inputs.read(name), resolve(inputs.folder, name)
     cases = read_cases(path, content=content)
@@ -81,7 +81,7 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> Itera
     comparisons = cases[0].recipe.compare
     if not comparisons:
         raise InputError("[[compare]] with what was measured is needed", file=name)
-    own = Inputs(path.parent)
+    own, found = Inputs(path.parent), []
     for index, comparison in enumerate(comparisons):
         if comparison.case >= len(cases):
             raise InputError(f"{comparison.case}: the last case is {len(cases) - 1}", key=f"compare[{index}].case", file=name)
@@ -101,7 +101,10 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> Itera
         rest = 1.0 if "stretch" in column else 0.0
         label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
         at = 20.0 if recipe.temperature is None else float(recipe.temperature)
-        yield SimulatedTest(label, specimen, time, values - rest, rest, unit or "1", at, header, case, _simulation(recipe), own)
+        found.append(
+            SimulatedTest(label, specimen, time, values - rest, rest, unit or "1", at, header, case, _simulation(recipe), own)
+        )
+    return found
 
 
 def _simulation(recipe: Any) -> Simulation:

@@ -41,7 +41,7 @@ def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: st
         with placed(lambda problem: problem.within(key=f"{key}.file") if problem.file else problem.at(key=key)):
             return [read_test(test, inputs, temperature, name)]
     with placed(lambda problem: problem.within(key=f"{key}.recipe")):
-        return [*recipe_tests(test.recipe, inputs, name, test.specimen_id or name)]
+        return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name))
 
 
 def named(tests: Sequence[TestData]) -> list[str]:
