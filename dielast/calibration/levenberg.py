@@ -18,7 +18,7 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-9, 1e9
 FALL, RISE = 0.2, 5.0  # of the damping, after a step that was taken and one that was not
 SETTLED = 1e-5  # relative change of the sum of squares with which a fit ends
 LONGEST = 1.5  # step of a coordinate: a factor of 4.5 of a positive number
-MOST_ITERATIONS = 60
+MOST_ITERATIONS = 120
 
 Residuals = Callable[[Floats, Cases], Floats]
 """Residuals (k, n) at coordinates (k, p), each of the fit with that number (k,); not finite where there is no answer."""
