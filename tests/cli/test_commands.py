@@ -91,7 +91,7 @@ HEADERS |= {
 }
 LIFETIME = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "slope [1/V]", "intercept [1]", "rms_residual [1]"]
 TEXT = {"failure_mode", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
-TEXT |= {"equilibrium_law", "nonequilibrium_law"}
+TEXT |= {"equilibrium_law", "nonequilibrium_law", "cross_validation_error [1]"}  # the last is empty where one law is fitted
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
     "spectrum": {"spectrum.csv", "fit.csv", "material.toml", "spectrum.png", "summary.toml"},
