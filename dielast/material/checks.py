@@ -120,6 +120,10 @@ def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
         warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")
 
 
+BEYOND_TESTS = 0.05  # of the largest I1 of the tests, by which they may be left without a word
+UNTESTED = 0.1  # of the way to it, that a mode without tests may go
+
+
 def warn_of_curve(largest: float, plateau: float | None = None) -> None:
     """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau` if there is one, is no polymer's."""
     if largest > 3 * GLASS:
@@ -207,6 +211,22 @@ def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | 
         f"at {where} the {law.title} law of the equilibrium spring is unstable, its tension falls with the stretch{known}: were "
         "its constants fitted so far?"
     )
+
+
+def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> None:
+    """Warn of stretches (2, points) on the path of a `mode`, None for any, beyond the tests that a material was calibrated by."""
+    known, values = material.calibrated, np.asarray(stretch, dtype=float)
+    if known is None or not values.size:
+        return
+    first, second = values
+    invariant = first**2 + second**2 + (first * second) ** -2.0
+    largest = float(np.max(invariant[np.isfinite(invariant)], initial=3.0))
+    tested = f"{' and '.join(known.modes)} tests up to I1 = {known.largest_invariant:.4g}"
+    if largest > known.largest_invariant * (1 + BEYOND_TESTS):
+        warn(f"the stretches go to I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
+    elif mode not in known.modes and largest > 3 + UNTESTED * (known.largest_invariant - 3):
+        other = "unequal stretches" if mode is None else f"{mode} loading"
+        warn(f"the material was calibrated by {tested} alone: {other} asks more of its law than these tests tell")
 
 
 def warn_of_use(material: Material, temperature: ArrayLike) -> None:

@@ -29,6 +29,7 @@ from dielast.material.checks import (
     warn_of_material,
     warn_of_paces,
     warn_of_prestretches,
+    warn_of_range,
     warn_of_stretch,
     warn_of_thickness,
     warn_of_use,
@@ -127,7 +128,9 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
     for pair in recipe.film.prestretch:
-        warn_of_falling_tension(material, np.array(pair)[:, None], "equibiaxial" if pair[0] == pair[1] else None)
+        mode = "equibiaxial" if pair[0] == pair[1] else None
+        warn_of_falling_tension(material, np.array(pair)[:, None], mode)
+        warn_of_range(material, np.array(pair)[:, None], mode)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
     if known.size:
         warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
@@ -180,7 +183,9 @@ def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResul
             for result, known, wanted in zip(results, materials, modes, strict=True)
             if known is material and wanted == mode
         ]
-        warn_of_falling_tension(material, np.concatenate([np.array(stretches) for stretches in own], axis=1), mode)
+        stretch = np.concatenate([np.array(stretches) for stretches in own], axis=1)
+        warn_of_falling_tension(material, stretch, mode)
+        warn_of_range(material, stretch, mode)
 
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:
