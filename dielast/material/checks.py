@@ -29,6 +29,7 @@ MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used 
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
 LARGEST_PERMITTIVITY = 1e3  # relative
 UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the stress goes with its square, 1e-5 of that at breakdown, and 1000 times
+LEAKIEST = 30.0  # fields E_c of a leak: the conductivity grows 1e13 times
 THINNEST, THICKEST, THICKEST_SPECIMEN = 1e-6, 1e-2, 0.1  # m
 _SHEAR = re.compile(r"^\|?g(?![a-z])|^g(p|pp|prime|stor|loss)\b|^j(?![a-z])|\bshear\b|scher|schub")  # names, in lower case
 _STRAIN = re.compile(r"\bstrain|dehnung(?!sverh)|elongation|^[εϵ]")
@@ -88,8 +89,10 @@ def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float
         warn(f"the thickness is {value * 1e3:g} mm, but {known}: is it in another unit?")
 
 
-def warn_of_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
-    """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields."""
+def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike = False) -> None:
+    """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields, those of a
+    voltage, or of a charge where films are `charged`.
+    """
     field, limit = np.broadcast_arrays(np.abs(np.asarray(highest, dtype=float)), np.asarray(breakdown, dtype=float))
     if not np.any(field):
         return
@@ -101,7 +104,16 @@ def warn_of_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
             if ratio > 1
             else f"1/{1 / ratio:.0f} of the breakdown field: no film moves then"
         )
-        warn(f"the highest voltage makes a field of {field[k]:.3g} V/m, {so}: is it, or the thickness, in another unit?")
+        what, other = ("charge", "electrode") if np.broadcast_to(charged, field.shape)[k] else ("voltage", "thickness")
+        warn(f"the highest {what} makes a field of {field[k]:.3g} V/m, {so}: is it, or the {other}, in another unit?")
+
+
+def warn_of_leak(true_field: ArrayLike, scale: ArrayLike) -> None:
+    """Warn of true fields (V/m) that are so many times the `scale` E_c (V/m) of a leak that nobody has measured it there."""
+    ratio = float(np.max(np.abs(np.asarray(true_field, dtype=float)) / np.asarray(scale, dtype=float), initial=0.0))
+    if ratio > LEAKIEST:
+        grown = f"the true field comes to {ratio:.3g} times the leak's, by which the conductivity grows e^{ratio:.3g} times"
+        warn(f"{grown}: is leakage.field in another unit?")
 
 
 def warn_of_temperature(temperature: ArrayLike, what: str) -> None:

@@ -20,6 +20,7 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.material.leakage import Leakage
+from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.point import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
@@ -30,6 +31,8 @@ from dielast.simulate.film import Condition
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # of a step
+
+NEXT_TO_NOTHING = 1e-3  # of the film's voltage
 
 EXTRA = ("charge", "source", "current", "work", "leaked", "lost")
 """Rows that a record has of what is electrical, beside the others."""
@@ -200,7 +203,7 @@ class ElectricMeter:
             (
                 flowing.source * flowing.current,
                 flowing.field * flowing.leak,
-                (flowing.source - flowing.field) * flowing.current,
+                _heat(films.points.circuit, flowing, many),
             )
         )
         weighted = np.einsum("n,rnk->rk", WEIGHTS, powers.reshape(3, NODES.size, count))
@@ -209,6 +212,17 @@ class ElectricMeter:
     @staticmethod
     def _rows(flowing: Flow, energies: Floats) -> Floats:
         return np.stack((flowing.charge, flowing.source, flowing.current, *energies))
+
+
+def _heat(circuit: Circuit | None, flowing: Flow, columns: Cases) -> Floats:
+    """The power (k,) in W/m^3 lost in the resistance, (E_s - E~) i; where next to nothing of the voltage drops there, the tolerance
+    of the charge is more than what drops, and r i^2 is the better number, which is never negative.
+    """
+    drop = flowing.source - flowing.field
+    heat = drop * flowing.current
+    if circuit is None or circuit.resistance is None:
+        return np.asarray(heat)
+    return np.where(np.abs(drop) < NEXT_TO_NOTHING * np.abs(flowing.field), circuit.resistance[columns] * flowing.current**2, heat)
 
 
 def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:

@@ -62,7 +62,6 @@ class Record:
     def electrical(self) -> Floats:
         """What is electrical, (6, cases, rows), or no rows."""
         return self.values[ROWS + self.exposures :]
-        return self.values[ROWS:]
 
 
 @dataclass(slots=True, eq=False)

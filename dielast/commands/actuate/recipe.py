@@ -199,16 +199,20 @@ class ActuateRecipe(SimulationRecipe):
                 "leaked_energy [J/m^3]": self.leakage,
             }
             if header in ELECTRICAL_COLUMNS and not (self.electrical and needed.get(header, True)):
-                what = {"leaked": "[leakage]", "source": "[source]", "resist": "[source]"}.get(
-                    header[:6], "output.electrical = true"
-                )
+                what = {"leaked": "[leakage]", "source": "[source]", "resist": "[source]"}.get(header[:6])
+                if what is None or needed.get(header, True):
+                    what = "output.electrical = true"
                 raise InputError(f'"{header}" needs {what}', key=key)
         return self
 
     @model_validator(mode="after")
     def _steps_of_the_control(self) -> Self:
         wrong = Mistakes()
+        other = "charge" if self.control == "voltage" else "voltage"
         for index, step in enumerate(self.step):
+            if step.columns is not None and getattr(step.columns, other) is not None:
+                where = f"step[{index}].columns.{other}"
+                wrong.append(Problem(f'a column of the {other} does not go with control = "{self.control}"', key=where))
             for key, unit in step.stated.items():
                 where = f"step[{index}].{key}"
                 if (unit == VOLTAGE.unit) != (self.control == "voltage"):

@@ -26,6 +26,7 @@ from dielast.material.checks import (
     warn_of_elongation,
     warn_of_falling_tension,
     warn_of_field,
+    warn_of_leak,
     warn_of_material,
     warn_of_paces,
     warn_of_prestretches,
@@ -101,21 +102,24 @@ def warn_of_films(
     permittivity = np.array([_permittivity(own, result.temperature) for own, result in zip(materials, results, strict=True)])
     field = np.where(charged, highest / (permittivity * area), highest * area / np.array(thickness))
     known = np.array([_limit(*each) for each in zip(limits, area.tolist(), thickness, field.tolist(), strict=True)])
-    warn_of_field(field, known)
+    warn_of_field(field, known, charged)
+    leaks = [case.recipe.leakage for case in cases]
+    scale = [np.inf if leak is None or leak.field is None or not leak.conductivity else leak.field for leak in leaks]
+    warn_of_leak([np.max(np.abs(result.columns["true_field [V/m]"]), initial=0.0) for result in results], scale)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
     for index, (material, result) in enumerate(zip(materials, results, strict=True)):
         for event in result.events or ():
             if event.name != "breakdown" or event.time > 0:
                 continue
-            if event.voltage * area[index] / films[index].thickness * MOVED >= known[index]:
+            if abs(event.voltage) * area[index] / films[index].thickness * MOVED >= known[index]:
                 broken.append(index)
             else:
-                what = f"{_of_case(index, len(cases))}the film breaks down {AT_ONCE}, after"
+                what = f"{_of_case(index, len(cases))}the film breaks down {_at_once(cases[index].recipe)}, after"
                 paces.append(Pace(what, 0.0, fastest_branch(material, result.temperature), result.temperature))
     warn_of_paces(paces)
     if broken:
         more = _and_more(broken)
-        said = f"the film breaks down {AT_ONCE}: it is beyond the breakdown field from the start"
+        said = f"the film breaks down {_at_once(cases[broken[0]].recipe)}: it is beyond the breakdown field from the start"
         warn(f"case {broken[0]}{more}: {said}")
 
 
@@ -211,6 +215,10 @@ def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: flo
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
     return float(known.of_film(np.sqrt(area), thickness / area))
+
+
+def _at_once(recipe: ActuateRecipe) -> str:
+    return AT_ONCE.replace("voltage", recipe.control)
 
 
 def _permittivity(material: Material, temperature: float) -> float:
