@@ -76,9 +76,9 @@ def integrate(
 
     `first_step` (cases,) is tried first, such as the `next_step` of an integration that this one continues, or less where the
     rates have a transient at the start; where it is 0 the rates alone say what to try. Steps are at most 1 % longer than the
-    `longest_step` (cases,), because the error estimate does not see a load that swings and comes back within one step. A case whose
-    duration is 0 stays where it is. No case ever raises: `status` tells the ones that did not get through. At most `pool` cases advance together, which no
-    result depends on.
+    `longest_step` (cases,), because the error estimate does not see a load that swings and comes back within one step. A case
+    whose duration is 0 stays where it is. No case ever raises: `status` tells the ones that did not get through. At most `pool`
+    cases advance together, which no result depends on.
     """
     result = Integration(state.copy(), *np.zeros((2, duration.size)), *np.zeros((3, duration.size), dtype=np.intp))
     waiting = np.flatnonzero(duration > 0)
