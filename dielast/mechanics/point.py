@@ -20,18 +20,16 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.material.dielectric import DielectricLaw, StretchedDielectrics, stretched_dielectrics
 from dielast.material.material import Material
-from dielast.material.springs import Floats, SpringLaw, gathered
+from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import ELECTRIC, FIELD, ElectricalLoad
 from dielast.mechanics.span import Control, Load, stretched
-
-Cases = NDArray[np.intp]
+from dielast.numerics.columns import Cases, Floats
 
 SYMMETRIC = np.array(((0, 1), (1, 2)))  # where the entries 11, 12, 22 of a symmetric matrix stand
 

@@ -15,9 +15,9 @@ from dielast.commands.actuate.electrical_recipe import (
     ElectricRate,
     FilmOutput,
     LeakageSection,
-    Source,
+    SourceSection,
 )
-from dielast.commands.simulation.film_recipe import FilmBase, Prestretch, PullIn
+from dielast.commands.simulation.film_recipe import FilmBase, Prestretch, PullInSection
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
@@ -65,7 +65,7 @@ class ElectricalColumns(Section):
     charge: ColumnName | None = Field(None, description='Left out: "charge", or "charge_density".')
 
 
-class ElectricalStep(HistoryStep):
+class SourceStep(HistoryStep):
     """A step of prescribed voltage or charge."""
 
     CONTROL: ClassVar = "voltage"
@@ -108,7 +108,7 @@ class ElectricalStep(HistoryStep):
         return self
 
 
-class Film(FilmBase):
+class FilmSection(FilmBase):
     """The film of an actuation experiment."""
 
     prestretch: Prestretch = Field(
@@ -144,14 +144,14 @@ class ActuateRecipe(SimulationRecipe):
     )
 
     kind: Literal["actuate"] = Field(description="The subcommand that runs this recipe.")
-    film: Film = Field(description="The film and what is done to it before the voltage.")
+    film: FilmSection = Field(description="The film and what is done to it before the voltage.")
     control: Literal["voltage", "charge"] = Field("voltage", description="What the source prescribes in all steps.")
-    step: Annotated[list[ElectricalStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
-    source: Source | None = Field(None, description="A source of voltage that has a resistance.")
+    step: Annotated[list[SourceStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
+    source: SourceSection | None = Field(None, description="A source of voltage that has a resistance.")
     leakage: LeakageSection | None = Field(None, description="Current through the film; left out: none.")
     output: FilmOutput = Field(FilmOutput(), description="Where the result is given.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
-    pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
+    pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     stop: Stop = Field(Stop(), description="Where the simulation ends.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
 
