@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.point import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, stretched
 from dielast.numerics.columns import Flags, Floats
 

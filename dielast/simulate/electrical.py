@@ -21,7 +21,7 @@ import numpy as np
 from dielast.io.result import Result
 from dielast.material.leakage import Leakage
 from dielast.mechanics.electric import ELECTRIC, FIELD
-from dielast.mechanics.point import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
 from dielast.numerics.columns import Cases, Flags, Floats, paired

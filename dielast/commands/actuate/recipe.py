@@ -30,6 +30,10 @@ from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
+OF_THE_ELECTRODE = (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]")
+ELECTRICAL = "output.electrical = true"
+NEEDED_BY = {"source_voltage [V]": "[source]", "resistor_energy [J/m^3]": "[source]", "leaked_energy [J/m^3]": "[leakage]"}
+"""What a recipe must state to have an electrical column, `ELECTRICAL` apart, which all of them need."""
 FIELD_COLUMNS = (
     "voltage [V]",
     "relative_stretch_1 [1]",
@@ -166,19 +170,14 @@ class ActuateRecipe(SimulationRecipe):
         asked = [("plot.x", self.plot.x), ("plot.y", self.plot.y)]
         for index, comparison in enumerate(self.compare):
             asked += [(f"compare[{index}].x", comparison.x), (f"compare[{index}].y", comparison.y)]
+        stated = {"[source]": self.source is not None, "[leakage]": self.leakage is not None, ELECTRICAL: self.electrical}
         for key, header in asked:
-            if header in (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]") and self.film.electrode_diameter is None:
+            if header in OF_THE_ELECTRODE and self.film.electrode_diameter is None:
                 raise InputError(f'"{header}" is of the electrode: state film.electrode_diameter', key=key)
-            needed = {
-                "source_voltage [V]": self.source,
-                "resistor_energy [J/m^3]": self.source,
-                "leaked_energy [J/m^3]": self.leakage,
-            }
-            if header in ELECTRICAL_COLUMNS and not (self.electrical and needed.get(header, True)):
-                what = {"leaked": "[leakage]", "source": "[source]", "resist": "[source]"}.get(
-                    header[:6], "output.electrical = true"
-                )
-                raise InputError(f'"{header}" needs {what}', key=key)
+            if header in ELECTRICAL_COLUMNS:
+                needed = (NEEDED_BY.get(header, ELECTRICAL), ELECTRICAL)
+                if missing := [setting for setting in needed if not stated[setting]]:
+                    raise InputError(f'"{header}" needs {missing[0]}', key=key)
         return self
 
     @model_validator(mode="after")

@@ -50,10 +50,10 @@ class CaseWithDraws:
             drawn = solve_batches(self.batches)
         if self.result.events is None:
             return [bounded(self.result, drawn, self.level)]
-        events = [own.events or () for own in drawn]
-        failed = [any(named(event.name).is_failure for event in own) for own in events]
-        told = bounded(self.result, drawn, self.level, failed)
-        return [replace(told, bounded_events=bounded_events(self.result.events, events, self.level))]
+        events = [draw.events or () for draw in drawn]
+        failed = [any(named(event.name).is_failure for event in draw) for draw in events]
+        result = bounded(self.result, drawn, self.level, failed)
+        return [replace(result, bounded_events=bounded_events(self.result.events, events, self.level))]
 
 
 def bounded_cases(
@@ -110,14 +110,14 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     time = result.columns["time [s]"]
     there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
     lost = ~there & np.array(failed if failed is not None else [False] * len(drawn))[:, None]
-    told = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
+    determined = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
     columns: dict[str, Floats] = {}
     for header, values in result.columns.items():
         columns[header] = values
         if header not in result.stated:
             table = _stacked([each.columns[header] for each in drawn], time.size)
             beyond = -np.inf if header in RUNS_DOWN else np.inf
-            low, high = interval(np.where(told, np.where(lost, beyond, table), np.nan), level)
+            low, high = interval(np.where(determined, np.where(lost, beyond, table), np.nan), level)
             columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
     if failed is not None:
         columns[SURVIVING] = np.sum(there, axis=0) / np.maximum(np.sum(there | lost, axis=0), 1)
