@@ -22,7 +22,7 @@ from dielast.io.result import Result
 from dielast.material.leakage import Leakage
 from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import ELECTRIC, FIELD
-from dielast.mechanics.point import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
 from dielast.numerics.columns import Cases, Flags, Floats, paired
@@ -156,11 +156,11 @@ class ElectricMeter:
             flow(films, self.leakage.take(cases), time, state, equilibrium_rate(films, time, state)), self.totals[:, cases]
         )
 
-    def at(self, stride: Stride, columns: Cases, fraction: Floats) -> Floats:
-        """Rows `EXTRA` (6, k) of columns (k,) at these fractions (k,) of their steps."""
+    def at(self, stride: Stride, columns: Cases, time: Floats) -> Floats:
+        """Rows `EXTRA` (6, k) of columns (k,) at times (k,) in s since their spans began, within their steps."""
         films = _films(stride).take(columns)
         steps = DenseSteps.of(stride, slice(films.border, None), columns)
-        return self._within(films, steps, self.totals[:, steps.cases], fraction)
+        return self._within(films, steps, self.totals[:, steps.cases], time)
 
     def follow(self, stride: Stride, stopped: Flags) -> None:
         """Add what a step contributes; columns that are `stopped` (pool,) are kept for `ended`."""
@@ -182,12 +182,12 @@ class ElectricMeter:
         none = np.full(time.size, np.nan)
         rows = np.stack((none, self._source, none, *self.totals))
         for end in self._ends:
-            fraction = np.clip((time[end.steps.cases] - end.start - end.steps.time) / end.steps.step, 0.0, 1.0)
-            rows[:, end.steps.cases] = self._within(end.films, end.steps, end.before, fraction)
+            rows[:, end.steps.cases] = self._within(end.films, end.steps, end.before, time[end.steps.cases] - end.start)
         return rows
 
-    def _within(self, films: Films, steps: DenseSteps, before: Floats, fraction: Floats) -> Floats:
-        time = steps.time + fraction * steps.step
+    def _within(self, films: Films, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
+        """Rows `EXTRA` (6, k) at times (k,) in s since the spans began; the energies `before` (3, k) are those before the steps."""
+        fraction = np.clip((time - steps.time) / steps.step, 0.0, 1.0)
         flowing = flow(films, self.leakage.take(steps.cases), time, steps.state(fraction), steps.rate(fraction))
         return self._rows(flowing, before + self._energies(films, steps, fraction))
 

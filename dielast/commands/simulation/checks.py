@@ -7,7 +7,6 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
@@ -36,6 +35,7 @@ from dielast.material.checks import (
     warn_of_use,
 )
 from dielast.material.material import Material
+from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
@@ -202,7 +202,7 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
         warn(f"{f'case {slack[0]}{_and_more(slack)}: ' if len(results) > 1 else ''}{found}: a thin one goes slack instead")
 
 
-def _room(material: Material, columns: Mapping[str, Any]) -> NDArray[np.float64]:
+def _room(material: Material, columns: Mapping[str, Any]) -> Floats:
     """How far (points,) the stretches of a case are from the limit of the equilibrium spring: 1 at rest, 0 at the limit."""
     squared = np.square([columns[f"stretch_{axis} [1]"] for axis in (1, 2)])
     return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])

@@ -110,14 +110,16 @@ def uncertainty_headline(
     uncertainties: Sequence[Uncertainty | None], samples: Sequence[Sample | None]
 ) -> dict[str, dict[str, Any]]:
     """The section of a summary that says what the intervals of the cases are; none without them."""
-    told = [(own, sample) for own, sample in zip(uncertainties, samples, strict=True) if own is not None and sample is not None]
-    if not told:
+    known = [
+        (stated, sample) for stated, sample in zip(uncertainties, samples, strict=True) if stated is not None and sample is not None
+    ]
+    if not known:
         return {}
     numbers: dict[str, list[float | int]] = {
-        "draws": [len(sample) for _, sample in told],
-        "materials": [len({id(member) for member in sample.materials}) for _, sample in told],
-        "seed": [own.seed for own, _ in told],
-        "level": [own.level for own, _ in told],
+        "draws": [len(sample) for _, sample in known],
+        "materials": [len({id(member) for member in sample.materials}) for _, sample in known],
+        "seed": [stated.seed for stated, _ in known],
+        "level": [stated.level for stated, _ in known],
     }
     return {"uncertainty": {key: values[0] if len(set(values)) == 1 else each(values) for key, values in numbers.items()}}
 
