@@ -217,3 +217,11 @@ def test_measured_points_say_to_which_case_they_belong(count: int) -> None:
     scales = [Swept("temperature [°C]", tuple(map(float, range(count))))]
     figure = plot_cases(cases, labels, [points], "time [s]", "stretch_1 [1]", swept=scales)
     assert named(figure)[-1] == ("measured, a.csv" if count == 1 else f"temperature = {count - 1} °C: measured, a.csv")
+
+
+def test_a_number_without_a_unit_keeps_its_last_digit() -> None:
+    """110 and 50 both end in 0, which is no unit."""
+    settings = [{"equilibrium.J_lim": value} for value in (110, 50)]
+    cases = [SimpleNamespace(settings=own, on_one_scale=lambda _, values: ([float(v) for v in values], "1")) for own in settings]
+    (one,) = swept(cases)  # type: ignore[arg-type]
+    assert (one.label, one.values, one.texts) == ("J lim", (110.0, 50.0), ("J lim = 110", "J lim = 50"))

@@ -55,7 +55,9 @@ def _on_a_scale(values: Sequence[Any], known: tuple[list[float], str] | None) ->
     if unit in UNITS:
         shown, factor = unit_for(unit, max(map(abs, numbers)))
         return [_exact(value * factor) for value in numbers], shown
-    stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", str(value)) for value in values]
+    # a number without a unit has none, not even its last digit
+    texts = [value if isinstance(value, str) else "" for value in values]
+    stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", text) for text in texts]
     units = {one[2] for one in stated if one is not None}
     if len(units) == 1 and None not in stated:
         return [float(one[1]) for one in stated if one is not None], typeset(units.pop())
