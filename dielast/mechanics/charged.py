@@ -48,7 +48,7 @@ def charge_error(points: Points, state: Floats, increment: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChargedPoints(LoadedPoints):
-    """Material points with a charge of their own."""
+    """Material points whose charge is an unknown."""
 
     @property
     def border(self) -> int:
@@ -57,7 +57,7 @@ class ChargedPoints(LoadedPoints):
 
     @property
     def electric(self) -> bool:
-        """There is a charge at any time."""
+        """Whether there may be a charge: always."""
         return True
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
@@ -79,7 +79,7 @@ class ChargedPoints(LoadedPoints):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChargedSymmetricPoints(SymmetricPoints):
-    """Material points under equibiaxial load with a charge of their own."""
+    """Material points under equibiaxial load whose charge is an unknown."""
 
     @property
     def border(self) -> int:
@@ -88,7 +88,7 @@ class ChargedSymmetricPoints(SymmetricPoints):
 
     @property
     def electric(self) -> bool:
-        """There is a charge at any time."""
+        """Whether there may be a charge: always."""
         return True
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
