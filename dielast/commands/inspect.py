@@ -39,7 +39,7 @@ def warnings_of(path: Path) -> list[str]:
 
 def mistakes(readings: Iterable[Reading]) -> list[Problem]:
     """Every mistake in the files, with the key that leads there; what several cases state alike is read once."""
-    found: dict[Problem, None] = {}
+    problems_by_key: dict[Problem, None] = {}
     seen: list[tuple[str, Any]] = []
     for key, stated, read in readings:
         if (key, stated) in seen:
@@ -48,8 +48,8 @@ def mistakes(readings: Iterable[Reading]) -> list[Problem]:
         try:
             read()
         except (InputError, NumericsError) as error:
-            found.update(dict.fromkeys(_reached_by(key, problem) for problem in error.problems))
-    return list(found)
+            problems_by_key.update(dict.fromkeys(_reached_by(key, problem) for problem in error.problems))
+    return list(problems_by_key)
 
 
 def _reached_by(key: str, problem: Problem) -> Problem:

@@ -48,7 +48,7 @@ def charge_error(points: Points, state: Floats, increment: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChargedPoints(LoadedPoints):
-    """Material points with a charge of their own."""
+    """Material points whose charge is an unknown."""
 
     @property
     def border(self) -> int:
@@ -57,7 +57,7 @@ class ChargedPoints(LoadedPoints):
 
     @property
     def electric(self) -> bool:
-        """There is a charge at any time."""
+        """Whether there may be a charge: always."""
         return True
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
@@ -79,7 +79,7 @@ class ChargedPoints(LoadedPoints):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChargedSymmetricPoints(SymmetricPoints):
-    """Material points under equibiaxial load with a charge of their own."""
+    """Material points under equibiaxial load whose charge is an unknown."""
 
     @property
     def border(self) -> int:
@@ -88,7 +88,7 @@ class ChargedSymmetricPoints(SymmetricPoints):
 
     @property
     def electric(self) -> bool:
-        """There is a charge at any time."""
+        """Whether there may be a charge: always."""
         return True
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
@@ -169,7 +169,7 @@ class ChargedArrowhead(Arrowhead):
         np.einsum("bcm,cm->bm", self.inverse, residual, out=border)
         log_squared = self.system.membrane(state, self.system.driven(time, state))[0]
         right = self.row.right(time, log_squared, state[-3], None if history is None else history[-3], gamma_i)
-        right += np.einsum("cm,cm->m", self.row.by_stretch, np.where(self.moving, border, gamma_i * self.given))
+        right += np.einsum("cm,cm->m", self.row.by_stretch, np.where(self.moving, border, gamma_i * self.prescribed_change))
         increment[-3] = right / self.pivot
         border += self.by_charge * increment[-3]
 
@@ -185,7 +185,7 @@ class ChargedSymmetricArrowhead(SymmetricArrowhead):
         self.row = row = _ChargeRow(system.points, system.load, time, log_squared, state[-2], step)
         self.by_stretch = row.by_stretch[0] + row.by_stretch[1]
         self.by_charge = self.border * self.by_load
-        moves = self.by_charge if self.given is None else np.zeros_like(self.by_charge)
+        moves = self.by_charge if self.prescribed_change is None else np.zeros_like(self.by_charge)
         self.pivot = 1 / gamma - row.by_charge - self.by_stretch * moves
 
     def _drive(self, by_load: Floats, change: Floats) -> None:
@@ -198,7 +198,7 @@ class ChargedSymmetricArrowhead(SymmetricArrowhead):
         residual *= self.border
         log_squared = self.system.membrane(state, self.system.driven(time, state))[0]
         right = self.row.right(time, log_squared, state[-2], None if history is None else history[-2], gamma_i)
-        right += self.by_stretch * (residual if self.given is None else gamma_i * self.given)
+        right += self.by_stretch * (residual if self.prescribed_change is None else gamma_i * self.prescribed_change)
         increment[-2] = right / self.pivot
         residual += self.by_charge * increment[-2]
         return residual

@@ -57,8 +57,8 @@ class Exposure:
         """The integral (k,) over the first `part` (k,) of the steps, of which the rows of the border are there."""
 
         def rate(columns: Cases, fraction: Floats) -> Floats:
-            some = not np.array_equal(columns, every)
-            chosen, films = (steps.take(columns), system.take(columns)) if some else (steps, system)
+            left_out = not np.array_equal(columns, every)
+            chosen, films = (steps.take(columns), system.take(columns)) if left_out else (steps, system)
             time = chosen.time + fraction * chosen.step
             return self.rate(Moment.of(films, chosen.cases, np.zeros_like(time), time, chosen.state(fraction)))
 

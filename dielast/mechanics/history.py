@@ -33,14 +33,14 @@ def _sizes(step: Step) -> set[int]:
         raise InputError(f"{shown(step)}: a Step is needed")
     sizes = set[int]()
     for name in ("stretch", "stress", "rate", "duration"):
-        given = getattr(step, name)
-        pair = isinstance(given, tuple) and name in ("stretch", "stress")
-        if pair and len(given) != 2:
-            raise InputError(f"a {name} of {len(given)} values: a tuple is a pair, one value for each axis")
-        if isinstance(given, Path):
-            sizes |= {np.size(value) for value in given.varied()}
+        value = getattr(step, name)
+        pair = isinstance(value, tuple) and name in ("stretch", "stress")
+        if pair and len(value) != 2:
+            raise InputError(f"a {name} of {len(value)} values: a tuple is a pair, one value for each axis")
+        if isinstance(value, Path):
+            sizes |= {np.size(entry) for entry in value.varied()}
         else:
-            sizes |= {numbers(value, name).size for value in (given if pair else (given,)) if value is not None}
+            sizes |= {numbers(entry, name).size for entry in (value if pair else (value,)) if entry is not None}
     return sizes
 
 
@@ -130,12 +130,12 @@ def _check_stretch(control: Control, values: Floats) -> None:
 
 def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], Control]:
     """Control and target of both axes, and what the rate is a rate of."""
-    given = {Control.STRETCH: step.stretch, Control.STRESS: step.stress}
+    stated = {Control.STRETCH: step.stretch, Control.STRESS: step.stress}
     paced = Control.STRESS if step.stretch is None else Control.STRETCH
-    if any(isinstance(value, tuple) for value in given.values()):
+    if any(isinstance(value, tuple) for value in stated.values()):
         targets: list[tuple[Control, ArrayLike]] = []
         for axis in range(2):
-            wanted = [(control, pair[axis]) for control, pair in given.items() if isinstance(pair, tuple)]
+            wanted = [(control, pair[axis]) for control, pair in stated.items() if isinstance(pair, tuple)]
             prescribed = [(control, value) for control, value in wanted if value is not None]
             if len(prescribed) != 1:
                 raise InputError(f"axis {axis + 1} needs either a stretch or a stress")

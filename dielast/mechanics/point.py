@@ -159,14 +159,14 @@ class Arrowhead:
             tangent -= by_stretch
             self._drive(by_load, change)
         self.tangent = tangent
-        self.given = np.zeros_like(stretch)
+        self.prescribed_change = np.zeros_like(stretch)
         matrix = tangent.copy()
         for axis, control in enumerate(load.controls):
             if control is Control.STRESS:
                 self.known[axis] += stretch[axis] * change[axis]
             else:
-                self.given[axis] = 2 * change[axis] / driven[axis]
-                self.known -= tangent[:, axis] * self.given[axis]
+                self.prescribed_change[axis] = 2 * change[axis] / driven[axis]
+                self.known -= tangent[:, axis] * self.prescribed_change[axis]
                 matrix[:, axis] = 0.0
                 matrix[axis, axis] = -stretch[axis]
         determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
@@ -195,7 +195,7 @@ class Arrowhead:
         moved = border.copy()
         for axis, control in enumerate(load.controls):
             if control is Control.STRETCH:
-                np.multiply(self.given[axis], gamma_i, out=moved[axis])
+                np.multiply(self.prescribed_change[axis], gamma_i, out=moved[axis])
         moved = moved[:, None]
         right = self.right
         right -= moved * (1 / self.gamma)

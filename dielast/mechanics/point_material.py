@@ -51,26 +51,26 @@ class Points:
         flow nor lock. Raises as the laws over temperature do.
         """
         materials = [material] if isinstance(material, Material) else list(material)
-        width, carrying = temperature.size, [each.spectrum.shear_modulus > 0 for each in materials]
-        branches = max(int(np.count_nonzero(some)) for some in carrying)
-        modulus, rate = np.zeros((2, branches + 1, width))
+        width, carrying = temperature.size, [member.spectrum.shear_modulus > 0 for member in materials]
+        most = max(int(np.count_nonzero(branches)) for branches in carrying)
+        modulus, rate = np.zeros((2, most + 1, width))
         permittivity = np.zeros(width)
         laws: list[tuple[SpringLaw, SpringLaw]] = []
         dielectrics: list[DielectricLaw] = []
-        for index, (each, some) in enumerate(zip(materials, carrying, strict=True)):
+        for index, (member, branches) in enumerate(zip(materials, carrying, strict=True)):
             cases = slice(None) if len(materials) == 1 else slice(index, index + 1)
-            own = slice(1, int(np.count_nonzero(some)) + 1)
-            modulus[0, cases] = each.equilibrium_modulus
-            modulus[own, cases] = each.spectrum.shear_modulus[some, None]
-            for springs, scaling in ((slice(0, 1), each.equilibrium_scaling), (own, each.nonequilibrium_scaling)):
+            rows = slice(1, int(np.count_nonzero(branches)) + 1)
+            modulus[0, cases] = member.equilibrium_modulus
+            modulus[rows, cases] = member.spectrum.shear_modulus[branches, None]
+            for springs, scaling in ((slice(0, 1), member.equilibrium_scaling), (rows, member.nonequilibrium_scaling)):
                 if scaling.depends_on_temperature:
-                    factor = partial(scaling.factor, reference_temperature=each.reference_temperature)
+                    factor = partial(scaling.factor, reference_temperature=member.reference_temperature)
                     modulus[springs, cases] *= _at(factor, temperature, index, cases)
-            rate[own, cases] = 1 / (3 * _at(each.relaxation_time, temperature, index, cases)[:, some].T)
-            if with_dielectric and (dielectric := each.dielectric) is not None:
+            rate[rows, cases] = 1 / (3 * _at(member.relaxation_time, temperature, index, cases)[:, branches].T)
+            if with_dielectric and (dielectric := member.dielectric) is not None:
                 permittivity[cases] = _at(dielectric.at, temperature, index, cases)
                 dielectrics.append(dielectric)
-            laws.append((each.equilibrium_law, each.nonequilibrium_law))
+            laws.append((member.equilibrium_law, member.nonequilibrium_law))
         # no stress is known better than the rounding of the stiffest spring's share
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
         stretching = stretched_dielectrics(dielectrics, width) if len(dielectrics) == len(materials) else None

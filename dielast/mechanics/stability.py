@@ -136,9 +136,9 @@ def _spring_tangent(
         half = points.law.tangent(points.springs(internal, log_squared_stretch))[1]
         k11, k12, k22 = 2 * np.einsum("nm,cnm->cm", modulus, half)
         return k11, k12, k22
-    own, both = points.law.equibiaxial_tangent(np.exp(log_squared_stretch[0] - internal[0]))
+    along, both = points.law.equibiaxial_tangent(np.exp(log_squared_stretch[0] - internal[0]))
     k12 = 2 * np.einsum("nm,nm->m", modulus, both)
-    k11 = k12 + 2 * np.einsum("nm,nm->m", modulus, own)
+    k11 = k12 + 2 * np.einsum("nm,nm->m", modulus, along)
     return k11, k12, k11
 
 
@@ -205,9 +205,9 @@ class Fold:
                 axis=0,
             )
             near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(place), 1e-3), axis=0)
-            found = np.where(near, place, start)
-            internal, _, nominal, _ = self._film(found, rate)
-        return found[2], internal, found[:2], nominal
+            refined = np.where(near, place, start)
+            internal, _, nominal, _ = self._film(refined, rate)
+        return refined[2], internal, refined[:2], nominal
 
     def _residual(self, place: Floats, rate: Floats) -> Floats:
         """What the free axes lack to equilibrium over the equilibrium spring's modulus, how far driven axes are off, and the

@@ -133,12 +133,12 @@ class SymmetricArrowhead:
             tangent -= by_stretch
             self._drive(by_load, change)
         if load.controls[0] is Control.STRESS:
-            self.given = None
+            self.prescribed_change = None
             self.known += stretch * change[0]
             self.border = 1 / tangent
         else:
-            self.given = 2 * change[0] / driven[0]
-            self.known -= tangent * self.given
+            self.prescribed_change = 2 * change[0] / driven[0]
+            self.known -= tangent * self.prescribed_change
             self.border = -1 / stretch
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
@@ -164,7 +164,7 @@ class SymmetricArrowhead:
             residual += gamma_i * self.known
         residual = self._solve(residual, increment, time, state, history, gamma_i)
         increment[-1] = residual
-        moved = residual if self.given is None else gamma_i * self.given
+        moved = residual if self.prescribed_change is None else gamma_i * self.prescribed_change
         right -= moved * (1 / self.gamma)
         np.multiply(self.inverse, right, out=internal)
         internal += moved

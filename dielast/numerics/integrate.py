@@ -14,10 +14,10 @@ from enum import IntEnum
 import numpy as np
 
 from dielast.numerics.columns import Cases, Flags, Floats, paired
-from dielast.numerics.progress import Progress
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
 from dielast.numerics.stride import Observer, Stride
 from dielast.numerics.system import Spans, System
+from dielast.numerics.whereabouts import Whereabouts
 
 POOL = 32_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
@@ -111,7 +111,7 @@ class _Pool:
         self.milestone = np.zeros_like(duration)  # time in the span after the last so many tries
         self.tries = np.zeros(duration.size, dtype=np.intp)  # in the span
         self.last_span = self._last_spans()
-        self.at = Progress.fresh(np.zeros(0, dtype=np.intp), np.zeros(0))
+        self.at = Whereabouts.fresh(np.zeros(0, dtype=np.intp), np.zeros(0))
         self.active = np.zeros(0, dtype=bool)
         self.state = result.state[:, :0]
 
@@ -138,7 +138,7 @@ class _Pool:
     def _refill(self, fresh: Cases) -> None:
         """Drop what has ended and take in `fresh` cases."""
         keep, count = np.flatnonzero(self.active), fresh.size
-        at = self.at.take(keep).joined(Progress.fresh(fresh, self.durations[fresh]))
+        at = self.at.take(keep).joined(Whereabouts.fresh(fresh, self.durations[fresh]))
         state = np.concatenate((self.state[:, keep], self.result.state[:, fresh]), axis=1)
         system = self.whole.take(at.cases)
         if self.spans is not None and at.cases.size:

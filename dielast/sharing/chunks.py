@@ -1,4 +1,4 @@
-"""A plan that is solved in chunks, which know nothing of each other: `solve(plan, first, end)` of each."""
+"""Types of a plan whose work is solved in independent chunks, by a function `solve(plan, first, end)`."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ Plan = TypeVar("Plan")
 Solved = TypeVar("Solved")
 Solve = Callable[[Plan, int, int], Solved]
 Chunk = tuple[int, int]
-"""The number of its first part of the work, and that after its last part."""
+"""Where a chunk begins and ends: the number of its first cell, and the number after its last cell."""

@@ -162,14 +162,14 @@ class CycleMeter:
             return
         if self._buffer:
             self._add()
-        lowest, highest, whole, cosine, sine, work, given, returned = self._sums
+        lowest, highest, whole, cosine, sine, work, delivered, returned = self._sums
         period = self._course.period[:, None]
         amplitude = 2 / period * np.hypot(cosine, sine)
         behind = np.arctan2(sine, cosine) - np.where(self._course.high > self._course.low, np.pi, 0.0)[:, None]
         phase = -np.remainder(behind + np.pi, 2 * np.pi) + np.pi
         table = np.array((lowest, highest, whole / period, amplitude, phase, work))
         if self.leakage is not None:
-            efficiency = returned / np.where(given > 0, given, np.nan)
+            efficiency = returned / np.where(delivered > 0, delivered, np.nan)
             table = np.concatenate((table, efficiency[None]))
         table[:, np.arange(table.shape[2]) >= self._finished[:, None]] = np.nan
         self._tables.append(table)
@@ -227,13 +227,13 @@ class CycleMeter:
         # what is the same throughout has no component at the period, and must not leave that of the quadrature's error
         swing = measured - self._rest[wide.cases].reshape(places, count)
         where = steps.cases, cycle
-        lowest, highest, whole, cosine, sine, worked, given, returned = self._sums
+        lowest, highest, whole, cosine, sine, worked, delivered, returned = self._sums
         np.minimum.at(lowest, where, fine.min(axis=0))
         np.maximum.at(highest, where, fine.max(axis=0))
         for integral, part in ((whole, measured), (cosine, swing * np.cos(turn)), (sine, swing * np.sin(turn))):
             np.add.at(integral, where, steps.step * (WEIGHTS @ part))
         np.add.at(worked, where, work)
-        for integral, part in zip((given, returned), () if sent is None else sent, strict=False):
+        for integral, part in zip((delivered, returned), () if sent is None else sent, strict=False):
             np.add.at(integral, where, steps.step * part)
 
 

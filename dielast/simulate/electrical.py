@@ -259,8 +259,8 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
         stable = (determinant > 0) & (tangent[0, 0] > 0)
         moves = np.where(stable, np.stack((first, second)) / np.where(stable, determinant, 1.0), np.nan)
     else:
-        own = np.stack((tangent[0, 0], tangent[1, 1]))
-        moves = np.where(np.array(free)[:, None], np.where(own > 0, right / np.where(own > 0, own, 1.0), np.nan), 0.0)
+        diagonal = np.stack((tangent[0, 0], tangent[1, 1]))
+        moves = np.where(np.array(free)[:, None], right / np.where(diagonal > 0, diagonal, np.nan), 0.0)
     open_rows = -films.border - (circuit is not None)
     rate[-open_rows:] = moves[-open_rows:]
     return rate

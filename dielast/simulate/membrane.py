@@ -112,15 +112,18 @@ def simulate(
     """What a membrane at rest does under `steps` of stretch (`relax`), of nominal stress or dead load (`creep`), or of both.
 
     The cases are as many as the longest of: values in the steps, `temperature` (degC; default the material's reference
-    temperature), materials. Output at `times` in s since the start, (k,) or (cases, k), or else at `points_per_decade` from the
-    start of each step to its end, and evenly spaced in a ramp; given times at the moment of a load applied at once show what was
-    before it. Of a `Waveform` the `cycles` are kept in full: "all", "last", or their numbers from 1; by default all up to 100, or
-    else 1, 2, 5, 10, 20 and so on, and the last. `rtol` bounds
-    the local relative error of stretches (not of stretch - 1), of viscous stretches, and of stresses above 1e-4 of the
-    equilibrium modulus; `internal` keeps the viscous stretches. Cases of one call share the way they are solved and their
-    output, so that one with steps of another nature (at once, or leading nowhere) belongs into a call of its own. In uniaxial
-    mode the result has a `relaxation_modulus`, nominal stress over (stretch - 1), in Pa. Raises `InputError` for anything wrong
-    with the arguments; numerics that give up are an outcome in the result.
+    temperature), materials. Cases of one call share the way they are solved and their output, so that cases whose steps differ in
+    kind (one at once, another a ramp) need separate calls.
+
+    Output is at `times` in s since the start, (k,) or (cases, k), or else at `points_per_decade` from the start of each step to its
+    end, and evenly spaced in a ramp. Stated times at the moment of a load applied at once show what was before it. Of a `Waveform`
+    the `cycles` are kept in full: "all", "last", or their numbers from 1; by default all up to 100, or else 1, 2, 5, 10, 20 and so
+    on, and the last. `internal` keeps the viscous stretches. In uniaxial mode the result has a `relaxation_modulus`, nominal stress
+    over (stretch - 1), in Pa.
+
+    `rtol` bounds the local relative error of stretches (not of stretch - 1), of viscous stretches, and of stresses above 1e-4 of
+    the equilibrium modulus. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome in the
+    result.
     """
     materials = [material] if isinstance(material, Material) else list(material)
     if not materials or not all(isinstance(each, Material) for each in materials):

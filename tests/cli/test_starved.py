@@ -14,7 +14,7 @@ import pytest
 from processes import ENDS
 
 from dielast.commands.registry import read_cases
-from dielast.commands.simulation.memory import check_cells, check_series
+from dielast.commands.simulation.memory_needed import check_cells, check_series
 from dielast.errors import NumericsError
 from dielast.io.files import Inputs
 from dielast.sharing import memory

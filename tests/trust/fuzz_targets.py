@@ -163,7 +163,7 @@ def _runs(scratch: Path) -> dict[str, Target]:
     """Targets that read damaged data through a sound recipe, as far as the numbers that are computed with."""
     from dielast.commands.mastercurve.recipe import MasterCurveRecipe
     from dielast.commands.membrane.recipe import RelaxRecipe
-    from dielast.commands.simulation.history import solver_steps
+    from dielast.commands.simulation.solver_steps import solver_steps
     from dielast.readings.read import read_all
 
     folder = scratch / "inputs"
@@ -223,7 +223,7 @@ def _runs(scratch: Path) -> dict[str, Target]:
 def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
     """Wide tables, a test at one temperature, and tables of a testing machine as loads and in comparisons."""
     from dielast.commands.simulation.compare import read_points
-    from dielast.commands.simulation.history import solver_steps
+    from dielast.commands.simulation.solver_steps import solver_steps
     from dielast.commands.spectrum.one_temperature import read_curve
     from dielast.readings.read import read_all
 

@@ -13,7 +13,7 @@ from dielast.commands.inspect import mistakes
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.compare import read_points
 from dielast.commands.simulation.comparison_recipe import Comparison
-from dielast.commands.simulation.history import solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Track

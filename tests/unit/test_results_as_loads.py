@@ -10,7 +10,7 @@ import pytest
 
 from dielast.cli.run import compute
 from dielast.commands.registry import read_cases
-from dielast.commands.simulation.history import solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns

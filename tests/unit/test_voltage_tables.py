@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dielast.commands.registry import read_cases
-from dielast.commands.simulation.history import solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Track

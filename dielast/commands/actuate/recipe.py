@@ -215,9 +215,9 @@ class ActuateRecipe(SimulationRecipe):
             for key, unit in step.stated.items():
                 where = f"step[{index}].{key}"
                 if (unit == VOLTAGE.unit) != (self.control == "voltage"):
-                    given, others = ("a voltage", "charges") if unit == VOLTAGE.unit else ("a charge", "voltages")
-                    both = f'all steps prescribe {others}, or state control = "{given.removeprefix("a ")}"'
-                    wrong.append(Problem(f'{given} does not go with control = "{self.control}": {both}', key=where))
+                    stated, others = ("a voltage", "charges") if unit == VOLTAGE.unit else ("a charge", "voltages")
+                    both = f'all steps prescribe {others}, or state control = "{stated.removeprefix("a ")}"'
+                    wrong.append(Problem(f'{stated} does not go with control = "{self.control}": {both}', key=where))
                 elif unit == CHARGE.unit and self.film.electrode_diameter is None:
                     density = f'such as "{CHARGE_DENSITY.example}"'
                     wrong.append(

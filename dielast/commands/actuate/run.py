@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe, FilmSection
-from dielast.commands.simulation.cases import case_result, each, last
+from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Columns, Simulation, report_of
@@ -163,23 +163,24 @@ class Films(Simulation):
         from dielast.commands.simulation.pictures import FilmEvent
 
         events = result.events or ()
-        return [FilmEvent(own.name, own.time, _at(own, seen, x, recipe), _at(own, seen, y, recipe)) for own in events]
+        return [FilmEvent(event.name, event.time, _at(event, seen, x, recipe), _at(event, seen, y, recipe)) for event in events]
 
     def headline(self, cases: Sequence[Case[ActuateRecipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
         """The last relative stretch of each case, and the first event of each kind in the cases that it happens in."""
         events = [result.events or () for result in results]
         final: dict[str, list[float]] = {"relative_stretch_1 [1]": [], "relative_stretch_2 [1]": []}
-        for case, result, own in zip(cases, results, events, strict=True):
-            stop = next((event for event in own if event.name == case.recipe.stop.at), None)
+        for case, result, happened in zip(cases, results, events, strict=True):
+            stop = next((event for event in happened if event.name == case.recipe.stop.at), None)
             for header, values in final.items():
                 # a table at stated times need not hold the end
                 column = result.columns[header]
                 values.append(last(column) if stop is None else _at(stop, result.columns, header, case.recipe))
         sections: dict[str, dict[str, Any]] = {
-            "actuate": {"cases": len(results)} | {f"final_{header.split(' ')[0]}": each(values) for header, values in final.items()}
+            "actuate": {"cases": len(results)}
+            | {f"final_{header.split(' ')[0]}": one_or_list(values) for header, values in final.items()}
         }
         for name in names():
-            first = {case: event for case, own in enumerate(events) for event in reversed(own) if event.name == name}
+            first = {case: event for case, happened in enumerate(events) for event in reversed(happened) if event.name == name}
             if first:
                 sections[name] = {
                     "cases": list(first),

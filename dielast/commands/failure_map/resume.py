@@ -40,7 +40,7 @@ def fingerprint(case: Case[RecipeBase], inputs: Inputs) -> str:
 def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
     """All cells of the plan, which the execution's folder keeps until all are solved; the execution hears how many are kept."""
     store = None if execution.folder is None else execution.folder / STORE
-    note, keep = execution.note or _unheard, execution.keep or _unheard
+    note, keep = execution.note or _ignore, execution.keep or _ignore
     known, changed = _load(store, key, plan)
     done = sum(cells.status.size for cells in known.values())
     if known:
@@ -75,7 +75,7 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
     return list(known.values())
 
 
-def _unheard(line: str) -> None:
+def _ignore(line: str) -> None:
     """What nobody needs to hear."""
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.membrane.recipe import Recipe
-from dielast.commands.simulation.cases import case_result, each, last
+from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_membranes
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Simulation, report_of
@@ -70,8 +70,8 @@ class Membranes(Simulation):
         return {
             self.kind: {
                 "cases": len(results),
-                f"peak_{name}{suffix}": each([_farthest(values, rest) for values in series]),
-                f"final_{name}{suffix}": each([last(values) for values in series]),
+                f"peak_{name}{suffix}": one_or_list([_farthest(values, rest) for values in series]),
+                f"final_{name}{suffix}": one_or_list([last(values) for values in series]),
             }
         }
 

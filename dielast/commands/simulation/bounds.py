@@ -69,8 +69,8 @@ def bounded_cases(
         if sample is not None:
             known_as = of_case(number, len(cases))
             with in_a_draw(key="uncertainty", case=known_as):
-                own = batches(case, sample, result)
-            drawn[number] = CaseWithDraws([len(drawn)], known_as, own, result, case.recipe.uncertainty.level)
+                parts = batches(case, sample, result)
+            drawn[number] = CaseWithDraws([len(drawn)], known_as, parts, result, case.recipe.uncertainty.level)
     bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [bounds.get(number, result) for number, result in enumerate(results)]
 
@@ -156,22 +156,22 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
     for own_event in events:
         rows.append((own_event.name, seen.get(own_event.name, 0), own_event))
         seen[own_event.name] = seen.get(own_event.name, 0) + 1
-    rows += [(name, 0, None) for name in dict.fromkeys(each.name for own in drawn for each in own) if name not in seen]
+    rows += [(name, 0, None) for name in dict.fromkeys(happened.name for draw in drawn for happened in draw) if name not in seen]
     result = []
     for name, which, event in rows:
-        found = [next((e for k, e in enumerate(x for x in own if x.name == name) if k == which), None) for own in drawn]
+        same = [[happened for happened in draw if happened.name == name][which : which + 1] for draw in drawn]
         lower, upper = {}, {}
         for number in UNITS:
             absent = np.inf if number == "time" else np.nan
-            low, high = interval(np.array([absent if e is None else float(getattr(e, number)) for e in found]), level)
+            low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level)
             lower[number], upper[number] = float(low), float(high)
-        result.append(BoundedEvent(name, event, lower, upper, sum(e is not None for e in found) / len(found)))
+        result.append(BoundedEvent(name, event, lower, upper, sum(map(len, same)) / len(same)))
     return result
 
 
 def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Column]:
     """The table of events with bounds, by case; an event that happens in draws only has bounds alone."""
-    flat = [(case, event) for case, own in enumerate(events) for event in own]
+    flat = [(case, event) for case, of_case in enumerate(events) for event in of_case]
     rows = [event for _, event in flat]
     central = [
         Column(name, unit, np.array([np.nan if row.event is None else getattr(row.event, name) for row in rows], dtype=float))

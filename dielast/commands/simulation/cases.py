@@ -134,7 +134,7 @@ def case_result(
 def failures(results: Sequence[CaseResult]) -> list[str]:
     """A line for each reason for which cases were not finished, about the first of these cases."""
     lost = [(index, result.failure) for index, result in enumerate(results) if result.failure is not None]
-    lines = [(given.reason, f"case {index}: given up at {given.time:.6g} s: {given.reason}") for index, given in lost]
+    lines = [(loss.reason, f"case {index}: given up at {loss.time:.6g} s: {loss.reason}") for index, loss in lost]
     return first_of_each(lines, "cases")
 
 
@@ -159,20 +159,20 @@ def matches(
         return []
     from dielast.commands.simulation.compare import match
 
-    found = []
+    matched = []
     for index, comparison in enumerate(recipe.compare):
         check_case(index, comparison, len(columns))
-        own = columns[comparison.case]
-        end = float(own["time [s]"][-1]) if own["time [s]"].size else 0.0
+        series = columns[comparison.case]
+        end = float(series["time [s]"][-1]) if series["time [s]"].size else 0.0
 
         def fine(
-            times: Floats | None, case: int = comparison.case, rows: Floats = own["time [s]"], end: float = end
+            times: Floats | None, case: int = comparison.case, rows: Floats = series["time [s]"], end: float = end
         ) -> Mapping[str, Floats]:
             wanted = np.union1d(rows, np.linspace(0.0, end, FINE)) if times is None else times[times <= end]
             return simulate(case, wanted) if wanted.size else {header: np.zeros(0) for header in columns[case]}
 
-        found.append(match(comparison, own, inputs, fine, f"compare[{index}]", getattr(recipe, "specimen", None)))
-    return found
+        matched.append(match(comparison, series, inputs, fine, f"compare[{index}]", getattr(recipe, "specimen", None)))
+    return matched
 
 
 def check_case(index: int, comparison: Comparison, cases: int) -> None:
@@ -181,7 +181,7 @@ def check_case(index: int, comparison: Comparison, cases: int) -> None:
         raise InputError(f"{comparison.case}: cases are numbered from 0, and the last is {cases - 1}", key=f"compare[{index}].case")
 
 
-def each(values: Sequence[float | int]) -> Any:
+def one_or_list(values: Sequence[float | int]) -> Any:
     """Headline values of the cases: one number for one case, else a list."""
     plain = [value if isinstance(value, int) else float(value) for value in values]
     return plain[0] if len(plain) == 1 else plain
@@ -192,17 +192,17 @@ def last(values: Floats) -> float:
     return float(values[-1]) if values.size else np.nan
 
 
-def compare_headline(found: Sequence[Match]) -> dict[str, Any]:
+def compare_headline(matched: Sequence[Match]) -> dict[str, Any]:
     """What is compared in which case, the misfit in its SI unit, and of how many points it is; others are left out of it."""
-    left_out = [entry.x.size - entry.used for entry in found]
-    compared = [entry.headers[1] for entry in found]
+    left_out = [entry.x.size - entry.used for entry in matched]
+    compared = [entry.headers[1] for entry in matched]
     return {
         "y": compared[0] if len(compared) == 1 else compared,
-        "case": each([entry.case for entry in found]),
-        "points": each([entry.used for entry in found]),
-        **({"points_left_out": each(left_out)} if any(left_out) else {}),
-        "rms_error": each([entry.rms_error for entry in found]),
-        "rms_relative_error": each([entry.rms_relative_error for entry in found]),
+        "case": one_or_list([entry.case for entry in matched]),
+        "points": one_or_list([entry.used for entry in matched]),
+        **({"points_left_out": one_or_list(left_out)} if any(left_out) else {}),
+        "rms_error": one_or_list([entry.rms_error for entry in matched]),
+        "rms_relative_error": one_or_list([entry.rms_relative_error for entry in matched]),
     }
 
 

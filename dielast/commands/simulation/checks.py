@@ -10,8 +10,8 @@ import numpy as np
 
 from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
-from dielast.commands.simulation.history import Entry, aims, corners, lasting, reached
 from dielast.commands.simulation.result import CaseResult
+from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached
 from dielast.errors import warn
 from dielast.handover.breakdown_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
@@ -64,14 +64,14 @@ def warn_of_membranes(
     warn_of_paces(_paces(cases, materials, results, histories, rest))
     targets = [aims(entries) for entries in histories]
     if cases[0].recipe.kind == "relax":
-        warn_of_stretch(min(min(own, default=rest) for own in targets), max(max(own, default=rest) for own in targets))
+        warn_of_stretch(min(min(values, default=rest) for values in targets), max(max(values, default=rest) for values in targets))
         _warn_of_slack(results)
         return
     recipes = [case.recipe for case in cases]
     specimens = [recipe.specimen for recipe in recipes if isinstance(recipe, CreepRecipe) and recipe.specimen is not None]
     thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
     warn_of_thickness(thickness, "specimen", THICKEST_SPECIMEN)
-    loaded = [(material, result.columns) for material, result, own in zip(materials, results, targets, strict=True) if any(own)]
+    loaded = [(material, result.columns) for material, result, aim in zip(materials, results, targets, strict=True) if any(aim)]
     if loaded:
         first, second = (np.concatenate([columns[f"stretch_{axis} [1]"] for _, columns in loaded]) for axis in (1, 2))
         warn_of_elongation(first, second, np.concatenate([_room(material, columns) for material, columns in loaded]))
@@ -91,15 +91,17 @@ def warn_of_films(
     _warn_of_unstable(materials, results, ["equibiaxial" if both else None for both in even])
     films = [case.recipe.film for case in cases]
     stated = [breakdown(case.recipe.breakdown) for case in cases]
-    limits = [law or own.breakdown for law, own in zip(stated, materials, strict=True)]
+    limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
     warn_of_prestretches([film.prestretch for film in films], limits)
     warn_of_thickness([film.thickness for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
-    highest = np.array([max(map(abs, aims(own)), default=0.0) for own in histories])
+    highest = np.array([max(map(abs, aims(entries)), default=0.0) for entries in histories])
     thickness = [film.thickness for film in films]
     charged = np.array([case.recipe.control == "charge" for case in cases])
-    permittivity = np.array([_permittivity(own, result.temperature) for own, result in zip(materials, results, strict=True)])
+    permittivity = np.array(
+        [_permittivity(material, result.temperature) for material, result in zip(materials, results, strict=True)]
+    )
     field = np.where(charged, highest / (permittivity * area), highest * area / np.array(thickness))
     known = np.array([_limit(*each) for each in zip(limits, area.tolist(), thickness, field.tolist(), strict=True)])
     warn_of_field(field, known, charged)
@@ -119,8 +121,8 @@ def warn_of_films(
     warn_of_paces(paces)
     if broken:
         more = _and_more(broken)
-        said = f"the film breaks down {_at_once(cases[broken[0]].recipe)}: it is beyond the breakdown field from the start"
-        warn(f"case {broken[0]}{more}: {said}")
+        beyond = f"the film breaks down {_at_once(cases[broken[0]].recipe)}: it is beyond the breakdown field from the start"
+        warn(f"case {broken[0]}{more}: {beyond}")
 
 
 def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
@@ -146,8 +148,8 @@ def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: Failu
     field = result.voltage * area[:, None] / recipe.film.thickness
     beyond = (result.time_to_failure == 0) & (field >= result.breakdown_field[:, None])
     if broken := int(np.count_nonzero(beyond & (result.time_to_breakdown == 0))):
-        some = f"{broken} of {result.failure_mode.size} cells"
-        warn(f"{some} break down {AT_ONCE}: they are beyond the breakdown field from the start")
+        share = f"{broken} of {result.failure_mode.size} cells"
+        warn(f"{share} break down {AT_ONCE}: they are beyond the breakdown field from the start")
     if (slack := result.time_to_loss_of_tension) is not None:
         # survivors that go slack do so before the horizon
         early = int(np.count_nonzero((slack < result.time_to_failure) | (np.isfinite(slack) & np.isnan(result.time_to_failure))))
@@ -182,12 +184,12 @@ def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResul
     for material, mode in {
         (id(material), mode): (material, mode) for material, mode in zip(materials, modes, strict=True)
     }.values():
-        own = [
+        stretched = [
             [result.columns[f"stretch_{axis} [1]"] for axis in (1, 2)]
             for result, known, wanted in zip(results, materials, modes, strict=True)
             if known is material and wanted == mode
         ]
-        stretch = np.concatenate([np.array(stretches) for stretches in own], axis=1)
+        stretch = np.concatenate([np.array(stretches) for stretches in stretched], axis=1)
         warn_of_falling_tension(material, stretch, mode)
         warn_of_range(material, stretch, mode)
 
@@ -198,8 +200,8 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
     highest = [float(np.max(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
     slack = [index for index, (low, high) in enumerate(zip(lowest, highest, strict=True)) if -low > SLACK * high > 0]
     if slack:
-        found = f"the stress falls to {lowest[slack[0]]:.3g} Pa, by which the film is pushed"
-        warn(f"{f'case {slack[0]}{_and_more(slack)}: ' if len(results) > 1 else ''}{found}: a thin one goes slack instead")
+        pushed = f"the stress falls to {lowest[slack[0]]:.3g} Pa, by which the film is pushed"
+        warn(f"{f'case {slack[0]}{_and_more(slack)}: ' if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
 
 
 def _room(material: Material, columns: Mapping[str, Any]) -> Floats:
@@ -269,9 +271,9 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[fl
     """
     present, start = rest, 0.0
     groups = [list(group) for _, group in groupby(entries, key=lambda entry: entry.origin)]
-    for number, own in enumerate(groups):
+    for number, group in enumerate(groups):
         values, durations = [present], list[float]()
-        for entry in own:
+        for entry in group:
             for value, lasts in corners(entry, values[-1]):
                 durations.append(lasts)
                 values.append(value)
@@ -285,7 +287,7 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[fl
         moved = np.abs(at[last_of] - at[first])
         whole = (moved > 0) & (moved >= WHOLE * np.ptp(at)) & ~(times[first] >= end)
         for a, b in zip(first[whole].tolist(), last_of[whole].tolist(), strict=True):
-            step, begins, ends = f"step[{own[0].origin}]", float(times[a]), float(times[b])
+            step, begins, ends = f"step[{group[0].origin}]", float(times[a]), float(times[b])
             seen = next((time - begins for time in asked or () if time > begins), None)
             if ends > begins:
                 one = "takes" if b - a == moves.size else "goes up or down within"

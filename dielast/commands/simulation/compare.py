@@ -193,9 +193,9 @@ def _interpolate(comparison: Comparison, x: Floats, model_x: Floats, model_y: Fl
     if not turns:
         return _one_way(x, model_x, model_y)
     rising = model_x[int(np.argmax(np.abs(model_x - model_x[0])))] > model_x[0]
-    turn, own = (int(np.argmax(values) if rising else np.argmin(values)) for values in (model_x, x))
-    first = _one_way(x[: own + 1], model_x[: turn + 1], model_y[: turn + 1])
-    return np.concatenate([first, _one_way(x[own + 1 :], model_x[turn:], model_y[turn:])])
+    turn, measured_turn = (int(np.argmax(values) if rising else np.argmin(values)) for values in (model_x, x))
+    first = _one_way(x[: measured_turn + 1], model_x[: turn + 1], model_y[: turn + 1])
+    return np.concatenate([first, _one_way(x[measured_turn + 1 :], model_x[turn:], model_y[turn:])])
 
 
 def _turns(x: Floats) -> int:

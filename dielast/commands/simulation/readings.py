@@ -9,8 +9,8 @@ from typing import Any
 from dielast.commands.command import Reading
 from dielast.commands.simulation.cases import check_case, material_key, material_of
 from dielast.commands.simulation.compare import read_points
-from dielast.commands.simulation.history import solver_steps
 from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.commands.simulation.uncertainty import sample_of
 from dielast.errors import InputError
 from dielast.io.files import Inputs

@@ -23,9 +23,9 @@ from dielast.commands.simulation.cases import (
     result_columns,
     temperature_of,
 )
-from dielast.commands.simulation.history import Entry, in_recipe_terms, joined, solver_steps
-from dielast.commands.simulation.memory import check_series
+from dielast.commands.simulation.memory_needed import check_series
 from dielast.commands.simulation.result import CaseResult
+from dielast.commands.simulation.solver_steps import Entry, in_recipe_terms, joined, solver_steps
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material
@@ -177,7 +177,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         samples = samples_of(cases, materials, inputs)
         written = bounded_cases(cases, samples, results, draws, execution)
         intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
-    found = matches(recipe, seen, inputs, again)
+    matched = matches(recipe, seen, inputs, again)
     x, y, scales = axes_of(cases, seen[0], simulation.measured, simulation.time_scale)
 
     def figure() -> Any:
@@ -193,7 +193,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
             [event.span for one in written for event in one.bounded_events if event.event is not None] if x == "time [s]" else ()
         )
         called = interval_label([case.recipe for case in cases])
-        return picture(cases, materials, seen, found, (x, y, scales), bands, called, marks, spans)
+        return picture(cases, materials, seen, matched, (x, y, scales), bands, called, marks, spans)
 
     tables = (
         {f"{recipe.kind}.csv": result_columns(written)} | simulation.tables(recipe, written) | {"cases.csv": case_columns(cases)}
@@ -201,7 +201,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     if (cycling := cycle_columns(results)) is not None:
         tables["cycles.csv"] = cycling
     sections = simulation.headline(cases, results)
-    if found:
-        sections["compare"] = compare_headline(found)
+    if matched:
+        sections["compare"] = compare_headline(matched)
     more = simulation.figures(cases, materials, results)
     return Report(tables, sections | intervals, figure, failures=failures(results), figures=more)

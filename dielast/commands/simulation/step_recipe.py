@@ -81,8 +81,8 @@ class HistoryStep(Section):
         actions = [key for key in known if getattr(self, key) is not None]
         paces = [key for key in ("rate", "duration") if getattr(self, key, None) is not None]
         if len(actions) != 1:
-            found = f", not {' and '.join(actions)} together" if actions else ""
-            raise InputError(f"one of {', '.join(known)} is needed{found}")
+            instead = f", not {' and '.join(actions)} together" if actions else ""
+            raise InputError(f"one of {', '.join(known)} is needed{instead}")
         if actions[0] in ("hold", "table", "waveform") and paces:
             raise InputError(f"{paces[0]} does not go with {actions[0]}")
         if len(paces) > 1:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.simulation.cases import each, material_key
+from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.errors import InputError, warn
 from dielast.handover.material_draws import beside, further_constants, parse_draws
@@ -65,8 +65,8 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
     if changes:
         plain = parse_material(content, name)
         drawn = [
-            own
-            for own, changed in (
+            part
+            for part, changed in (
                 ("the equilibrium modulus", material.equilibrium_modulus != plain.equilibrium_modulus),
                 ("the relaxation spectrum", _differ(material.spectrum, plain.spectrum)),
                 ("the shift law", material.shift.name != plain.shift.name or material.shift.drawn() != plain.shift.drawn()),
@@ -94,13 +94,13 @@ def _warn_of_draws(name: str, material: Material, members: Sequence[Material]) -
     tau = np.union1d(material.spectrum.relaxation_time, members[0].spectrum.relaxation_time)
     with np.errstate(over="ignore"):  # a time beyond all numbers is one at which all has relaxed
         time = np.append(tau, 10 * tau.max(initial=1.0))
-        own = material.spectrum.relaxation_modulus(time, material.equilibrium_modulus)
-        drawn = np.array([each.spectrum.relaxation_modulus(time, each.equilibrium_modulus) for each in members])
+        modulus = material.spectrum.relaxation_modulus(time, material.equilibrium_modulus)
+        drawn = np.array([member.spectrum.relaxation_modulus(time, member.equilibrium_modulus) for member in members])
         low, high = drawn.min(axis=0), drawn.max(axis=0)
-        missed = (own * BESIDE < low) | (own > high * BESIDE)
+        missed = (modulus * BESIDE < low) | (modulus > high * BESIDE)
     for k in np.flatnonzero(missed)[:1]:
         warn(
-            f"a shear modulus of {own[k]:.4g} Pa after {time[k]:.3g} s is far from those of all draws, {low[k]:.4g} to "
+            f"a shear modulus of {modulus[k]:.4g} Pa after {time[k]:.3g} s is far from those of all draws, {low[k]:.4g} to "
             f"{high[k]:.4g} Pa: if the material has been edited, make its draws anew",
             file=name,
         )
@@ -121,7 +121,7 @@ def uncertainty_headline(
         "seed": [stated.seed for stated, _ in known],
         "level": [stated.level for stated, _ in known],
     }
-    return {"uncertainty": {key: values[0] if len(set(values)) == 1 else each(values) for key, values in numbers.items()}}
+    return {"uncertainty": {key: values[0] if len(set(values)) == 1 else one_or_list(values) for key, values in numbers.items()}}
 
 
 def samples_of(cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs) -> list[Sample | None]:

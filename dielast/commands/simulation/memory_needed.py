@@ -22,7 +22,7 @@ def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, jobs:
     known: dict[str, int] = {}
     rows = [_rows(case.recipe, inputs, known) for case in cases]
     draws = [0 if case.recipe.uncertainty is None else case.recipe.uncertainty.draws for case in cases]
-    together = sorted((own * many for own, many in zip(rows, draws, strict=True)), reverse=True)[:jobs]
+    together = sorted((count * many for count, many in zip(rows, draws, strict=True)), reverse=True)[:jobs]
     what = f"{len(cases)} case{'s' * (len(cases) > 1)} of {max(rows)} rows{f', each drawn {max(draws)} times,' * any(draws)}"
     cycling = any(getattr(step, "waveform", None) is not None for case in cases for step in case.recipe.step)
     keys = f"output.points_per_decade{', output.cycles' * cycling} or output.times"

@@ -256,9 +256,9 @@ def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, colum
     """
     if points.has("case"):
         number = points.cells[points.find("case", "case")]
-        for line, own in zip(points.lines, number, strict=True):
-            if own != number[0]:
-                ends = f"case {number[0]} ends and case {own} begins, so that times do not ascend"
+        for line, case in zip(points.lines, number, strict=True):
+            if case != number[0]:
+                ends = f"case {number[0]} ends and case {case} begins, so that times do not ascend"
                 raise InputError(f"{ends}: a load is one case, so leave only its rows in the table", file=name, line=line)
     time = points.column(column, "time", TIME)
     before = np.append(-1.0, time[:-1])
