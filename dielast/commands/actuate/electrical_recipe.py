@@ -60,7 +60,7 @@ class SourceSection(Section):
     resistance: Resistance = Field(
         description="Between the source and the electrode, whose voltage is then that of the source less resistance times current; "
         "needs film.electrode_diameter. Pull-in is at constant charge within the time constant of the circuit, at constant voltage "
-        "beyond it (pull_in.timescale)."
+        "beyond it (pull_in.timescale); a film that runs away no faster than the circuit lets it is never at a pull-in."
     )
 
 

@@ -67,8 +67,12 @@ class DamageAtFailure(Section):
     """How the damage at which films fail scatters: a share 1 - exp(-(area/reference_area) D^shape) of them has failed at D."""
 
     shape: float = Field(gt=0, allow_inf_nan=False, description="Of Weibull's distribution of the damage.")
-    area: Area | None = Field(None, description="Of the electrode; left out: that for which the constants of [damage] hold.")
-    reference_area: Area | None = Field(None, description="Of the films for which the constants of [damage] hold.")
+    area: Area | None = Field(
+        None, description="Of the electrode, on the undeformed film; left out: that for which the constants of [damage] hold."
+    )
+    reference_area: Area | None = Field(
+        None, description="Of the electrodes for which the constants of [damage] hold, undeformed as well."
+    )
 
     @model_validator(mode="after")
     def _two_areas(self) -> Self:
