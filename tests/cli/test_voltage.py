@@ -167,7 +167,7 @@ def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
         (ACTUATE, '"0.5 mm"', '"-0.5 mm"', 'film.thickness: "-0.5 mm": a length above 0 m is needed'),
         (ACTUATE, 'hold = "10 min"', 'hold = "0 s"', 'step[1].hold: "0 s": a time above 0 s is needed'),
         (ACTUATE, '"4 kV"', '"4 kg"', 'step[0].voltage: "4 kg": a voltage is needed, such as "2.5 kV"'),
-        (ACTUATE, 'field = "48 MV/m"', "", "breakdown.field: is needed"),
+        (ACTUATE, 'field = "48 MV/m"', "", 'breakdown: law "table" needs field'),
         (MAP, "points = 9", "points = 0", "voltage.points: 0: at least 1 is needed"),
         (MAP, "prestretch = [1.7, 1.8, 1.9]", "prestretch = []", "film.prestretch: a list of prestretches is needed"),
         (MAP, '"1 h"', '"0 h"', 'horizon: "0 h": a time above 0 s is needed'),
