@@ -33,6 +33,8 @@ from dielast.simulate.reach import or_per_cent, out_of_reach
 from dielast.simulate.wanted import LEAST_RTOL, MOST_RTOL, check_tolerance
 
 MESH_RTOL = 1e-6
+COARSER = 10.0 ** np.arange(-10, -1)  # tolerances that may do where a finer one does not
+CLOSEST = 1e-8  # of shares to 0 and to 1: beyond, stretches no longer tell films apart
 
 Prestretch = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]
 
@@ -158,6 +160,11 @@ class FilmSetup(Result):
                 f"{share[case]:g}: the electrode's share of the {whole} must lie between 0 and 1; a film without a passive part"
             )
             raise InputError(f"{needed} is clamped", argument="electrode_share", case=of_case(case, cases))
+        if np.any(close := (share < CLOSEST) | (1 - share < CLOSEST)):
+            case = int(np.argmax(close))
+            instead = f"{CLOSEST:g} is as small as none" if share[case] < 0.5 else "such a film is boundary clamped"
+            text = f"{float(share[case])!r}: it must lie {CLOSEST:g} or more from 0 and 1; {instead}"
+            raise InputError(text, argument="electrode_share", case=of_case(case, cases))
         if not LEAST_RTOL <= self.mesh_rtol <= MOST_RTOL:
             raise InputError(f"{self.mesh_rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}", argument="mesh_rtol")
         first, second = self.stretched(cases)
@@ -210,8 +217,11 @@ class Passive:
         needed = points_needed(points, share, first, mesh_rtol)
         if not needed.all():
             case = int(np.argmin(needed))
-            instead = f"no division of the film around an electrode of share {share[case]:g} is so exact; {MESH_RTOL:g} is enough"
-            raise InputError(f"{mesh_rtol:g}: {instead}", argument="mesh_rtol", case=of_case(case, share.size))
+            film = f"the film around an electrode of share {float(share[case])!r}, at prestretch {first[case]:g},"
+            exact = f"no division of {film} is so exact"
+            larger = next((each for each in COARSER if each > mesh_rtol and points_needed(points, share, first, each).all()), None)
+            instead = "nor so that a larger one would do" if larger is None else f"{larger:g} can be had"
+            raise InputError(f"{mesh_rtol:g}: {exact}; {instead}", argument="mesh_rtol", case=of_case(case, share.size))
         return cls(share, needed, False)
 
     def structure(self, cases: Cases, first: Floats, second: Floats) -> Structure:

@@ -11,6 +11,8 @@ import pytest
 from peers.disc import DiscRun, Drive, Structure, creep_compliance, disc, graded, shoot
 from peers.energies import gent, stress
 from peers.membrane import Film, constant, ramp
+from scipy.integrate import simpson, solve_ivp
+from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import brentq
 from scipy.sparse import csr_array
 
@@ -169,3 +171,60 @@ def test_histories_stability_and_events_are_those_of_the_same_film_by_radau(
         assert (around[0] > 0).all()
     # the smallest eigenvalue and the stiffness at the rim have one sign
     assert (np.sign(here.stability[0]) == np.sign(there.eigenvalue(times))).all()
+
+
+def test_the_work_of_the_voltage_is_stored_and_dissipated_over_the_whole_film() -> None:
+    """int V dQ by the stretch of the disc, the rest by those of the profile, with viscous stretches integrated by other means."""
+    prestretch, share, voltage, up, hold, nodes = 1.9, 0.25, 5.2e3, 0.5, 2.0, 24
+    ascending = 0.5 * (1 - np.cos(np.pi * np.arange(nodes + 1) / nodes))
+    times = np.concatenate((up * ascending, up + hold * ascending[1:]))
+    film = {"prestretch": prestretch, "boundary": "frame", "electrode_share": share}
+    here = run_ours(voltage, up, hold, times, **film, profile=times)
+    assert here.profiles is not None
+    columns = [here.profiles.cases[0][name].reshape(times.size, -1) for name in ("radius [1]", "stretch_1 [1]", "stretch_2 [1]")]
+    radius, stretch = columns[0][0, 2:], np.stack(columns[1:])[:, :, 1:]
+    area = np.concatenate(([1.0], simpson(np.diag(2 * radius**2), x=np.log(radius))))  # of the disc, and of radii of the annulus
+    assert area.sum() == pytest.approx(share**-2, rel=1e-6)
+
+    def gent_energy(l1: np.ndarray, l2: np.ndarray, limit: float) -> np.ndarray:
+        return -0.5 * limit * np.log1p(-(l1**2 + l2**2 + (l1 * l2) ** -2 - 3) / limit)
+
+    def stored(log_viscous: np.ndarray, now: np.ndarray) -> float:
+        branches = MODULUS @ gent_energy(*(now[:, None] / np.exp(log_viscous)), 55.0)
+        return float(area @ (MU * gent_energy(*now, 110.0) + branches))
+
+    def followed(log_viscous: np.ndarray, span: tuple[float, float], course: Any) -> tuple[np.ndarray, float]:
+        """Logarithms of the viscous stretches (2, branches, radii), and what is dissipated on the way."""
+
+        def rates(time: float, values: np.ndarray) -> np.ndarray:
+            elastic = course(time)[:, None] / np.exp(values[:-1].reshape(log_viscous.shape))
+            p, q = (one * stress for one, stress in zip(elastic, gent_stress(*elastic), strict=True))
+            flow = np.stack((2 * p - q, 2 * q - p)) / (6 * TIME[:, None])
+            return np.append(flow, area @ (MODULUS @ (p * flow[0] + q * flow[1])))
+
+        begin = np.append(log_viscous, 0.0)
+        end = solve_ivp(rates, span, begin, method="LSODA", rtol=1e-9, atol=1e-11).y[:, -1]
+        return end[:-1].reshape(log_viscous.shape), float(end[-1])
+
+    def gent_stress(l1: np.ndarray, l2: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        third = (l1 * l2) ** -2
+        stiffness = 1 / (1 - (l1**2 + l2**2 + third - 3) / 55.0)
+        return stiffness * (l1 - third / l1), stiffness * (l2 - third / l2)
+
+    still = np.full((2, area.size), prestretch)
+    viscous, _ = followed(np.zeros((2, MODULUS.size, area.size)), (0.0, 60.0), lambda _: still)
+    before, work, lost = stored(viscous, still), 0.0, 0.0
+    place, weight = np.polynomial.legendre.leggauss(40)
+    for first, (begin, end), rate in ((0, (0.0, up), voltage / THICKNESS / up), (nodes, (up, up + hold), 0.0)):
+        piece = slice(first, first + nodes + 1)
+        course = BarycentricInterpolator(times[piece], stretch[:, piece].transpose(1, 0, 2))
+        viscous, more = followed(viscous, (begin, end), course)
+        at = begin + (end - begin) * 0.5 * (1 + place)
+        active, speed = (found[:, 0, 0] for found in (course(at), course.derivative(at)))
+        field = voltage / THICKNESS * np.minimum(at / up, 1.0)
+        charging = EPS * (rate * active**4 + 4 * field * active**3 * speed)
+        work += 0.5 * (end - begin) * float(weight @ (field * charging))
+        lost += more
+    gained = stored(viscous, stretch[:, -1]) - before + 0.5 * EPS * (voltage / THICKNESS) ** 2 * stretch[0, -1, 0] ** 4
+    assert lost > 0.1 * work
+    assert gained + lost == pytest.approx(work, rel=1e-6)

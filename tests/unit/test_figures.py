@@ -386,3 +386,13 @@ def test_a_quantity_has_one_unit_in_all_figures(tmp_path: Path) -> None:
     assert units["stress"] == {"kPa"}
     assert units["voltage"] == {"kV"}
     assert units["time"] == {"s"}
+
+
+def test_a_profile_says_which_film_of_a_sweep_it_is_of(tmp_path: Path) -> None:
+    recipe = FILM.replace("[film]", '[film]\nboundary = "frame"\nelectrode_share = 0.1') + COARSE + 'profile = ["1 s"]\n'
+    (tmp_path / "r.toml").write_text(recipe + '[sweep]\n"film.electrode_share" = [0.3, 0.6]\n')
+    cases = read_cases(tmp_path / "r.toml")
+    outcome = COMMANDS["actuate"].run(cases, Inputs(tmp_path), Execution())
+    figure = outcome.figures["profile"]()
+    title = " ".join(text.get_text() for text in figure.findobj(Text))
+    assert "electrode share = 0.3" in title.replace("\N{NO-BREAK SPACE}", " ")

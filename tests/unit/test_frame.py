@@ -15,6 +15,7 @@ from dielast.commands.registry import read_cases
 from dielast.material.dielectric import LinearPermittivity
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
+from dielast.mechanics.passive.mesh import points_needed
 from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Load
@@ -47,6 +48,12 @@ def test_the_points_of_an_annulus_integrate_and_strain_exactly(share: float) -> 
     s = (hoop - radial) / (2 * slope)
     assert (weight * s**2).sum() == pytest.approx(1 - outer, rel=1e-9)  # int s^2 ds/s^2
     assert structure.rim[1:, 0] @ s == pytest.approx(1.0, rel=1e-9)
+
+
+def test_few_points_do_where_the_springs_end_next_to_the_prestretch() -> None:
+    share, prestretch = np.array([1e-8, 0.3, 0.9, 1 - 1e-8]), 0.999 * np.sqrt(56.5)  # of the springs' limit, where I_1 = 113
+    needed = points_needed(Points.of(SOFT, np.full(4, 20.0), 1e-6), share, np.full(4, prestretch), 1e-6)
+    assert ((needed > 0) & (needed < 5)).all()
 
 
 def test_factors_solve_and_tell_whether_a_matrix_is_positive() -> None:
@@ -195,6 +202,8 @@ def test_a_map_has_an_axis_of_shares() -> None:
             {"mesh_rtol": 1e-12, "electrode_share": 0.99999},
             "mesh_rtol: 1e-12: no division of the film around an electrode of share 0.99999",
         ),
+        ({"electrode_share": 1e-300}, "electrode_share: 1e-300: it must lie 1e-08 or more from 0 and 1; 1e-08 is as small as none"),
+        ({"electrode_share": [0.1, 1 - 1e-9]}, "case 1: electrode_share: 0.999999999: it must .*; such a film is boundary clamped"),
         ({"mesh_rtol": 0.0}, "mesh_rtol: 0 is not between"),
         ({"boundary": ("frame", "clamped")}, "boundary: .* or frame, or strip"),
         ({"profile": [-1.0]}, "profile: finite times that ascend from 0"),

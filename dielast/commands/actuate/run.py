@@ -143,18 +143,21 @@ class Films(Simulation):
     def figures(
         self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
     ) -> dict[str, Callable[[], Any]]:
-        """The profile of the first film."""
+        """The profile of the first film that has one at some time."""
         profiles = [result.profile for result in results if result.profile is not None]
         if not profiles:
             return {}
+        shown = next((case for case, profile in enumerate(profiles) if profile["time [s]"].size), 0)
 
         def figure() -> Any:
-            from dielast.commands.simulation.naming import titled
+            from dielast.commands.simulation.naming import labels, titled
             from dielast.plots.profile import plot_profile
 
-            first = cases[0].recipe
+            which = labels(cases, materials)[shown]  # of a sweep
+            first = cases[shown].recipe
             place = "radius / electrode radius" if first.film.boundary[0] == "frame" else "place / half the electrode's length"
-            return plot_profile(profiles, titled(first.title, cases[:1], materials[:1]), place)
+            title = titled(first.title, [cases[shown]], [materials[shown]], which)
+            return plot_profile(profiles, title, place)
 
         return {"profile": figure}
 

@@ -16,8 +16,9 @@ from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.numerics.columns import Cases, Floats
 
 LEAST, MOST = 2, 20  # points
-WIDENINGS = 0.5 ** np.arange(6)  # shares of the stretch, of which the first is taken that the springs can reach
+WIDENINGS = 0.5 ** np.arange(16)  # shares of the stretch, of which the first is taken that the springs can reach
 ITERATIONS = 30
+FEW_AND_MANY = (LEAST, LEAST + 4, LEAST + 9)  # numbers of points, with all of which a stretch is to be reached
 
 
 def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: float) -> Cases:
@@ -29,8 +30,10 @@ def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: 
     reachable = np.full(share.shape, np.nan)
     for part in WIDENINGS:
         aim = prestretch + part * (widest - prestretch)
-        pull = _pull(points, share, prestretch, aim, LEAST + 4)
-        reachable = np.where(np.isnan(reachable) & (pull > 0), aim, reachable)
+        pulls = [_pull(points, share, prestretch, aim, count) for count in FEW_AND_MANY]
+        reachable = np.where(np.isnan(reachable) & (np.array(pulls) > 0).all(axis=0), aim, reachable)
+        if not np.isnan(reachable).any():
+            break
     needed = np.zeros(share.size, dtype=np.intp)
     before = _pull(points, share, prestretch, reachable, LEAST)
     for count in range(LEAST, MOST):
