@@ -35,6 +35,9 @@ from typing import TYPE_CHECKING, Any
 from dielast._version import __version__ as __version__
 
 if TYPE_CHECKING:  # the public names, of which this is the only list: type checkers read it, and so does `_modules`
+    from dielast.calibration.experiment import MeasuredTest as MeasuredTest
+    from dielast.calibration.parameters import Free as Free
+    from dielast.calibration.result import Calibration as Calibration, calibrate as calibrate
     from dielast.errors import (
         DielastError as DielastError,
         DielastWarning as DielastWarning,

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from dielast.cli.help import EXIT_CODES, START, Command, RecipeCommand, listed
+from dielast.cli.help import EXIT_CODES, START, PlainUsage, RecipeCommand, listed
 from dielast.cli.interrupt import leave
 from dielast.cli.streams import give_up_output, report_refusal
 from dielast.commands.registry import COMMANDS
@@ -202,7 +202,7 @@ def application(asked: str | None = None) -> typer.Typer:
     for name in [asked] if asked is not None and asked in names else names:
         if name in helpers:
             function, text = helpers[name]
-            app.command(name, help=text, cls=Command)(function)
+            app.command(name, help=text, cls=PlainUsage)(function)
         else:
             command = COMMANDS[name]
             app.command(name, help=command.help, short_help=command.short_help, cls=RecipeCommand)(_run)

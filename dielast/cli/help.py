@@ -33,7 +33,7 @@ To begin:
 """
 
 
-class Command(TyperCommand):
+class PlainUsage(TyperCommand):
     """A command whose usage reads as a user types it."""
 
     def format_usage(self, ctx: Any, formatter: Any) -> None:
@@ -42,7 +42,7 @@ class Command(TyperCommand):
         formatter.write_usage(ctx.command_path, " ".join([*arguments, "[OPTIONS]"]))
 
 
-class RecipeCommand(Command):
+class RecipeCommand(PlainUsage):
     """A command that runs recipes of the kind it is named after."""
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:

@@ -19,13 +19,13 @@ class Bar:
         self._bar: Progress | None = None
 
     def __call__(self, done: int, total: int, what: str) -> None:
-        """Show that so many of `total` things are `done`; `what` is their plural, such as cells."""
+        """Show that so many of `total` things are `done`; `what` is their plural, such as cells, and may change on the way."""
         if not self._seen:
             return
         if self._bar is None:
             self._bar = _bar(what + self._shared, total)
             self._bar.start()
-        self._bar.update(self._bar.task_ids[0], completed=done)
+        self._bar.update(self._bar.task_ids[0], completed=done, total=total, description=what + self._shared)
         if done == total:
             self.stop()
 
@@ -40,7 +40,7 @@ def _bar(counted: str, total: int) -> Progress:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (MofNCompleteColumn(), TextColumn(counted), BarColumn(), TimeRemainingColumn(), TextColumn("left"))
+    columns = (MofNCompleteColumn(), TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn(), TextColumn("left"))
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    bar.add_task("", total=total)
+    bar.add_task(counted, total=total)
     return bar

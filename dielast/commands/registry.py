@@ -42,6 +42,7 @@ class Commands(Mapping[str, Command]):
 COMMANDS = Commands()
 COMMANDS.register("mastercurve", "dielast.commands.mastercurve:MASTERCURVE")
 COMMANDS.register("spectrum", "dielast.commands.spectrum:SPECTRUM")
+COMMANDS.register("calibrate", "dielast.commands.calibrate:CALIBRATE")
 COMMANDS.register("relax", "dielast.commands.membrane:RELAX")
 COMMANDS.register("creep", "dielast.commands.membrane:CREEP")
 COMMANDS.register("actuate", "dielast.commands.actuate:ACTUATE")

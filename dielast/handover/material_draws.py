@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -15,13 +16,27 @@ from dielast.handover.tables import finite_columns
 from dielast.io.files import EXAMPLE, read_file, resolve
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
+from dielast.material.numbers import kinds_of, material_of, numbers_of
 from dielast.material.spectrum import Spectrum
 
 EQUILIBRIUM = "equilibrium_shear_modulus"
+_OWN = (
+    "shift",
+    "equilibrium.shear_modulus",
+    "nonequilibrium.shear_modulus",
+    "nonequilibrium.relaxation_time",
+    "nonequilibrium.scale",
+)
+"""What has columns of another name, or is in them."""
+_FURTHER = re.compile(r"(?P<section>[a-z]+)\.(?P<key>\w+?)(_(?P<place>\d+))? \[[^\]]*\]")
 
 
 def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Table:
-    """The table of draws of one material, which share their number of branches; `number` (draws,) says which draw each is."""
+    """The table of draws of one material, which share their number of branches and their laws.
+
+    `number` (draws,) says which draw each is. Further constants that differ between draws are called by their path in a material
+    file, entries of lists from 1.
+    """
     laws = [material.shift.drawn() for material in materials]
     moduli = np.array([material.spectrum.shear_modulus for material in materials])
     times = np.array([material.spectrum.relaxation_time for material in materials])
@@ -31,7 +46,24 @@ def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Ta
         *(Column(name, unit, np.array([law[name, unit] for law in laws])) for name, unit in laws[0]),
         *(Column(f"shear_modulus_{k + 1}", "Pa", column) for k, column in enumerate(moduli.T)),
         *(Column(f"relaxation_time_{k + 1}", "s", column) for k, column in enumerate(times.T)),
+        *_further(materials),
     ]
+
+
+def _further(materials: Sequence[Material]) -> Table:
+    """The columns of all other constants that differ between the materials."""
+    numbers, found = [numbers_of(each) for each in materials], []
+    for section, kinds in kinds_of(materials[0]).items():
+        keys = [key for key in kinds if section not in _OWN and f"{section}.{key}" not in _OWN and key in numbers[0][section]]
+        values = {key: np.array([np.atleast_1d(each[section][key]) for each in numbers], dtype=float) for key in keys}
+        if all(np.all(own == own[0]) for own in values.values()):
+            continue
+        # all constants of a law, as some of them may be relative to a modulus
+        for key, own in values.items():
+            path, many = f"{section}.{key}", np.ndim(numbers[0][section][key]) > 0
+            names = [f"{path}_{k + 1}" for k in range(own.shape[1])] if many else [path]
+            found += [Column(name, kinds[key].unit, column) for name, column in zip(names, own.T, strict=True)]
+    return found
 
 
 def parse_draws(content: bytes, source: str, material: Material) -> tuple[Material, ...]:
@@ -47,11 +79,12 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
     headers = [f"{EQUILIBRIUM} [Pa]", *law, *(f"shear_modulus_{k + 1} [Pa]" for k in range(count))]
     if ",relaxation_time_1 [s]" in first_line:
         headers += [f"relaxation_time_{k + 1} [s]" for k in range(count)]
-    columns = finite_columns(content, source, headers)
+    further = _further_headers(first_line)
+    columns = finite_columns(content, source, [*headers, *(match[0] for match in further)])
     if not columns.size:
         raise InputError("no draws", file=source)
     members = []
-    for row, values in enumerate(columns.T):
+    for row, (values, others) in enumerate(zip(columns[: len(headers)].T, columns[len(headers) :].T, strict=True)):
         constants, moduli, times = np.split(values[1:], [len(law), len(law) + count])
         with located(file=source, row=row + 2):
             if values[0] < 0:
@@ -60,8 +93,35 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
                 raise InputError("every shear modulus is zero: the material carries no load")
             shift = material.shift.redrawn(constants.tolist())
             spectrum = Spectrum(times if times.size else material.spectrum.relaxation_time, moduli)
-        members.append(replace(material, equilibrium_modulus=float(values[0]), spectrum=spectrum, shift=shift))
+            member = replace(material, equilibrium_modulus=float(values[0]), spectrum=spectrum, shift=shift)
+            members.append(_with_further(member, further, others.tolist()) if further else member)
     return tuple(members)
+
+
+def further_constants(content: bytes) -> list[str]:
+    """The paths in a material file of the constants that a table of draws has besides moduli, times and shift."""
+    return [
+        f"{match['section']}.{match['key']}" for match in _further_headers(content.partition(b"\n")[0].decode(errors="replace"))
+    ]
+
+
+def _further_headers(first_line: str) -> list[re.Match[str]]:
+    return [match for cell in first_line.strip().split(",") if (match := _FURTHER.fullmatch(cell.strip('"')))]
+
+
+def _with_further(member: Material, further: Sequence[re.Match[str]], values: Sequence[float]) -> Material:
+    """The draw with other constants, whose column headers are `further`; raises `InputError` for one that it does not have."""
+    numbers = numbers_of(member)
+    for match, value in zip(further, values, strict=True):
+        section, key, place = match["section"], match["key"], match["place"]
+        own = numbers.get(section, {})
+        if place is None and key in kinds_of(member).get(section, {}):
+            own[key] = value
+        elif place is not None and isinstance(own.get(key), list | tuple) and 0 < int(place) <= len(own[key]):
+            own[key] = [*own[key][: int(place) - 1], value, *own[key][int(place) :]]
+        else:
+            raise InputError(f'column "{match[0]}": the material has no such constant: make both anew')
+    return material_of(member, numbers)
 
 
 def beside(source: str, name: str) -> str:

@@ -18,6 +18,7 @@ from dielast.handover.scaling_section import SCALING_KEYS, ScalingSection, state
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS
+from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
 from dielast.material.material import Material
@@ -26,7 +27,7 @@ from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
 from dielast.recipe.base import Dielectric
-from dielast.recipe.fields import Modulus, Section, Temperature
+from dielast.recipe.fields import Modulus, Section, Temperature, Time
 from dielast.recipe.validate import check
 
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
@@ -135,6 +136,20 @@ class DamageSection(LawSection):
     """Damage that adds up over the time under voltage: a film fails when it comes to 1, even if it never breaks down at once."""
 
 
+class CalibratedSection(Section):
+    """The tests that the material was fitted to; a simulation that goes beyond them is warned of."""
+
+    modes: list[str] = Field(min_length=1, description="How the specimens were stretched.")
+    largest_I1: float = Field(ge=3, description="Largest first invariant of the stretches, l1^2 + l2^2 + l3^2.")
+    time: Annotated[list[Time], Field(min_length=2, max_length=2)] = Field(description="Shortest and longest.")
+    temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] = Field(description="Lowest and highest.")
+
+    def stated(self) -> CalibratedRange:
+        """The range."""
+        (first, last), (coldest, hottest) = self.time, self.temperature
+        return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest))
+
+
 class MaterialFile(Section):
     """A dielectric elastomer: springs, relaxation processes, shift law, dielectric."""
 
@@ -150,6 +165,7 @@ class MaterialFile(Section):
     breakdown: BreakdownSection | None = Field(None, description="The field that the film breaks down at.")
     damage: DamageSection | None = Field(None, description="How the field uses a film up.")
     temperature: ScalingSection | None = Field(None, description="How moduli change with temperature; left out: not at all.")
+    calibrated: CalibratedSection | None = Field(None, description="The tests that the material was fitted to.")
     draws: str | None = Field(
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; a path relative to this file."
     )
@@ -183,6 +199,7 @@ class MaterialFile(Section):
             damage=None if self.damage is None else self.damage.stated(),
             equilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("equilibrium"),
             nonequilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("nonequilibrium"),
+            calibrated=None if self.calibrated is None else self.calibrated.stated(),
         )
 
 
@@ -263,6 +280,13 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     if material.damage is not None:
         document["damage"] = stated_law(material.damage, "inverse-power")
     document |= stated_scaling(material)
+    if (known := material.calibrated) is not None:
+        document["calibrated"] = {
+            "modes": list(known.modes),
+            "largest_I1": float(f"{known.largest_invariant:.9g}"),
+            "time": [f"{value:.9g} s" for value in known.time],
+            "temperature": [f"{value:.9g} degC" for value in known.temperature],
+        }
     return tomli_w.dumps(document).encode()
 
 

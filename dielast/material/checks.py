@@ -29,6 +29,7 @@ MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used 
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
 LARGEST_PERMITTIVITY = 1e3  # relative
 UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the stress goes with its square, 1e-5 of that at breakdown, and 1000 times
+LEAKIEST = 30.0  # fields E_c of a leak: the conductivity grows 1e13 times
 THINNEST, THICKEST, THICKEST_SPECIMEN = 1e-6, 1e-2, 0.1  # m
 _SHEAR = re.compile(r"^\|?g(?![a-z])|^g(p|pp|prime|stor|loss)\b|^j(?![a-z])|\bshear\b|scher|schub")  # names, in lower case
 _STRAIN = re.compile(r"\bstrain|dehnung(?!sverh)|elongation|^[εϵ]")
@@ -88,8 +89,10 @@ def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float
         warn(f"the thickness is {value * 1e3:g} mm, but {known}: is it in another unit?")
 
 
-def warn_of_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
-    """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields."""
+def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike = False) -> None:
+    """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields, those of a
+    voltage, or of a charge where films are `charged`.
+    """
     field, limit = np.broadcast_arrays(np.abs(np.asarray(highest, dtype=float)), np.asarray(breakdown, dtype=float))
     if not np.any(field):
         return
@@ -101,7 +104,16 @@ def warn_of_field(highest: ArrayLike, breakdown: ArrayLike) -> None:
             if ratio > 1
             else f"1/{1 / ratio:.0f} of the breakdown field: no film moves then"
         )
-        warn(f"the highest voltage makes a field of {field[k]:.3g} V/m, {so}: is it, or the thickness, in another unit?")
+        what, other = ("charge", "electrode") if np.broadcast_to(charged, field.shape)[k] else ("voltage", "thickness")
+        warn(f"the highest {what} makes a field of {field[k]:.3g} V/m, {so}: is it, or the {other}, in another unit?")
+
+
+def warn_of_leak(true_field: ArrayLike, scale: ArrayLike) -> None:
+    """Warn of true fields (V/m) that are so many times the `scale` E_c (V/m) of a leak that nobody has measured it there."""
+    ratio = float(np.max(np.abs(np.asarray(true_field, dtype=float)) / np.asarray(scale, dtype=float), initial=0.0))
+    if ratio > LEAKIEST:
+        grown = f"the true field comes to {ratio:.3g} times the leak's, by which the conductivity grows e^{ratio:.3g} times"
+        warn(f"{grown}: is leakage.field in another unit?")
 
 
 def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
@@ -118,6 +130,10 @@ def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
         warn(f"{what} {span} degC: are they kelvin that were taken for degC?")
     elif coldest < COLDEST or hottest > HOTTEST:
         warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")
+
+
+BEYOND_TESTS = 0.05  # of the largest I1 of the tests, by which they may be left without a word
+UNTESTED = 0.1  # of the way to it, that a mode without tests may go
 
 
 def warn_of_curve(largest: float, plateau: float | None = None) -> None:
@@ -207,6 +223,22 @@ def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | 
         f"at {where} the {law.title} law of the equilibrium spring is unstable, its tension falls with the stretch{known}: were "
         "its constants fitted so far?"
     )
+
+
+def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> None:
+    """Warn of stretches (2, points) on the path of a `mode`, None for any, beyond the tests that a material was calibrated by."""
+    known, values = material.calibrated, np.asarray(stretch, dtype=float)
+    if known is None or not values.size:
+        return
+    first, second = values
+    invariant = first**2 + second**2 + (first * second) ** -2.0
+    largest = float(np.max(invariant[np.isfinite(invariant)], initial=3.0))
+    tested = f"{' and '.join(known.modes)} tests up to I1 = {known.largest_invariant:.4g}"
+    if largest > known.largest_invariant * (1 + BEYOND_TESTS):
+        warn(f"the stretches go to I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
+    elif mode not in known.modes and largest > 3 + UNTESTED * (known.largest_invariant - 3):
+        other = "unequal stretches" if mode is None else f"{mode} loading"
+        warn(f"the material was calibrated by {tested} alone: {other} asks more of its law than these tests tell")
 
 
 def warn_of_use(material: Material, temperature: ArrayLike) -> None:

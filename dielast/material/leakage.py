@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
-
-Floats = NDArray[np.float64]
+from dielast.numerics.columns import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -39,7 +38,7 @@ class Leakage(Result):
         """All numbers of which there may be one for each case."""
         return [self.conductivity, self.field]
 
-    def take(self, cases: NDArray[np.intp]) -> Leakage:
+    def take(self, cases: Cases) -> Leakage:
         """That of some of the cases, of which there is a number for each."""
         return Leakage(np.asarray(self.conductivity)[cases], np.asarray(self.field)[cases])
 

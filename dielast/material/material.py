@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from dielast.io.result import Result
 from dielast.material.breakdown import Breakdown, BreakdownLaw
+from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DamageLaw
 from dielast.material.dielectric import VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
 from dielast.material.modulus import CONSTANT_MODULUS, ModulusLaw
@@ -31,7 +32,8 @@ class Material(Result):
     number in F/m or the law of a dielectric.
     `measured_temperature` is the range that the shift law was measured in, if that is known. The moduli hold at the reference
     temperature; `equilibrium_scaling` and `nonequilibrium_scaling` say how those of the equilibrium spring and of the branches
-    change with temperature. `damage` says how a field uses a film up, if that is to be looked at.
+    change with temperature. `damage` says how a field uses a film up, if that is to be looked at. `calibrated` is the range of the
+    tests that the material was fitted to, if it was.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Material(Result):
     damage: DamageLaw | None = None
     equilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     nonequilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
+    calibrated: CalibratedRange | None = None
 
     @property
     def reference_temperature(self) -> float:

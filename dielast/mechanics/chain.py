@@ -83,6 +83,11 @@ class Chain:
         """To the last point."""
         return np.full(self.scale.size, self.time[-1])
 
+    @property
+    def longest_step(self) -> Floats:
+        """Any step sees a straight line whole."""
+        return np.full(self.scale.size, np.inf)
+
     def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
         """From one point to the next."""
         base, driven, scale = self.base[:, cases], self.driven[:, None], self.scale[cases]

@@ -8,7 +8,8 @@ A piece has its `controls`, its `target` (values at the end of a line, at the be
 path, the `extremes` of that path, whether it may begin `at_once`, and `take` for some of the cases; `begin` makes it a course.
 
 A course has its `start`, `end` and `duration`, the number of its `spans` and of its `cycles`, and for the spans `index` of `cases`
-(k,) their load and duration, `span`, and whether they go on smoothly from the span before, `smooth`. `rows` are the times of output
+(k,) their load and duration, `span`, and whether they go on smoothly from the span before, `smooth`. No step through it may take
+more than its `longest_step` (cases,) in s. `rows` are the times of output
 that suit it, and `rises` those at which the size of the voltage begins to rise; both are (cases, k) in s since it began, or NaN.
 """
 

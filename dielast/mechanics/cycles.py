@@ -12,6 +12,7 @@ from dielast.mechanics.load import Waveform
 from dielast.mechanics.span import Controls, Load, Wave
 from dielast.numerics.columns import Cases, Flags, Floats
 
+LEAST_STEPS = 16  # in a cycle of a sine, 8 in a cycle of its square, to which a film under voltage responds
 TURN_DECADES = 5  # of log-spaced rows after a triangle turns around, on a third as many points as elsewhere
 
 
@@ -91,6 +92,11 @@ class Cycles:
     def duration(self) -> Floats:
         """Of all cycles."""
         return self.period * self.cycles
+
+    @property
+    def longest_step(self) -> Floats:
+        """A share of a sine's period; the lines of a triangle are spans."""
+        return np.full_like(self.period, np.inf) if self.triangle else self.period / LEAST_STEPS
 
     def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
         """Parts of a cycle; each cycle is like the first."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dielast.material.springs import Floats
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.point import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, stretched
+from dielast.numerics.columns import Flags, Floats
 
 ITERATIONS = 200
 SETTLED = 1e-12  # in Lambda; what is left is then squared away by the last Newton step
@@ -17,7 +16,7 @@ BALANCED = 1e-8  # in Lambda; a Newton step larger than this leads on
 
 def jump(
     points: Points, controls: tuple[Control, Control], target: Floats, internal: Floats, log_squared_stretch: Floats
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+) -> tuple[Floats, Floats, Flags]:
     """Lambda and nominal stress (2, cases) under the `target` (3, cases), and whether a stable equilibrium was found (cases,).
 
     `internal` is x (2, n, cases), `log_squared_stretch` the Lambda (2, cases) to start from. Newton's method on the nominal
@@ -56,7 +55,7 @@ def jump(
 
 
 def _equations(
-    points: Points, driven: NDArray[np.bool_], pull: Floats, electrical: Floats, internal: Floats, log_squared: Floats
+    points: Points, driven: Flags, pull: Floats, electrical: Floats, internal: Floats, log_squared: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Mechanical true stress (2, cases), imbalance (2, cases), and the tangent (2, 2, cases) with driven axes taken out."""
     stress, half = points.law.tangent(points.springs(internal, log_squared))

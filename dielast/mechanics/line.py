@@ -111,6 +111,11 @@ class Line:
         start, end = self.start[2], self.end[2]
         return np.asarray(start / np.where(start == end, 1.0, start - end))
 
+    @property
+    def longest_step(self) -> Floats:
+        """Any step sees a straight line whole."""
+        return np.full(self.duration.size, np.inf)
+
     def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
         """The line, or its part before (0) or after (1) it passes 0 V."""
         start, end, lasts = self.start[:, cases], self.end[:, cases], self.duration[cases]

@@ -140,8 +140,31 @@ class Step(Result):
         return cls(duration=duration)
 
 
+class _SourceStep(Result):
+    """What steps of a source share: one without a `target` holds what is there. `QUANTITY` is what they prescribe, in `UNIT`."""
+
+    __slots__ = ()
+
+    QUANTITY: ClassVar[str]
+    UNIT: ClassVar[str]
+
+    rate: ArrayLike | None
+    duration: ArrayLike | None
+
+    @property
+    def target(self) -> ArrayLike | Path | None:
+        """The value to reach, or the path to follow, of the quantity; None in a hold."""
+        target: ArrayLike | Path | None = getattr(self, self.QUANTITY)
+        return target
+
+    def varied(self) -> list[ArrayLike]:
+        """All numbers of which there may be one for each case."""
+        target = self.target.varied() if isinstance(self.target, Path) else (self.target,)
+        return [value for value in (*target, self.rate, self.duration) if value is not None]
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class VoltageStep(Result):
+class VoltageStep(_SourceStep):
     """Go to a `voltage` (V) at a `rate` (V/s, negative to go down) or within a `duration` (s), neither: at once; or follow a
     `Waveform` or a `Track` of the voltage.
 
@@ -160,18 +183,9 @@ class VoltageStep(Result):
         """Keep the voltage for a `duration` in s."""
         return cls(duration=duration)
 
-    @property
-    def target(self) -> ArrayLike | Path | None:
-        """The voltage."""
-        return self.voltage
-
-    def varied(self) -> list[ArrayLike]:
-        """All numbers of which there may be one for each case."""
-        return _varied(self)
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class ChargeStep(Result):
+class ChargeStep(_SourceStep):
     """Let the source have delivered a `charge` (C/m^2 of undeformed area) in all, at a `rate` (A/m^2, negative to take charge back)
     or within a `duration` (s), neither: at once; or follow a `Waveform` or a `Track` of that charge.
 
@@ -191,19 +205,5 @@ class ChargeStep(Result):
         """Leave the circuit open for a `duration` in s."""
         return cls(duration=duration)
 
-    @property
-    def target(self) -> ArrayLike | Path | None:
-        """The charge."""
-        return self.charge
-
-    def varied(self) -> list[ArrayLike]:
-        """All numbers of which there may be one for each case."""
-        return _varied(self)
-
 
 ElectricalStep = VoltageStep | ChargeStep
-
-
-def _varied(step: ElectricalStep) -> list[ArrayLike]:
-    target = step.target.varied() if isinstance(step.target, Path) else (step.target,)
-    return [value for value in (*target, step.rate, step.duration) if value is not None]

@@ -23,10 +23,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.errors import InputError
-from dielast.material.springs import Floats
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, stretched
+from dielast.numerics.columns import Floats
 
 FOLD_STEPS, FOLD_REACH = 6, 1e-2  # Newton steps to a fold, and how far, relatively, it may be
 DAMPER_MODULUS_RATIO = 1e4  # modulus of the damper, over the equilibrium spring's

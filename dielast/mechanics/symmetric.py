@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Cases, Floats, Symmetry
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load
+from dielast.numerics.columns import Cases, Floats
 
 __all__ = ["EQUIBIAXIAL", "UNIAXIAL", "Films", "SymmetricPoints", "Symmetry"]
 

@@ -22,7 +22,6 @@ from dielast.numerics.system import Spans, System
 POOL = 32_000  # numbers in the state of the cases that advance together: enough to hide the interpreter, few enough for the cache
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # of the step size controller
 FIRST_MOVE = 5.0  # tolerances that the first step may cover
-STILL_STEP = 1e-3  # of the span: the first step of what does not move yet
 PROBED = 10.0 ** -np.arange(10)  # shares of the step to go on with, at which transients are looked for
 LEAST_STEP = 1e-24  # of the time since the span began; a step this short means that the solution has ceased to exist
 NO_STEP = 1e-290  # s, the same at the very beginning
@@ -68,6 +67,7 @@ def integrate(
     method: Rosenbrock = RODAS5P,
     pool: int | None = None,
     first_step: Floats | None = None,
+    longest_step: Floats | None = None,
     spans: Spans | None = None,
 ) -> Integration:
     """Integrate from a consistent `state` (rows, cases) at time 0 over a `duration` (cases,), local errors kept below `rtol`.
@@ -75,15 +75,17 @@ def integrate(
     The duration may be made up of `spans`, the first of which the system is in.
 
     `first_step` (cases,) is tried first, such as the `next_step` of an integration that this one continues, or less where the
-    rates have a transient at the start; where it is 0 the rates alone say what to try. A case whose duration is 0 stays where it
-    is. No case ever raises: `status` tells the ones that did not get through. At most `pool` cases advance together, which no
-    result depends on.
+    rates have a transient at the start; where it is 0 the rates alone say what to try. Steps are at most 1 % longer than the
+    `longest_step` (cases,), because the error estimate does not see a load that swings and comes back within one step. A case
+    whose duration is 0 stays where it is. No case ever raises: `status` tells the ones that did not get through. At most `pool`
+    cases advance together, which no result depends on.
     """
     result = Integration(state.copy(), *np.zeros((2, duration.size)), *np.zeros((3, duration.size), dtype=np.intp))
     waiting = np.flatnonzero(duration > 0)
     with np.errstate(all="ignore"):  # what is not finite rejects its step
         first_step = np.zeros_like(duration) if first_step is None else first_step
-        whole = _Pool(system, duration, first_step, rtol, observe, method, spans, result)
+        longest_step = np.full_like(duration, np.inf) if longest_step is None else longest_step
+        whole = _Pool(system, duration, first_step, longest_step, rtol, observe, method, spans, result)
         whole.run(waiting, pool or max(16, POOL // state.shape[0]))
     return result
 
@@ -96,13 +98,14 @@ class _Pool:
         system: System,
         duration: Floats,
         first_step: Floats,
+        longest_step: Floats,
         rtol: float,
         observe: Observer | None,
         method: Rosenbrock,
         spans: Spans | None,
         result: Integration,
     ) -> None:
-        self.whole, self.durations, self.first_steps = system, duration, first_step
+        self.whole, self.durations, self.first_steps, self.longest_steps = system, duration, first_step, longest_step
         self.rtol, self.observe, self.method, self.spans, self.result = rtol, observe, method, spans, result
         self.exponent = 1 / method.order
         self.milestone = np.zeros_like(duration)  # time in the span after the last so many tries
@@ -203,9 +206,7 @@ class _Pool:
         )
         rate = system.error(state, moved) / (gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
-        # at rest a rate of 0 says nothing of what is to come: over a whole period, a wave would come and go unseen
-        longest = np.where(rate == 0, STILL_STEP, 1.0) * duration
-        return np.where(step > 0, np.minimum(step, longest), 1e-6 * duration)
+        return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
 
     def _continued_step(self, system: System, state: Floats, columns: Cases, wanted: Floats) -> Floats:
         """The first step that is `wanted`, or as much of it as no transient would decay in unseen; 0 where that is too little.
@@ -229,7 +230,8 @@ class _Pool:
         """Try one step in every column and keep those that are accurate enough."""
         at = self.at
         left = (at.duration - at.time) - at.rounding
-        step = np.where(at.next_step >= 0.99 * left, left, np.minimum(at.next_step, 0.5 * left))
+        step = np.minimum(at.next_step, self.longest_steps[at.cases])
+        step = np.where(step >= 0.99 * left, left, np.minimum(step, 0.5 * left))
         after = self._stages(at.time, step)
         error = self.system.error(after, self.increments[-1]) / self.rtol
         error = np.where(np.isfinite(error), np.maximum(error, 1e-6), np.inf)

@@ -34,6 +34,12 @@ def or_kind(wrong: str, known: Iterable[str]) -> str:
     return f'did you mean "{near[0]}"?' if near else f"one of {', '.join(names)} is needed"
 
 
+def or_makers(kinds: Kinds, file: str) -> str | None:
+    """The one or two kinds of recipe whose runs write a file of this name, as commands joined by "or"; None for more or none."""
+    makers = [name for name, kind in kinds.items() if file in kind.files]
+    return " or dielast ".join(makers) if 1 <= len(makers) <= 2 else None
+
+
 def maker_of(kinds: Kinds, file: str) -> str | None:
     """The kind of recipe whose runs write a file of this name; None if there are none or several."""
     makers = [name for name, kind in kinds.items() if file in kind.files]

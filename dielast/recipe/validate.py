@@ -17,7 +17,7 @@ from pydantic_core import ErrorDetails
 
 from dielast.errors import DielastError, InputError, Problem, shown, shown_path
 from dielast.recipe.fields import Section
-from dielast.recipe.kinds import Kinds, maker_of
+from dielast.recipe.kinds import Kinds, or_makers
 from dielast.recipe.paths import read_path
 from dielast.units import decimal_comma
 
@@ -78,7 +78,7 @@ def examine(
 
 def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:
     """The kind of recipe that makes a file; or a folder, the `key` for which is named after the kind."""
-    return maker_of(kinds, file) if key is None else key if key in kinds else None
+    return or_makers(kinds, file) if key is None else key if key in kinds else None
 
 
 def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Problem]:

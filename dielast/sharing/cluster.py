@@ -9,14 +9,15 @@ import asyncio
 import json
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from dielast.errors import InputError
 from dielast.io.files import read_file
+from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
 from dielast.sharing.versions import VERSIONS
 
 if TYPE_CHECKING:
@@ -26,17 +27,12 @@ RETRIES = 2  # of a chunk that raises an error; how many workers may die over a 
 PAUSE = 0.05  # s between two looks for finished chunks
 LONGEST_SILENCE = 10.0  # s until a scheduler answers what kind of node it is, or how many workers it has
 
-Plan = TypeVar("Plan")
-Solved = TypeVar("Solved")
-
 
 class OtherVersion(RuntimeError):
     """A worker has a different version of dielast or numpy than this process."""
 
 
-def solve_on(
-    scheduler: str, solve: Callable[[Plan, int, int], Solved], plan: Plan, chunks: Sequence[tuple[int, int]]
-) -> Iterator[Solved]:
+def solve_on(scheduler: str, solve: Solve[Plan, Solved], plan: Plan, chunks: Sequence[Chunk]) -> Iterator[Solved]:
     """`solve(plan, first, end)` of each chunk, in the order in which the cluster finishes them.
 
     `scheduler` is the address of a Dask scheduler, such as tcp://host:8786, or its scheduler file, NAME.json. `solve` is a
@@ -169,9 +165,7 @@ def _held(plan: Plan) -> Plan:
     return plan
 
 
-def _solve_there(
-    first: int, end: int, *, solve: Callable[[Plan, int, int], Solved], plan: Plan, versions: Mapping[str, str]
-) -> Solved:
+def _solve_there(first: int, end: int, *, solve: Solve[Plan, Solved], plan: Plan, versions: Mapping[str, str]) -> Solved:
     """Solve a chunk on a worker; versions are checked here as well, as a worker may have joined after the first check."""
     if other := _differing(versions, VERSIONS):
         raise OtherVersion(other)

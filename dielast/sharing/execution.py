@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
-Plan = TypeVar("Plan")
-Solved = TypeVar("Solved")
+from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
+
 Progress = Callable[[int, int, str], None]
 """Called with the number that is done, the number of all, and their name: cells, cases or draws."""
 NOTHING_KEPT = "nothing is kept or written; the same command begins anew"
@@ -32,7 +31,7 @@ class Execution:
 
 
 def share_out(
-    solve: Callable[[Plan, int, int], Solved], plan: Plan, chunks: Sequence[tuple[int, int]], execution: Execution
+    solve: Solve[Plan, Solved], plan: Plan, chunks: Sequence[Chunk], execution: Execution
 ) -> Generator[Solved, None, None]:
     """`solve(plan, first, end)` of each chunk, in the order in which they are finished.
 

@@ -10,21 +10,18 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import Any
 
 from dielast.errors import NumericsError
+from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
 
 FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
 
-Plan = TypeVar("Plan")
-Solved = TypeVar("Solved")
 
 _given: tuple[Callable[[Any, int, int], Any], Any] | None = None  # in a worker process: the function and the plan
 
 
-def solve_in_processes(
-    jobs: int, solve: Callable[[Plan, int, int], Solved], plan: Plan, chunks: Sequence[tuple[int, int]]
-) -> Generator[Solved, None, None]:
+def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks: Sequence[Chunk]) -> Generator[Solved, None, None]:
     """`solve(plan, first, end)` of each chunk by `jobs` processes, in the order in which chunks are finished.
 
     Raises `NumericsError` if a process is killed.

@@ -20,8 +20,9 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.material.leakage import Leakage
+from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import ELECTRIC, FIELD
-from dielast.mechanics.point import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
 from dielast.numerics.columns import Cases, Flags, Floats, paired
@@ -30,6 +31,8 @@ from dielast.simulate.film import Condition
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # of a step
+
+NEXT_TO_NOTHING = 1e-3  # of the film's voltage
 
 EXTRA = ("charge", "source", "current", "work", "leaked", "lost")
 """Rows that a record has of what is electrical, beside the others."""
@@ -153,11 +156,11 @@ class ElectricMeter:
             flow(films, self.leakage.take(cases), time, state, equilibrium_rate(films, time, state)), self.totals[:, cases]
         )
 
-    def at(self, stride: Stride, columns: Cases, fraction: Floats) -> Floats:
-        """Rows `EXTRA` (6, k) of columns (k,) at these fractions (k,) of their steps."""
+    def at(self, stride: Stride, columns: Cases, time: Floats) -> Floats:
+        """Rows `EXTRA` (6, k) of columns (k,) at times (k,) in s since their spans began, within their steps."""
         films = _films(stride).take(columns)
         steps = DenseSteps.of(stride, slice(films.border, None), columns)
-        return self._within(films, steps, self.totals[:, steps.cases], fraction)
+        return self._within(films, steps, self.totals[:, steps.cases], time)
 
     def follow(self, stride: Stride, stopped: Flags) -> None:
         """Add what a step contributes; columns that are `stopped` (pool,) are kept for `ended`."""
@@ -179,12 +182,12 @@ class ElectricMeter:
         none = np.full(time.size, np.nan)
         rows = np.stack((none, self._source, none, *self.totals))
         for end in self._ends:
-            fraction = np.clip((time[end.steps.cases] - end.start - end.steps.time) / end.steps.step, 0.0, 1.0)
-            rows[:, end.steps.cases] = self._within(end.films, end.steps, end.before, fraction)
+            rows[:, end.steps.cases] = self._within(end.films, end.steps, end.before, time[end.steps.cases] - end.start)
         return rows
 
-    def _within(self, films: Films, steps: DenseSteps, before: Floats, fraction: Floats) -> Floats:
-        time = steps.time + fraction * steps.step
+    def _within(self, films: Films, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
+        """Rows `EXTRA` (6, k) at times (k,) in s since the spans began; the energies `before` (3, k) are those before the steps."""
+        fraction = np.clip((time - steps.time) / steps.step, 0.0, 1.0)
         flowing = flow(films, self.leakage.take(steps.cases), time, steps.state(fraction), steps.rate(fraction))
         return self._rows(flowing, before + self._energies(films, steps, fraction))
 
@@ -200,7 +203,7 @@ class ElectricMeter:
             (
                 flowing.source * flowing.current,
                 flowing.field * flowing.leak,
-                (flowing.source - flowing.field) * flowing.current,
+                _heat(films.points.circuit, flowing, many),
             )
         )
         weighted = np.einsum("n,rnk->rk", WEIGHTS, powers.reshape(3, NODES.size, count))
@@ -209,6 +212,17 @@ class ElectricMeter:
     @staticmethod
     def _rows(flowing: Flow, energies: Floats) -> Floats:
         return np.stack((flowing.charge, flowing.source, flowing.current, *energies))
+
+
+def _heat(circuit: Circuit | None, flowing: Flow, columns: Cases) -> Floats:
+    """The power (k,) in W/m^3 lost in the resistance, (E_s - E~) i; where next to nothing of the voltage drops there, the tolerance
+    of the charge is more than what drops, and r i^2 is the better number, which is never negative.
+    """
+    drop = flowing.source - flowing.field
+    heat = drop * flowing.current
+    if circuit is None or circuit.resistance is None:
+        return np.asarray(heat)
+    return np.where(np.abs(drop) < NEXT_TO_NOTHING * np.abs(flowing.field), circuit.resistance[columns] * flowing.current**2, heat)
 
 
 def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:

@@ -117,7 +117,16 @@ def follow(
         if not lasting.any():
             continue
         spans = _Driven(course) if course.spans > 1 else None
-        result = integrate(system, state, lasting, rtol=rtol, observe=observe, first_step=condition.next_step, spans=spans)
+        result = integrate(
+            system,
+            state,
+            lasting,
+            rtol=rtol,
+            observe=observe,
+            first_step=condition.next_step,
+            longest_step=course.longest_step,
+            spans=spans,
+        )
         if meter is not None:
             meter.finish()
         driven = system.load.value(result.time) if spans is None else course.end

@@ -62,7 +62,6 @@ class Record:
     def electrical(self) -> Floats:
         """What is electrical, (6, cases, rows), or no rows."""
         return self.values[ROWS + self.exposures :]
-        return self.values[ROWS:]
 
 
 @dataclass(slots=True, eq=False)
@@ -172,7 +171,7 @@ class Recorder:
             exposed = None if self.watch is None else self.watch.exposed_along(stride, pooled, fraction)
             self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled], exposed)
             if self.electric is not None:
-                self._values[-1][-len(EXTRA) :, case, rows] = self.electric.at(stride, pooled, fraction)
+                self._values[-1][-len(EXTRA) :, case, rows] = self.electric.at(stride, pooled, moment)
         if self.electric is not None:
             done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
             self.electric.follow(stride, done)

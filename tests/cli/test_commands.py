@@ -67,11 +67,38 @@ HEADERS = {
         "failure_mode",
     ],
 }
+FITTED = [
+    *("equilibrium.shear_modulus", "nonequilibrium.shear_modulus[0]", "nonequilibrium.shear_modulus[1]"),
+    *("nonequilibrium.relaxation_time[0]", "nonequilibrium.relaxation_time[1]"),
+]
+HEADERS |= {
+    "parameters.csv": ["parameter", "start", "value", "standard_error", "lower", "upper", "verdict", "unit"],
+    "tests.csv": [
+        *("test", "used", "points", "rms_error", "rms_relative_error [1]", "r_squared [1]", "coverage [1]", "specimen", "unit")
+    ],
+    "correlations.csv": ["parameter", *(f"{name} [1]" for name in FITTED)],
+    "residuals.csv": ["test", "time [s]", "measured", "model", "lower", "upper", "unit"],
+    "profiles.csv": ["parameter", "value", "rise [1]"],
+    "laws.csv": [
+        *("material", "equilibrium_law", "nonequilibrium_law", "parameters", "rms_relative_error [1]", "r_squared [1]"),
+        *("cross_validation_error [1]", "aic [1]", "stable_to_uniaxial [1]", "stable_to_equibiaxial [1]"),
+        "stable_to_pure_shear [1]",
+    ],
+    "draws.csv": [
+        *("draw", "equilibrium_shear_modulus [Pa]", "C1 [1]", "C2 [K]", "shear_modulus_1 [Pa]", "shear_modulus_2 [Pa]"),
+        *("relaxation_time_1 [s]", "relaxation_time_2 [s]"),
+    ],
+}
 LIFETIME = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "slope [1/V]", "intercept [1]", "rms_residual [1]"]
-TEXT = {"failure_mode", "event"}
+TEXT = {"failure_mode", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
+TEXT |= {"equilibrium_law", "nonequilibrium_law", "cross_validation_error [1]"}  # the last is empty where one law is fitted
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
     "spectrum": {"spectrum.csv", "fit.csv", "material.toml", "spectrum.png", "summary.toml"},
+    "calibrate": {
+        *("parameters.csv", "tests.csv", "correlations.csv", "residuals.csv", "profiles.csv", "laws.csv", "draws.csv"),
+        *("material.toml", "calibrate.png", "summary.toml"),
+    },
     "relax": {"relax.csv", "cases.csv", "relax.png", "summary.toml"},
     "creep": {"creep.csv", "cases.csv", "creep.png", "summary.toml"},
     "actuate": {"actuate.csv", "events.csv", "cases.csv", "actuate.png", "summary.toml"},

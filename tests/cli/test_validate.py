@@ -26,7 +26,8 @@ def errors(done: subprocess.CompletedProcess[str]) -> list[str]:
         (
             RELAX.replace("example:vhb4905.toml", "out/spectrum/material.toml") + HOLD,
             {},
-            'material: "out/spectrum/material.toml" does not exist; run the recipe that makes it (dielast spectrum)',
+            'material: "out/spectrum/material.toml" does not exist; run the recipe that makes it (dielast spectrum or dielast '
+            "calibrate)",
         ),
         (RELAX.replace("example:vhb4905.toml", "vhb.toml") + HOLD, {}, 'material: "vhb.toml": no such file'),
         (

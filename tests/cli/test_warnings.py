@@ -48,6 +48,9 @@ def truncated(keep: int = 7) -> Material:
 ONE_KILOVOLT_SINE = 'step=[{{waveform="sine",high="1 kV",period="{}",cycles=2}}]'
 
 
+CHARGED = 'step=[{{charge="{}"}},{{hold="1 s"}}]'
+
+
 @pytest.mark.parametrize("kind", ["relax", "creep", "actuate", "failure-map", "mastercurve", "spectrum"])
 def test_starters_are_not_doubted(run: Run, kind: str) -> None:
     assert run(kind)[0] == []
@@ -108,6 +111,14 @@ def test_a_whole_spectrum_may_be_loaded_at_once_in_the_cold(run: Run) -> None:
         ("failure-map", ['voltage={from="3.4 V",to="4.6 V",points=2}'], ["1/1445 of the breakdown field"]),
         ("actuate", ['step.0.voltage="2.5 MV"'], ["376 times the breakdown field"]),
         ("actuate", ['step.0={voltage="100 kV"}'], ["beyond the breakdown field from the start"]),
+        ("actuate", ['step.0={voltage="-100 kV"}'], ["as the voltage comes on: it is beyond the breakdown field from the start"]),
+        (
+            "actuate",
+            ['control="charge"', CHARGED.format("-30 mC/m^2")],
+            ["as the charge comes on: it is beyond the breakdown field"],
+        ),
+        ("actuate", ['control="charge"', CHARGED.format("-30 nC/m^2")], ["the highest charge makes a field of 209 V/m"]),
+        ("actuate", ['leakage={conductivity="3e-14 S/m",field="40 kV/m"}'], ["the conductivity grows e^"]),
         ("spectrum", ['material.permittivity="4.5 F/m"'], ["times that of the vacuum"]),
         ("spectrum", ["material.J_lim={equilibrium=0.1}"], ["J_lim = 0.1 (equilibrium)"]),
         ("spectrum", ['material.breakdown={field="48 V/m"}'], ["a breakdown field of 48 V/m"]),

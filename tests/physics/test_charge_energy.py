@@ -9,6 +9,7 @@ import pytest
 from films import SOFT
 from numpy.typing import NDArray
 
+from dielast import actuate
 from dielast.material.dielectric import LinearPermittivity
 from dielast.material.leakage import Leakage
 from dielast.mechanics.criteria.criterion import WatchedFilms
@@ -129,3 +130,18 @@ def test_energy_is_conserved(
     # the last row of the table is the end
     record = recorder.collect()
     assert record.electrical[3:, 0, -1] == pytest.approx(meter.totals[:, 0], rel=1e-12, abs=1e-12 * scale)
+
+
+def test_the_heat_of_a_small_resistance_is_r_i_squared() -> None:
+    """What drops across it is less than the tolerance of the film's voltage, and cannot be taken from the difference of the two."""
+    steps = [VoltageStep(3e3, duration=3.0)]
+    ohm = np.array([1.0, 1e3, 1e6])
+    run = actuate(SOFT, steps, thickness=5e-4, prestretch=1.9, source_resistance=ohm, electrode_area=2e-5, stop_at="end")
+    assert run.electrical is not None
+    heat = run.electrical.resistor_energy
+    assert heat is not None
+    assert (np.diff(heat, axis=1) >= 0).all()
+    assert heat[:, -1] / ohm == pytest.approx(heat[-1, -1] / ohm[-1], rel=1e-3)
+    time, current = run.time[0], run.electrical.current[0]
+    volume = 2e-5 * 5e-4
+    assert heat[0, -1] == pytest.approx(np.trapezoid(ohm[0] * current**2, time) / volume, rel=0.02)

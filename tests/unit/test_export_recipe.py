@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from dielast.commands.spectrum.export import Export
+from dielast.commands.spectrum.export import ExportSection
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.commands.spectrum.run import run
 from dielast.errors import InputError
@@ -39,7 +39,7 @@ def test_without_the_section_no_card_is_written() -> None:
 
 
 def test_the_codes_and_the_recipe_list_the_same_formats() -> None:
-    assert check(Export, {"formats": list(CODES.names)}, "r.toml", Path()).formats == list(CODES.names)
+    assert check(ExportSection, {"formats": list(CODES.names)}, "r.toml", Path()).formats == list(CODES.names)
 
 
 def test_cards_stand_beside_the_material_file_and_agree_with_it() -> None:
@@ -82,6 +82,6 @@ def test_what_codes_cannot_carry_is_said_line_by_line() -> None:
 )
 def test_mistakes_in_the_section_are_one_line_each(section: dict[str, Any], line: str) -> None:
     with pytest.raises(InputError) as caught:
-        check(Export, section, "r.toml", Path())
+        check(ExportSection, section, "r.toml", Path())
     (message,) = caught.value.messages
     assert message.startswith(f"r.toml: {line}")

@@ -32,9 +32,14 @@ def results() -> dict[str, Any]:
         vhb, [VoltageStep(4e3), VoltageStep.hold(600.0)], thickness=5e-4, prestretch=1.9, relax=60.0, stop_at="end"
     )
     chart = dielast.failure_map(vhb, voltage=[3.5e3, 4e3], prestretch=[1.7, 1.9], thickness=5e-4, horizon=3600.0)
+    time = np.linspace(1.0, 20.0, 12)
+    test = dielast.MeasuredTest("test", time, 1 + 0.1 * time, 3e4 * time**0.5, 20.0)
+    film_of_few = dielast.read_material("example:tensile/start.toml")
     retardation = dielast.retardation_from_relaxation(fit.spectrum, fit.equilibrium_shear_modulus)
     return {
         "curve": curves[0],
+        "test": test,
+        "calibration": dielast.calibrate([test], film_of_few, {"nonequilibrium.scale": dielast.Free()}, starts=1, draws=0),
         "master": master,
         "draws": dielast.bootstrap_master_curve(curves, master, draws=4, law="table"),
         "fit": fit,

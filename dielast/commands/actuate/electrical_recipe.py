@@ -54,7 +54,7 @@ Conductivity = Annotated[float, Quantity(CONDUCTIVITY, at_least=0.0)]
 LeakageField = Annotated[float, Quantity(FIELD, above=0.0)]
 
 
-class Source(Section):
+class SourceSection(Section):
     """The source of the voltage."""
 
     resistance: Resistance = Field(

@@ -16,9 +16,9 @@ from dielast.commands.actuate.electrical_recipe import (
     ElectricalOutput,
     ElectricRate,
     LeakageSection,
-    Source,
+    SourceSection,
 )
-from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullIn, Share
+from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
@@ -31,6 +31,10 @@ from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
 
 # columns that only a comparison and a plot have: the electrode, as a camera sees it
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
+OF_THE_ELECTRODE = (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]")
+ELECTRICAL = "output.electrical = true"
+NEEDED_BY = {"source_voltage [V]": "[source]", "resistor_energy [J/m^3]": "[source]", "leaked_energy [J/m^3]": "[leakage]"}
+"""What a recipe must state to have an electrical column, `ELECTRICAL` apart, which all of them need."""
 FIELD_COLUMNS = (
     "voltage [V]",
     "relative_stretch_1 [1]",
@@ -70,7 +74,7 @@ class ElectricalColumns(Section):
     charge: ColumnName | None = Field(None, description='Left out: "charge", or "charge_density".')
 
 
-class ElectricalStep(HistoryStep):
+class SourceStep(HistoryStep):
     """A step of prescribed voltage or charge."""
 
     CONTROL: ClassVar = "voltage"
@@ -113,7 +117,7 @@ class ElectricalStep(HistoryStep):
         return self
 
 
-class Film(FilmBase):
+class FilmSection(FilmBase):
     """The film of an actuation experiment."""
 
     prestretch: Prestretch = Field(
@@ -167,14 +171,14 @@ class ActuateRecipe(SimulationRecipe):
     )
 
     kind: Literal["actuate"] = Field(description="The subcommand that runs this recipe.")
-    film: Film = Field(description="The film and what is done to it before the voltage.")
+    film: FilmSection = Field(description="The film and what is done to it before the voltage.")
     control: Literal["voltage", "charge"] = Field("voltage", description="What the source prescribes in all steps.")
-    step: Annotated[list[ElectricalStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
-    source: Source | None = Field(None, description="A source of voltage that has a resistance.")
+    step: Annotated[list[SourceStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
+    source: SourceSection | None = Field(None, description="A source of voltage that has a resistance.")
     leakage: LeakageSection | None = Field(None, description="Current through the film; left out: none.")
     output: FilmOutput = Field(FilmOutput(), description="Where the result is given.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
-    pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
+    pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: FilmSolver = Field(FilmSolver(), description="How exactly the equations are solved.")
     stop: Stop = Field(Stop(), description="Where the simulation ends.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
@@ -190,25 +194,24 @@ class ActuateRecipe(SimulationRecipe):
         asked = [("plot.x", self.plot.x), ("plot.y", self.plot.y)]
         for index, comparison in enumerate(self.compare):
             asked += [(f"compare[{index}].x", comparison.x), (f"compare[{index}].y", comparison.y)]
+        stated = {"[source]": self.source is not None, "[leakage]": self.leakage is not None, ELECTRICAL: self.electrical}
         for key, header in asked:
-            if header in (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]") and self.film.electrode_diameter is None:
+            if header in OF_THE_ELECTRODE and self.film.electrode_diameter is None:
                 raise InputError(f'"{header}" is of the electrode: state film.electrode_diameter', key=key)
-            needed = {
-                "source_voltage [V]": self.source,
-                "resistor_energy [J/m^3]": self.source,
-                "leaked_energy [J/m^3]": self.leakage,
-            }
-            if header in ELECTRICAL_COLUMNS and not (self.electrical and needed.get(header, True)):
-                what = {"leaked": "[leakage]", "source": "[source]", "resist": "[source]"}.get(
-                    header[:6], "output.electrical = true"
-                )
-                raise InputError(f'"{header}" needs {what}', key=key)
+            if header in ELECTRICAL_COLUMNS:
+                needed = (NEEDED_BY.get(header, ELECTRICAL), ELECTRICAL)
+                if missing := [setting for setting in needed if not stated[setting]]:
+                    raise InputError(f'"{header}" needs {missing[0]}', key=key)
         return self
 
     @model_validator(mode="after")
     def _steps_of_the_control(self) -> Self:
         wrong = Mistakes()
+        other = "charge" if self.control == "voltage" else "voltage"
         for index, step in enumerate(self.step):
+            if step.columns is not None and getattr(step.columns, other) is not None:
+                where = f"step[{index}].columns.{other}"
+                wrong.append(Problem(f'a column of the {other} does not go with control = "{self.control}"', key=where))
             for key, unit in step.stated.items():
                 where = f"step[{index}].{key}"
                 if (unit == VOLTAGE.unit) != (self.control == "voltage"):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe, Film
+from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe, FilmSection
 from dielast.commands.simulation.cases import case_result, each, last
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult
@@ -221,7 +221,7 @@ def _begin(axis: int, columns: Mapping[str, Floats], recipe: ActuateRecipe) -> f
     return float(columns[f"stretch_{axis} [1]"][0] / columns[f"relative_stretch_{axis} [1]"][0])
 
 
-def _prestretch(films: Sequence[Film]) -> tuple[Floats | None, Floats | None]:
+def _prestretch(films: Sequence[FilmSection]) -> tuple[Floats | None, Floats | None]:
     """The prestretch of both axes (cases,), None for one that a weight stretches."""
     first, second = np.array([film.prestretch for film in films]).T
     hung = films[0].weights[0]

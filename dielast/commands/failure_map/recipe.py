@@ -8,7 +8,15 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator, model_validator
 
-from dielast.commands.simulation.film_recipe import ONE_PRESTRETCH, SHARE_TEXT, FilmBase, FilmSolver, PullIn, Shares, prestretch_of
+from dielast.commands.simulation.film_recipe import (
+    ONE_PRESTRETCH,
+    SHARE_TEXT,
+    FilmBase,
+    FilmSolver,
+    PullInSection,
+    Shares,
+    prestretch_of,
+)
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
@@ -125,7 +133,7 @@ class FailureMapRecipe(RecipeBase):
     film: MapFilm = Field(description="The films and what is done to them before the voltage.")
     voltage: VoltageAxis = Field(description="The axis of voltages.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
-    pull_in: PullIn = Field(default_factory=PullIn, description="The pull-in criterion.")
+    pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: MapSolver = Field(MapSolver(), description="How exactly the equations are solved.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
 

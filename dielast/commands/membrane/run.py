@@ -57,7 +57,7 @@ class Membranes(Simulation):
 
     warn = staticmethod(warn_of_membranes)
 
-    def told(self, result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
+    def as_written(self, result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
         """The result with noise."""
         return _with_noise(result, recipe, case)
 

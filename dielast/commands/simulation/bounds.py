@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.actuate.recipe import ActuateRecipe
 from dielast.commands.simulation.result import BoundedEvent, CaseResult
@@ -18,7 +17,7 @@ from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
-from dielast.numerics.columns import Floats
+from dielast.numerics.columns import Flags, Floats
 from dielast.recipe.cases import Case
 from dielast.sharing.batches import Batch, solve_batches
 from dielast.sharing.execution import Execution
@@ -36,7 +35,7 @@ LINE = ("slope", "intercept", "rms_residual", "r_squared")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
+class CaseWithDraws:
     """A case with draws, `case` in errors: `batches` solve the draws, and give the `result` bounds of this `level`."""
 
     members: Sequence[int]
@@ -51,10 +50,10 @@ class Drawn:
             drawn = solve_batches(self.batches)
         if self.result.events is None:
             return [bounded(self.result, drawn, self.level)]
-        events = [own.events or () for own in drawn]
-        failed = [any(named(event.name).is_failure for event in own) for own in events]
-        told = bounded(self.result, drawn, self.level, failed)
-        return [replace(told, bounded_events=bounded_events(self.result.events, events, self.level))]
+        events = [draw.events or () for draw in drawn]
+        failed = [any(named(event.name).is_failure for event in draw) for draw in events]
+        result = bounded(self.result, drawn, self.level, failed)
+        return [replace(result, bounded_events=bounded_events(self.result.events, events, self.level))]
 
 
 def bounded_cases(
@@ -65,13 +64,13 @@ def bounded_cases(
     execution: Execution,
 ) -> list[CaseResult]:
     """The results with bounds, in cases that have draws; `batches` says how the draws of a case with this result are solved."""
-    drawn: dict[int, Drawn] = {}
+    drawn: dict[int, CaseWithDraws] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
             known_as = of_case(number, len(cases))
             with in_a_draw(key="uncertainty", case=known_as):
                 own = batches(case, sample, result)
-            drawn[number] = Drawn([len(drawn)], known_as, own, result, case.recipe.uncertainty.level)
+            drawn[number] = CaseWithDraws([len(drawn)], known_as, own, result, case.recipe.uncertainty.level)
     bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [bounds.get(number, result) for number, result in enumerate(results)]
 
@@ -94,7 +93,7 @@ def _asked(time: Floats) -> list[float] | None:
     return np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
 
 
-def _passed(time: Floats) -> NDArray[np.bool_]:
+def _passed(time: Floats) -> Flags:
     """Rows between two jumps at one moment, which no time tells from those after them."""
     first, last = np.diff(time, prepend=np.nan) != 0, np.diff(time, append=np.nan) != 0
     return np.asarray(~last & (~first | (time == 0)))
@@ -111,14 +110,14 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     time = result.columns["time [s]"]
     there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
     lost = ~there & np.array(failed if failed is not None else [False] * len(drawn))[:, None]
-    told = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
+    determined = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
     columns: dict[str, Floats] = {}
     for header, values in result.columns.items():
         columns[header] = values
         if header not in result.stated:
             table = _stacked([each.columns[header] for each in drawn], time.size)
             beyond = -np.inf if header in RUNS_DOWN else np.inf
-            low, high = interval(np.where(told, np.where(lost, beyond, table), np.nan), level)
+            low, high = interval(np.where(determined, np.where(lost, beyond, table), np.nan), level)
             columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
     if failed is not None:
         columns[SURVIVING] = np.sum(there, axis=0) / np.maximum(np.sum(there | lost, axis=0), 1)

@@ -7,7 +7,6 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
@@ -26,14 +25,17 @@ from dielast.material.checks import (
     warn_of_elongation,
     warn_of_falling_tension,
     warn_of_field,
+    warn_of_leak,
     warn_of_material,
     warn_of_paces,
     warn_of_prestretches,
+    warn_of_range,
     warn_of_stretch,
     warn_of_thickness,
     warn_of_use,
 )
 from dielast.material.material import Material
+from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
@@ -100,21 +102,24 @@ def warn_of_films(
     permittivity = np.array([_permittivity(own, result.temperature) for own, result in zip(materials, results, strict=True)])
     field = np.where(charged, highest / (permittivity * area), highest * area / np.array(thickness))
     known = np.array([_limit(*each) for each in zip(limits, area.tolist(), thickness, field.tolist(), strict=True)])
-    warn_of_field(field, known)
+    warn_of_field(field, known, charged)
+    leaks = [case.recipe.leakage for case in cases]
+    scale = [np.inf if leak is None or leak.field is None or not leak.conductivity else leak.field for leak in leaks]
+    warn_of_leak([np.max(np.abs(result.columns["true_field [V/m]"]), initial=0.0) for result in results], scale)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
     for index, (material, result) in enumerate(zip(materials, results, strict=True)):
         for event in result.events or ():
             if event.name != "breakdown" or event.time > 0:
                 continue
-            if event.voltage * area[index] / films[index].thickness * MOVED >= known[index]:
+            if abs(event.voltage) * area[index] / films[index].thickness * MOVED >= known[index]:
                 broken.append(index)
             else:
-                what = f"{_of_case(index, len(cases))}the film breaks down {AT_ONCE}, after"
+                what = f"{_of_case(index, len(cases))}the film breaks down {_at_once(cases[index].recipe)}, after"
                 paces.append(Pace(what, 0.0, fastest_branch(material, result.temperature), result.temperature))
     warn_of_paces(paces)
     if broken:
         more = _and_more(broken)
-        said = f"the film breaks down {AT_ONCE}: it is beyond the breakdown field from the start"
+        said = f"the film breaks down {_at_once(cases[broken[0]].recipe)}: it is beyond the breakdown field from the start"
         warn(f"case {broken[0]}{more}: {said}")
 
 
@@ -127,7 +132,9 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
     for pair in recipe.film.prestretch:
-        warn_of_falling_tension(material, np.array(pair)[:, None], "equibiaxial" if pair[0] == pair[1] else None)
+        mode = "equibiaxial" if pair[0] == pair[1] else None
+        warn_of_falling_tension(material, np.array(pair)[:, None], mode)
+        warn_of_range(material, np.array(pair)[:, None], mode)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
     if known.size:
         warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
@@ -180,7 +187,9 @@ def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResul
             for result, known, wanted in zip(results, materials, modes, strict=True)
             if known is material and wanted == mode
         ]
-        warn_of_falling_tension(material, np.concatenate([np.array(stretches) for stretches in own], axis=1), mode)
+        stretch = np.concatenate([np.array(stretches) for stretches in own], axis=1)
+        warn_of_falling_tension(material, stretch, mode)
+        warn_of_range(material, stretch, mode)
 
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:
@@ -193,7 +202,7 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
         warn(f"{f'case {slack[0]}{_and_more(slack)}: ' if len(results) > 1 else ''}{found}: a thin one goes slack instead")
 
 
-def _room(material: Material, columns: Mapping[str, Any]) -> NDArray[np.float64]:
+def _room(material: Material, columns: Mapping[str, Any]) -> Floats:
     """How far (points,) the stretches of a case are from the limit of the equilibrium spring: 1 at rest, 0 at the limit."""
     squared = np.square([columns[f"stretch_{axis} [1]"] for axis in (1, 2)])
     return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
@@ -206,6 +215,10 @@ def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: flo
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
     return float(known.of_film(np.sqrt(area), thickness / area))
+
+
+def _at_once(recipe: ActuateRecipe) -> str:
+    return AT_ONCE.replace("voltage", recipe.control)
 
 
 def _permittivity(material: Material, temperature: float) -> float:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.commands.simulation.comparison_recipe import Comparison
 from dielast.commands.simulation.result_columns import roles_of
@@ -16,7 +15,7 @@ from dielast.io.files import Inputs
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
-from dielast.numerics.columns import Floats
+from dielast.numerics.columns import Flags, Floats
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.readings.specimen_recipe import Specimen
 from dielast.units import (
@@ -129,7 +128,7 @@ def _axis(
     header: str,
     column: str | None,
     specimen: Specimen | None,
-    rows: NDArray[np.bool_],
+    rows: Flags,
 ) -> Floats:
     name, unit = split_header(header)
     quantity = QUANTITIES.get(header)
@@ -168,7 +167,7 @@ def measured_times(x: Floats) -> Floats:
     return np.unique(x[x >= 0])
 
 
-def _rows(table: MeasuredTable, comparison: Comparison) -> NDArray[np.bool_]:
+def _rows(table: MeasuredTable, comparison: Comparison) -> Flags:
     """The rows that `where` selects."""
     keep = np.ones(table.lines.size, dtype=bool)
     for name, value in comparison.where.items():

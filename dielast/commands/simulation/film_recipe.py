@@ -83,7 +83,7 @@ TimeScale = Annotated[
 ]
 
 
-class PullIn(Section):
+class PullInSection(Section):
     """The pull-in criterion: det H = 0 with branches weighted by how much of them outlasts the time scale."""
 
     timescale: TimeScale = Field(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -209,10 +210,15 @@ def _charges(index: int, points: MeasuredTable, column: str | int, recipe: Any) 
     """Charges in C/m^2 of undeformed area in a table, which holds them so or as charges of the electrode."""
     if column == "charge" and not points.has(column) and points.has("charge_density"):
         column = "charge_density"
-    try:
-        return points.column(column, "charge", CHARGE_DENSITY)
-    except InputError:
-        values = points.column(column, "charge", CHARGE)
+    dense = points.names[points.find(column, "charge")].strip() == "charge_density"
+    if not dense:
+        # its unit says which of the two it is
+        with suppress(InputError):
+            points.check(column, "charge", CHARGE_DENSITY)
+            dense = True
+    values = points.column(column, "charge", CHARGE_DENSITY if dense else CHARGE)
+    if dense:
+        return values
     if recipe.film.electrode_diameter is None:
         raise InputError("a table of charges in C needs film.electrode_diameter", key=f"step[{index}].table")
     return values / _area_for(CHARGE.unit, recipe)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
-from dielast.numerics.columns import Floats
+from dielast.numerics.columns import Flags, Floats
 from dielast.plots.events import Band, Mark, Span
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases
@@ -87,7 +86,7 @@ def picture(
     )
 
 
-def _left_out(recipe: Any, time: Floats) -> NDArray[np.bool_]:
+def _left_out(recipe: Any, time: Floats) -> Flags:
     """The last row (times,) before cycles that the table leaves out, through which no line may go; its neighbour shows the same."""
     periods = [period for step in recipe.step if (period := getattr(step, "period", None)) is not None]
     gaps = np.diff(time, append=np.inf)

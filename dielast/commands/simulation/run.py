@@ -121,8 +121,8 @@ class Simulation(ABC):
         """What the solver takes of a recipe."""
         return self.step
 
-    def told(self, result: CaseResult, recipe: Any, case: int) -> CaseResult:
-        """The result of a case as the tables tell it."""
+    def as_written(self, result: CaseResult, recipe: Any, case: int) -> CaseResult:
+        """The result of a case as the tables have it."""
         return result
 
     def seen(self, recipe: Any, columns: Columns) -> Columns:
@@ -154,7 +154,9 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     check_series(cases, simulation.width, inputs, execution.jobs)
     clean = solve_batches(simulation.batches(cases, materials, inputs), execution)
     simulation.warn(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
-    results = [simulation.told(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))]
+    results = [
+        simulation.as_written(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))
+    ]
     seen = [simulation.seen(case.recipe, result.columns) for case, result in zip(cases, results, strict=True)]
 
     def again(case: int, times: Floats) -> Columns:
@@ -166,14 +168,14 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         one, drawn = simulation.drawn(case, sample, result)
         return simulation.batches([one] * len(sample), drawn, inputs, sample.thickness_factor)
 
-    told: Sequence[CaseResult] = results
+    written: Sequence[CaseResult] = results
     intervals: dict[str, dict[str, Any]] = {}
     if any(case.recipe.uncertainty is not None for case in cases):
         from dielast.commands.simulation.bounds import bounded_cases
         from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
 
         samples = samples_of(cases, materials, inputs)
-        told = bounded_cases(cases, samples, results, draws, execution)
+        written = bounded_cases(cases, samples, results, draws, execution)
         intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
     found = matches(recipe, seen, inputs, again)
     x, y, scales = axes_of(cases, seen[0], simulation.measured, simulation.time_scale)
@@ -185,13 +187,17 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
 
         across = "time [s]" if x in cases[0].settings else x
         shown = zip(cases, results, seen, strict=True)
-        marks = [simulation.marks(case.recipe, result, own, across, y) for case, result, own in shown]
-        bands = [band(one.columns, across, y) for one in told]
-        spans = [own.span for one in told for own in one.bounded_events if own.event is not None] if x == "time [s]" else ()
+        marks = [simulation.marks(case.recipe, result, columns, across, y) for case, result, columns in shown]
+        bands = [band(one.columns, across, y) for one in written]
+        spans = (
+            [event.span for one in written for event in one.bounded_events if event.event is not None] if x == "time [s]" else ()
+        )
         called = interval_label([case.recipe for case in cases])
         return picture(cases, materials, seen, found, (x, y, scales), bands, called, marks, spans)
 
-    tables = {f"{recipe.kind}.csv": result_columns(told)} | simulation.tables(recipe, told) | {"cases.csv": case_columns(cases)}
+    tables = (
+        {f"{recipe.kind}.csv": result_columns(written)} | simulation.tables(recipe, written) | {"cases.csv": case_columns(cases)}
+    )
     if (cycling := cycle_columns(results)) is not None:
         tables["cycles.csv"] = cycling
     sections = simulation.headline(cases, results)

@@ -10,7 +10,7 @@ import numpy as np
 from dielast.commands.simulation.cases import each, material_key
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.errors import InputError, warn
-from dielast.handover.material_draws import beside, parse_draws
+from dielast.handover.material_draws import beside, further_constants, parse_draws
 from dielast.handover.material_file import draws_file, parse_material
 from dielast.io.files import Inputs
 from dielast.material.material import Material
@@ -74,6 +74,9 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
             )
             if changed
         ]
+        # a draw of a calibration has all constants of a law
+        sections = {path.partition(".")[0] for path in further_constants(inputs.read(table))}
+        drawn += [f"[{section}]" for section in sorted(sections & {key.partition(".")[0] for key in changes})]
         if drawn:
             what = f"{' and '.join(drawn)} of each draw of {name} {'is' if len(drawn) == 1 else 'are'} its own"
             raise InputError(f"{what}, and cannot be changed by {', '.join(changes)}", key="uncertainty")
@@ -107,14 +110,16 @@ def uncertainty_headline(
     uncertainties: Sequence[Uncertainty | None], samples: Sequence[Sample | None]
 ) -> dict[str, dict[str, Any]]:
     """The section of a summary that says what the intervals of the cases are; none without them."""
-    told = [(own, sample) for own, sample in zip(uncertainties, samples, strict=True) if own is not None and sample is not None]
-    if not told:
+    known = [
+        (stated, sample) for stated, sample in zip(uncertainties, samples, strict=True) if stated is not None and sample is not None
+    ]
+    if not known:
         return {}
     numbers: dict[str, list[float | int]] = {
-        "draws": [len(sample) for _, sample in told],
-        "materials": [len({id(member) for member in sample.materials}) for _, sample in told],
-        "seed": [own.seed for own, _ in told],
-        "level": [own.level for own, _ in told],
+        "draws": [len(sample) for _, sample in known],
+        "materials": [len({id(member) for member in sample.materials}) for _, sample in known],
+        "seed": [stated.seed for stated, _ in known],
+        "level": [stated.level for stated, _ in known],
     }
     return {"uncertainty": {key: values[0] if len(set(values)) == 1 else each(values) for key, values in numbers.items()}}
 

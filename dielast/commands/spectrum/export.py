@@ -21,7 +21,7 @@ EXPORT_KEYS = {name: f"export.{name}" for name in ("formats", *(field.name for f
 """The recipe's key for each argument of `export_card` and each of its options."""
 
 
-class Export(Section):
+class ExportSection(Section):
     """Material cards to write beside material.toml; what a code cannot carry is an error unless a key here allows it."""
 
     formats: list[Format] = Field(min_length=1, description="The codes to write cards for.")

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from dielast.commands.spectrum.export import Export
+from dielast.commands.spectrum.export import ExportSection
 from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.readings.curve_recipe import CurveData
@@ -134,7 +134,7 @@ class SpectrumRecipe(RecipeBase):
     truncate: Truncate | None = Field(None, description="Keep only the slowest branches.")
     reduce: Reduce | None = Field(None, description="Keep as few branches as a window of times needs.")
     material: MaterialConstants = Field(MaterialConstants(), description="Constants passed on to the material file.")
-    export: Export | None = Field(None, description="Material cards for finite-element codes.")
+    export: ExportSection | None = Field(None, description="Material cards for finite-element codes.")
 
     @model_validator(mode="after")
     def _one_curve(self) -> Self:

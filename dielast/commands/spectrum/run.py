@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.spectrum.export import EXPORT_KEYS, Export
+from dielast.commands.spectrum.export import EXPORT_KEYS, ExportSection
 from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
 from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_keys, located, warn
 from dielast.export.card import export_cards
@@ -101,7 +101,7 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     return result, reduction, material, cards or {}
 
 
-def _exported(material: Material, export: Export, options: CardOptions) -> dict[str, str]:
+def _exported(material: Material, export: ExportSection, options: CardOptions) -> dict[str, str]:
     with located(key="export"), in_keys(EXPORT_KEYS):
         return export_cards(material, tuple(export.formats), options)
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Self
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.material.law import Law
+from dielast.numerics.columns import Floats
 
 
 class DamageLaw(Law):
@@ -18,7 +18,7 @@ class DamageLaw(Law):
 
     __slots__ = ()
 
-    def rate(self, field: ArrayLike) -> NDArray[np.float64]:
+    def rate(self, field: ArrayLike) -> Floats:
         """dD/dt in 1/s at the size of the true field in V/m, of any shape; the film fails where D, its integral, is 1."""
         raise NotImplementedError
 

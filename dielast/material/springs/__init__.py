@@ -11,7 +11,6 @@ from dielast.material.springs.mooney_rivlin import MooneyRivlin
 from dielast.material.springs.neo_hookean import NeoHookean
 from dielast.material.springs.ogden import Ogden
 from dielast.material.springs.yeoh import Yeoh
-from dielast.numerics.columns import Cases, Floats
 
 __all__ = [
     "EQUIBIAXIAL",
@@ -19,8 +18,6 @@ __all__ = [
     "UNIAXIAL",
     "ArrudaBoyce",
     "CardForm",
-    "Cases",
-    "Floats",
     "Gent",
     "MooneyRivlin",
     "NeoHookean",

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.material.springs.law import SpringLaw, Symmetry
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.columns import Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +57,7 @@ class CaseByCase(SpringLaw):
     """
 
     laws: tuple[SpringLaw, ...]
-    which: NDArray[np.intp]
+    which: Cases
 
     def stress(self, squared_stretch: Floats) -> Floats:
         """Stresses of each law."""
@@ -122,7 +121,7 @@ class CaseByCase(SpringLaw):
         return joined
 
 
-def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
+def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> SpringLaw:
     """The law of n springs in all cases: of each case (or of all, if there is one pair only) the law of the equilibrium spring and
     that of its branches.
 
@@ -144,7 +143,7 @@ def _kind(law: SpringLaw) -> tuple[Any, ...]:
     return type(law), *(np.shape(value) for value in law.values().values())
 
 
-def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[np.bool_]) -> SpringLaw:
+def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> SpringLaw:
     """The law of n springs where all equilibrium springs have one kind of law, and all branches one."""
     first, rest = [law for law, _ in laws], [law for _, law in laws]
     if all(law is first[0] for law in first) and all(law is rest[0] for law in rest):
@@ -159,7 +158,7 @@ def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: NDArray[
     return FirstAndRest(first[0].with_values(blocks[0]), rest[0].with_values(blocks[1]))
 
 
-def _of_rows(laws: Sequence[SpringLaw], carrying: NDArray[np.bool_], rows: int) -> dict[str, Floats]:
+def _of_rows(laws: Sequence[SpringLaw], carrying: Flags, rows: int) -> dict[str, Floats]:
     """The constants (..., rows, cases) of springs in as many rows, one law a case or one for all."""
     stated, idle = ([law.values() for law in group] for group in (laws, [law.unlimited() for law in laws]))
     found = {}

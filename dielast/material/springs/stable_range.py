@@ -8,10 +8,9 @@ tension outside of it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.material.springs.law import SpringLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.columns import Flags, Floats
 
 FURTHEST = 30.0  # stretch, or one over it, up to which a law is looked at
 POINTS = 400  # of the search on either side, in steps of 0.9 %
@@ -19,7 +18,7 @@ BISECTIONS = 40
 SECOND = {"uniaxial": -0.5, "equibiaxial": 1.0, "pure-shear": 0.0}  # B = A to this power, by mode
 
 
-def tension_rises(law: SpringLaw, squared_stretch: Floats, mode: str | None) -> NDArray[np.bool_]:
+def tension_rises(law: SpringLaw, squared_stretch: Floats, mode: str | None) -> Flags:
     """Whether (...) the tension rises with the stretch at squared stretches (2, ...), on the path of a `mode`; None: in each axis
     while the other is held. Not so beyond the end of the law.
     """
@@ -61,6 +60,6 @@ def stable_range(law: SpringLaw, mode: str) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def _stable(law: SpringLaw, mode: str, log_stretch: Floats) -> NDArray[np.bool_]:
+def _stable(law: SpringLaw, mode: str, log_stretch: Floats) -> Flags:
     """Whether the law is stable in a mode at stretches (k,)."""
     return tension_rises(law, np.exp(2 * np.stack((log_stretch, SECOND[mode] * log_stretch))), mode)

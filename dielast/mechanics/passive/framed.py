@@ -23,12 +23,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.material.springs import Floats
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.passive.structure import Factors, Structure
-from dielast.mechanics.point import FOLLOWER_WEIGHT, SYMMETRIC, Points
+from dielast.mechanics.point import FOLLOWER_WEIGHT
+from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, Load
-from dielast.numerics.columns import Cases
+from dielast.numerics.columns import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

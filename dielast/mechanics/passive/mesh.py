@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from dielast.material.springs import Floats
 from dielast.mechanics.passive.forms import disc
 from dielast.mechanics.passive.framed import Assembly
 from dielast.mechanics.passive.structure import Factors
-from dielast.mechanics.point import SYMMETRIC, Points
-from dielast.numerics.columns import Cases
+from dielast.mechanics.point_material import SYMMETRIC, Points
+from dielast.numerics.columns import Cases, Floats
 
 LEAST, MOST = 2, 20  # points
 WIDENINGS = 0.5 ** np.arange(6)  # shares of the stretch, of which the first is taken that the springs can reach

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from dielast.material.springs import Floats
 from dielast.mechanics.passive.framed import Surroundings
 from dielast.mechanics.passive.structure import Factors
-from dielast.mechanics.point import SYMMETRIC
-from dielast.numerics.columns import Flags
+from dielast.mechanics.point_material import SYMMETRIC
+from dielast.numerics.columns import Flags, Floats
 
 ITERATIONS, HALVINGS = 60, 16
 SETTLED, BALANCED = 5e-13, 1e-8  # of the stretches: a step that ends the search, and one that leads on

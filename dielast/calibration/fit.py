@@ -1,0 +1,189 @@
+"""The fit of a material to tests: many starts, and how far the measured curves lie from the best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dielast.calibration.experiment import Experiment, Laboratory
+from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
+from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
+from dielast.calibration.problem import Problem
+from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, estimate
+from dielast.calibration.smoothness import smooth_branches
+from dielast.errors import InputError, NumericsError
+from dielast.io.result import Result
+from dielast.material.material import Material
+from dielast.numerics.columns import Flags, Floats
+
+STARTS = 8
+INSIDE = 0.1  # of the range, that starts keep from the bounds
+ROUNDS = 2  # of fits, each with the scatter that the one before has shown
+SAME = 1e-3  # difference of sums of squares, over the least or a hundred, up to which two starts have found the same
+
+MANY = 0.5  # share of starts that end in the best fit, below which there may be a better one
+
+Watch = Callable[[str, int, int, float], None]
+"""Called with what is being done, how often it has been, how often at most, and the misfit at present (relative, rms)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Fit(Result):
+    """A fitted material: `coordinates` (p,) of the `problem`, its `scatter`, and how the starts ended.
+
+    `start_cost` (starts,) are sums of squares, infinite where a start could not be followed; `curves` are
+    those measured, with the model's; `slopes` (n, p) the derivatives of all answers in the coordinates.
+    """
+
+    problem: Problem
+    coordinates: Floats
+    scatter: Scatter
+    curves: Curves
+    slopes: Floats
+    start_cost: Floats
+    finished: bool = True
+    left_out: tuple[str, ...] = ()
+    """Tests that no start can follow."""
+
+    @property
+    def space(self) -> ParameterSpace:
+        """The parameters."""
+        return self.problem.space
+
+    @property
+    def material(self) -> Material:
+        """The material of the fit."""
+        material = self.space.materials(self.coordinates[None])[0]
+        assert material is not None
+        return material
+
+    @property
+    def same_share(self) -> float:
+        """Share of the starts that ended where the best did."""
+        least = float(np.min(self.start_cost))
+        return float(np.mean(self.start_cost <= least + SAME * max(least, 100.0)))
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion, to compare laws that were fitted to the same tests.
+
+        There are as many independent points as curves have usual lengths of correlation.
+        """
+        count = sum(float(place[-1]) for place in self.curves.places) / (2 * FIRST_LENGTH)
+        relative = self.curves.differences / np.concatenate(self.curves.levels())
+        return count * float(np.log(np.mean(np.square(relative)))) + 2 * len(self.space)
+
+    @property
+    def at_bound(self) -> Flags:
+        """Which parameters (p,) rest on a bound."""
+        lower, upper = self.space.bounds
+        return np.asarray((self.coordinates <= lower) | (self.coordinates >= upper))
+
+
+def starts_of(space: ParameterSpace, count: int) -> Floats:
+    """Coordinates (count, p) to start from: the stated ones, and points of a Sobol sequence within the bounds."""
+    from scipy.stats import qmc
+
+    lower, upper = space.bounds
+    power = int(np.ceil(np.log2(max(count, 2))))
+    points = qmc.Sobol(len(space), seed=1).random_base2(power)[: count - 1]
+    spread = lower + (upper - lower) * (INSIDE + (1 - 2 * INSIDE) * points)
+    return np.concatenate((space.start[None], spread))
+
+
+def fit_material(
+    material: Material,
+    tests: Sequence[Experiment],
+    free: Mapping[str, Free],
+    *,
+    starts: int = STARTS,
+    specimen_scatter: float | None = None,
+    watch: Watch | None = None,
+) -> Fit:
+    """Fit the `free` constants of a material to tests by weighted least squares, from several starts at once.
+
+    `specimen_scatter` is the relative scatter between specimens; left out, it is estimated. Raises `InputError` for parameters
+    that the material does not have, and `NumericsError` if no start can follow all tests. Interrupted, it ends with the best so
+    far, which `finished` tells.
+    """
+    if not tests:
+        raise InputError("at least one test is needed", argument="tests")
+    space = parameter_space(material, free)
+    start = starts_of(space, starts)
+    answers = Laboratory(tests).answers(space.materials(start))
+    kept = [test for test, own in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(own), axis=1))]
+    if not kept:
+        raise NumericsError("no start can follow any of the tests: is a stretch beyond a limit of the springs?")
+    fit = fit_space(space, Laboratory(kept), start, specimen_scatter, watch)
+    return replace(fit, left_out=tuple(test.name for test in tests if test not in kept))
+
+
+def fit_space(
+    space: ParameterSpace, laboratory: Laboratory, start: Floats, specimen_scatter: float | None = None, watch: Watch | None = None
+) -> Fit:
+    """As `fit_material`, from the coordinates `start` (starts, p)."""
+    problem = Problem(space, laboratory)
+    lower, upper = space.bounds
+    curves = problem.curves()
+    kept = USUAL_SCATTER if specimen_scatter is None else specimen_scatter
+    scatter = Scatter(np.full(len(curves.values), 0.01), FIRST_SHARE, FIRST_LENGTH, kept)
+    state = _State(np.clip(start, lower, upper)[0])
+
+    def look(what: str, curves: Curves, scatter: Scatter) -> Callable[[int, Floats, Floats], None]:
+        total = sum(float(place[-1]) for place in curves.places) / (2 * scatter.length)
+
+        def seen(iteration: int, cost: Floats, at: Floats) -> None:
+            best = int(np.argmin(cost))
+            state.coordinates = at[best].copy()
+            if watch is not None:
+                watch(what, iteration + 1, MOST_ITERATIONS, scatter.model_error * float(np.sqrt(cost[best] / max(total, 1e-12))))
+
+        return seen
+
+    finished, ends = True, np.zeros(1)
+    try:
+        found = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=look("starts", curves, scatter))
+        if not np.isfinite(found.cost[found.best]):
+            raise NumericsError("no start can follow all tests: is a stretch beyond a limit of the springs?")
+        ends = found.cost
+        at = found.coordinates[found.best]
+        for _ in range(ROUNDS):
+            curves = problem.curves(at)
+            slopes = slopes_at(problem, at)
+            scatter = estimate(curves, curves.differences, slopes, known_beforehand(problem), specimen_scatter, scatter)
+            problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, at))
+            again: Solutions = minimise(
+                problem.weighted(curves, scatter), at[None], lower, upper, watch=look("refined", curves, scatter)
+            )
+            at = again.coordinates[0]
+    except KeyboardInterrupt:
+        finished, at = False, state.coordinates
+    curves = problem.curves(at)
+    if not np.all(np.isfinite(np.concatenate(curves.model))):
+        raise KeyboardInterrupt
+    slopes = slopes_at(problem, at)
+    if finished:
+        scatter = estimate(curves, curves.differences, slopes, known_beforehand(problem), specimen_scatter, scatter)
+    return Fit(problem, at, scatter, curves, slopes, ends, finished)
+
+
+@dataclass(slots=True)
+class _State:
+    """The best coordinates (p,) so far, which an interrupt leaves."""
+
+    coordinates: Floats
+
+
+def slopes_at(problem: Problem, at: Floats) -> Floats:
+    """The derivatives (n, p) of all answers in the coordinates (p,)."""
+    lower, upper = problem.space.bounds
+    moves = np.ones((1, at.size), dtype=bool)
+    _, slopes = with_slopes(lambda q, _: problem.answers(q), at[None], np.zeros(1, dtype=np.intp), lower, upper, moves)
+    return np.asarray(slopes[0])
+
+
+def known_beforehand(problem: Problem) -> Floats:
+    """The precision (p, p) of all that is known beforehand."""
+    return problem.precision + problem.smoothness if problem.smoothness.size else problem.precision

@@ -1,0 +1,241 @@
+"""What a calibration may change: parameters with bounds and priors, and the materials that their values make.
+
+A parameter has a coordinate in which it is fitted: its logarithm where it can only be positive, else its value over a scale.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dielast.errors import InputError
+from dielast.io.result import Result
+from dielast.material.material import Material
+from dielast.material.numbers import SCALE, Kind, Numbers, kinds_of, material_of, numbers_of
+from dielast.numerics.columns import Floats
+
+WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
+TINY = 1e-3  # of the start: a modulus that is 0 in a draw has a logarithm all the same
+NARROW = 1e-3  # standard deviation of a coordinate that draws do not tell
+SIGNED = 3.0  # default bounds of a number of either sign, in scales on either side of the start
+_KEY = re.compile(r"(?P<section>[a-z]+)\.(?P<key>[A-Za-z0-9_]+)(\[(?P<index>\d+)\])?")
+
+
+@dataclass(frozen=True, slots=True)
+class Free(Result):
+    """What is known beforehand of a parameter: bounds, and a `prior` value with its `relative` standard deviation, all in SI.
+
+    `start` is where a fit begins, by default the prior or the value of the material. `draws` of the material, such as a master
+    curve's, are a prior with all correlations between the parameters that have them.
+    """
+
+    min: float | None = None
+    max: float | None = None
+    start: float | None = None
+    prior: float | None = None
+    relative: float | None = None
+    draws: Sequence[Material] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter(Result):
+    """One number that may change: `section`, `key` and, of a list, `index` lead to it; `start`, `lower` and `upper` in SI."""
+
+    section: str
+    key: str
+    index: int | None
+    unit: str
+    start: float
+    lower: float
+    upper: float
+    scale: float | None
+    """What the coordinate is a multiple of; None: the coordinate is the logarithm."""
+    prior: float | None = None
+    relative: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Its path in a material file."""
+        return f"{self.section}.{self.key}" + ("" if self.index is None else f"[{self.index}]")
+
+    def coordinate(self, value: Floats | float) -> Floats:
+        """The coordinate of values in SI (...)."""
+        return np.asarray(np.log(value) if self.scale is None else np.asarray(value) / self.scale)
+
+    def value(self, coordinate: Floats | float) -> Floats:
+        """The values in SI of coordinates (...)."""
+        return np.asarray(np.exp(coordinate) if self.scale is None else np.asarray(coordinate) * self.scale)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ParameterSpace(Result):
+    """The free `parameters` of a `material`; `precision` (p, p) and `centre` (p,) are a Gaussian prior in the coordinates."""
+
+    material: Material
+    parameters: tuple[Parameter, ...]
+    centre: Floats
+    precision: Floats
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters by their paths in a material file."""
+        return tuple(parameter.name for parameter in self.parameters)
+
+    def coordinates(self, values: Sequence[float] | Floats) -> Floats:
+        """Coordinates (p,) of values in SI."""
+        return np.array([float(each.coordinate(value)) for each, value in zip(self.parameters, values, strict=True)])
+
+    def values(self, coordinates: Floats) -> Floats:
+        """Values (..., p) in SI of coordinates (..., p)."""
+        return np.stack([each.value(coordinates[..., k]) for k, each in enumerate(self.parameters)], axis=-1)
+
+    @property
+    def start(self) -> Floats:
+        """The coordinates (p,) of the start."""
+        return self.coordinates([each.start for each in self.parameters])
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """The lowest and the highest coordinates, each (p,)."""
+        return self.coordinates([each.lower for each in self.parameters]), self.coordinates(
+            [each.upper for each in self.parameters]
+        )
+
+    def materials(self, coordinates: Floats) -> list[Material | None]:
+        """The material of each of the coordinates (k, p); None where a law refuses its constants."""
+        base = numbers_of(self.material)
+        return [self._material(base, row) for row in self.values(coordinates).tolist()]
+
+    def _material(self, base: Numbers, values: Sequence[float]) -> Material | None:
+        numbers = {section: {key: list(v) if isinstance(v, list) else v for key, v in own.items()} for section, own in base.items()}
+        for parameter, value in zip(self.parameters, values, strict=True):
+            if parameter.index is None:
+                numbers[parameter.section][parameter.key] = value
+            else:
+                numbers[parameter.section][parameter.key][parameter.index] = value
+        try:
+            return material_of(self.material, numbers)
+        except InputError:
+            return None
+
+
+def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSpace:
+    """The space of the parameters that are `free`, by path in a material file; a list is free in each of its entries.
+
+    Raises `InputError` with the path as its key for what the material does not have, and for bounds that contradict each other.
+    """
+    if not free:
+        raise InputError("nothing is free: state what may change", argument="free")
+    numbers, kinds = numbers_of(material), kinds_of(material)
+    found: list[Parameter] = []
+    for path, known in free.items():
+        match = _KEY.fullmatch(path)
+        section, key = (match["section"], match["key"]) if match else ("", "")
+        if key not in kinds.get(section, {}):
+            there = [f"{name}.{each}" for name, own in kinds.items() for each in own]
+            raise InputError(f"the material has no such constant; there are {', '.join(there)}", key=path)
+        kind, value = kinds[section][key], numbers[section].get(key)
+        if not isinstance(value, list):
+            found.append(_parameter(section, key, None, kind, known, value, _size(material, section, kind), path))
+            continue
+        index = None if match is None or match["index"] is None else int(match["index"])
+        if index is not None and index >= len(value):
+            raise InputError(f"there are {len(value)} entries, counted from 0", key=path)
+        for k, each in enumerate(value):
+            if index in (None, k):
+                between = _between(value, k) if key == "relaxation_time" else known
+                own = known if known.min is not None or known.max is not None else between
+                found.append(_parameter(section, key, k, kind, own, each, _size(material, section, kind), path))
+    names = [each.name for each in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("is free twice", key=name)
+    if f"nonequilibrium.{SCALE}" in names and any(name.startswith("nonequilibrium.shear_modulus") for name in names):
+        raise InputError("one factor on all moduli, and each modulus, are free: choose one of them", key=f"nonequilibrium.{SCALE}")
+    centre, precision = np.zeros(len(found)), np.zeros(len(found))
+    for k, each in enumerate(found):
+        if each.prior is not None and each.relative is not None:
+            width = each.relative if each.scale is None else each.relative * abs(each.prior) / each.scale
+            centre[k], precision[k] = float(each.coordinate(each.prior)), 1 / width**2
+    whole = np.diag(precision)
+    drawn = [k for k, each in enumerate(found) if _free_of(free, each).draws]
+    if drawn:
+        members = next(known.draws for known in free.values() if known.draws)
+        centre[drawn], whole[np.ix_(drawn, drawn)] = _moments(members, [found[k] for k in drawn])
+    return ParameterSpace(material, tuple(found), centre, whole)
+
+
+def _free_of(free: Mapping[str, Free], parameter: Parameter) -> Free:
+    """What is known of a parameter, or of the list that it is an entry of."""
+    return free.get(parameter.name) or free[f"{parameter.section}.{parameter.key}"]
+
+
+def _moments(members: Sequence[Material], parameters: Sequence[Parameter]) -> tuple[Floats, Floats]:
+    """Mean (k,) and precision (k, k) of the parameters' coordinates in draws of a material.
+
+    Few draws do not tell every correlation: these are shrunk (Ledoit and Wolf 2004, DOI 10.1016/S0047-259X(03)00096-4) by the share
+    that chance has in them.
+    """
+    values = []
+    for member in members:
+        numbers = numbers_of(member)
+        own = [numbers[each.section][each.key] for each in parameters]
+        values.append([one if each.index is None else one[each.index] for each, one in zip(parameters, own, strict=True)])
+    least = [TINY * abs(each.start) if each.scale is None else -np.inf for each in parameters]
+    table = np.maximum(np.array(values, dtype=float), least)
+    coordinates = np.stack([each.coordinate(column) for each, column in zip(parameters, table.T, strict=True)], axis=1)
+    covariance = np.atleast_2d(np.cov(coordinates.T))
+    variance = np.diag(covariance) + NARROW**2
+    share = min(len(parameters) / len(members), 1.0)
+    shrunk = (1 - share) * covariance + np.diag(variance - (1 - share) * np.diag(covariance))
+    return np.asarray(coordinates.mean(axis=0)), np.asarray(np.linalg.inv(shrunk), dtype=float)
+
+
+def _between(times: Sequence[float], k: int) -> Free:
+    """Bounds half-way in log time to the neighbouring branches, so that no two of them change places."""
+    order = np.log(times)
+    low = 0.5 * (order[k] + order[k + 1]) if k + 1 < len(times) else order[k] - np.log(WIDE)
+    high = 0.5 * (order[k] + order[k - 1]) if k else order[k] + np.log(WIDE)
+    return Free(min=float(np.exp(low)), max=float(np.exp(high)))
+
+
+def _size(material: Material, section: str, kind: Kind) -> float:
+    """What a number of either sign is measured by: a stress by the spring's modulus, a bare number by 1."""
+    if kind.unit != "Pa":
+        return 1.0
+    if section == "equilibrium":
+        return material.equilibrium_modulus or 1.0
+    return material.nonequilibrium_law.initial_modulus() or 1.0
+
+
+def _parameter(
+    section: str, key: str, index: int | None, kind: Kind, known: Free, value: float | None, size: float, path: str
+) -> Parameter:
+    """A parameter with its bounds; `value` is that of the material, `size` what a number of either sign is measured by."""
+    start = known.start if known.start is not None else known.prior if known.prior is not None else value
+    if start is None or not np.isfinite(start) or (kind.positive and start <= 0):
+        if known.min is None or known.max is None:
+            raise InputError("the material states no value to start from: state start, or min and max", key=path)
+        start = float(np.sqrt(known.min * known.max)) if kind.positive and known.min > 0 else 0.5 * (known.min + known.max)
+    scale = None if kind.positive else max(abs(start), size)
+    spread = 0.0 if scale is None else SIGNED * scale
+    lower = known.min if known.min is not None else start / WIDE if scale is None else start - spread
+    upper = known.max if known.max is not None else start * WIDE if scale is None else start + spread
+    if scale is None and lower <= 0:
+        raise InputError(f"min = {lower:g}: a number above 0 is needed, as it can only be positive", key=path)
+    if lower >= upper:
+        raise InputError(f"min = {lower:g} is not below max = {upper:g}", key=path)
+    for name, each in (("start", known.start), ("prior", known.prior)):
+        if each is not None and not lower <= each <= upper:
+            raise InputError(f"{name} = {each:g} is not between min = {lower:g} and max = {upper:g}", key=path)
+    if (known.prior is None) != (known.relative is None):
+        raise InputError("prior and relative go together: the value expected, and its relative standard deviation", key=path)
+    return Parameter(
+        section, key, index, kind.unit, float(np.clip(start, lower, upper)), lower, upper, scale, known.prior, known.relative
+    )

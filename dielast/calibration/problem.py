@@ -1,0 +1,89 @@
+"""The fit as a problem of least squares: what the tests and what is known beforehand say of the coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dielast.calibration.experiment import Laboratory
+from dielast.calibration.levenberg import Residuals
+from dielast.calibration.parameters import ParameterSpace
+from dielast.calibration.scatter import Curves, Scatter
+from dielast.numerics.columns import Cases, Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Parameters of the `space`, the tests of a `laboratory`, and `smoothness` (p, p), a precision beside that of the priors."""
+
+    space: ParameterSpace
+    laboratory: Laboratory
+    smoothness: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def precision(self) -> Floats:
+        """What is known beforehand, as a precision (p, p) of the coordinates about `space.centre`, smoothness apart."""
+        return self.space.precision
+
+    def answers(self, coordinates: Floats) -> Floats:
+        """What all tests give (k, n), one test after another, at coordinates (k, p)."""
+        return np.concatenate(self.laboratory.answers(self.space.materials(coordinates)), axis=1)
+
+    def curves(self, coordinates: Floats | None = None) -> Curves:
+        """The measured curves with the model's at coordinates (p,); without them, with themselves in the place of a model."""
+        tests = self.laboratory.tests
+        measured = tuple(test.measured for test in tests)
+        names = list(dict.fromkeys(test.specimen for test in tests))
+        specimen = np.array([names.index(test.specimen) for test in tests])
+        model = measured
+        if coordinates is not None:
+            model = tuple(answer[0] for answer in self.laboratory.answers(self.space.materials(coordinates[None])))
+        return Curves(measured, model, tuple(test.place for test in tests), specimen)
+
+    def beforehand(self, coordinates: Floats) -> Floats:
+        """The residuals (k, 2p) of priors and smoothness at coordinates (k, p)."""
+        away = coordinates - self.space.centre
+        parts = [away @ root_of(self.space.precision)]
+        if self.smoothness.size:
+            parts.append(coordinates @ root_of(self.smoothness))
+        return np.concatenate(parts, axis=1)
+
+    def weighted(self, curves: Curves, scatter: Scatter, chosen: Floats | None = None) -> Residuals:
+        """Residuals of weighted least squares; `chosen` (fits, tests) are factors on the weight of each test in each fit.
+
+        A curve has the weight of as many independent points as it has lengths of correlation, however densely it was sampled, and
+        tests of one specimen less than as many tests of several, as far as specimens scatter.
+        """
+        weight = np.concatenate(weights_of(curves, scatter))
+        measured = curves.measured
+        sizes = [values.size for values in curves.values]
+
+        def residuals(coordinates: Floats, fits: Cases) -> Floats:
+            own = weight * (self.answers(coordinates) - measured)
+            if chosen is not None:
+                factor = np.repeat(chosen, sizes, axis=1)[fits]
+                own = np.where(factor > 0, factor * own, 0.0)
+            return np.concatenate((own, self.beforehand(coordinates)), axis=1)
+
+        return residuals
+
+
+def weights_of(curves: Curves, scatter: Scatter) -> list[Floats]:
+    """The weight of each point of each curve (n,), 1/Pa."""
+    variance = scatter.model_error**2
+    shared = scatter.specimen**2 / (scatter.specimen**2 + variance) if variance > 0 else 0.0
+    found = []
+    for k, (level, place) in enumerate(zip(curves.levels(), curves.places, strict=True)):
+        spacing = np.gradient(place) if place.size > 1 else np.ones(1)
+        independent = np.maximum(spacing, 0.0) / (2 * scatter.length) + 1e-6
+        together = int(np.count_nonzero(curves.specimen == curves.specimen[k]))
+        total = variance + scatter.noise[k] ** 2
+        found.append(np.sqrt(independent / (total * (1 + shared * (together - 1)))) / level)
+    return found
+
+
+def root_of(precision: Floats) -> Floats:
+    """A square root (p, p) of a precision that may be singular."""
+    values, vectors = np.linalg.eigh(precision)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T)

@@ -1,0 +1,137 @@
+"""Profile likelihoods: how well each parameter is known if all others follow, and the verdict (Raue et al. 2009, DOI
+10.1093/bioinformatics/btp358).
+
+All points of all profiles are fitted at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from dielast.calibration.levenberg import minimise
+from dielast.calibration.likelihood import Likelihood, prior_alone
+from dielast.numerics.columns import Floats
+
+DECISIVE = 10.83  # rise of the sum of squares by which an end of the range is ruled out: by chance in one of a thousand
+NEAR = np.array((0.9, 1.7, 2.7, 4.2))  # standard errors from the fit, at which a profile is looked at
+FAR = np.array((0.2, 0.45, 0.7, 1.0))  # shares of the way to a bound, where that is not enough
+ITERATIONS = 6
+PRECISE = 1e-4  # relative change of a sum of squares with which a point of a profile is done
+
+
+class Verdict(StrEnum):
+    """What tests say of a parameter."""
+
+    DETERMINED = "determined"
+    LOWER = "lower bound"
+    UPPER = "upper bound"
+    UNDETERMINED = "undetermined"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """The profile of one parameter: `coordinate` (k,) ascending, the `rise` (k,) of the least sum of squares over that of the fit,
+    and all coordinates (k, p) where it was found; `lower` and `upper` end the interval, NaN where they are not known.
+    """
+
+    coordinate: Floats
+    rise: Floats
+    points: Floats
+    lower: float
+    upper: float
+    verdict: Verdict
+
+
+def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
+    """The profile of each parameter, with its interval of this `level` and its verdict."""
+    fit = likelihood.fit
+    at, (lower, upper) = fit.coordinates, fit.space.bounds
+    error, size = likelihood.standard_error, fit.coordinates.size
+    places: list[list[float]] = [[] for _ in range(size)]
+    found: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (0.0, at)} for j in range(size)]
+    for j in range(size):
+        for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
+            if room > 0:
+                steps = NEAR * error[j] if np.isfinite(error[j]) and NEAR[-1] * error[j] < room else FAR * room
+                places[j] += (at[j] + side * steps).tolist()
+    _solve(likelihood, places, found)
+    for j in range(size):
+        places[j] = []
+        for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
+            own = [x for x in found[j] if side * (x - at[j]) > 0]
+            reached = max((abs(x - at[j]) for x in own), default=0.0)
+            rise = max((found[j][x][0] for x in own), default=0.0)
+            if own and rise < DECISIVE and reached < room * (1 - 1e-9):
+                places[j] += (at[j] + side * (reached + FAR * (room - reached))).tolist()
+    if any(places):
+        _solve(likelihood, places, found)
+    threshold = likelihood.threshold(level)
+    unseen = prior_alone(fit.problem, likelihood.information)
+    return [_profile(found[j], float(at[j]), threshold, bool(unseen[j])) for j in range(size)]
+
+
+def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[float, tuple[float, Floats]]]) -> None:
+    """Fit all others with each parameter at each of its `places`, and add what is `found`."""
+    fit = likelihood.fit
+    lower, upper = fit.space.bounds
+    owner = np.array([j for j, own in enumerate(places) for _ in own], dtype=np.intp)
+    if not owner.size:
+        return
+    value = np.array([x for own in places for x in own])
+    start = np.repeat(fit.coordinates[None], owner.size, axis=0)
+    covariance = np.where(np.isfinite(likelihood.covariance), likelihood.covariance, 0.0)
+    variance = np.diag(covariance)[owner]
+    # where the others go if all is linear
+    follow = covariance[owner] / np.where(variance > 0, variance, 1.0)[:, None]
+    move = np.clip(follow * (value - fit.coordinates[owner])[:, None], -1.0, 1.0)
+    start = np.clip(start + np.where(variance[:, None] > 0, move, 0.0), lower, upper)
+    start[np.arange(owner.size), owner] = value
+    fixed = np.zeros(start.shape, dtype=bool)
+    fixed[np.arange(owner.size), owner] = True
+    ends = minimise(likelihood.residuals, start, lower, upper, fixed=fixed, iterations=ITERATIONS, settled=PRECISE)
+    for j, x, cost, point in zip(owner.tolist(), value.tolist(), ends.cost.tolist(), ends.coordinates, strict=True):
+        found[j][x] = (cost, point)
+
+
+def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: float, unseen: bool) -> Profile:
+    """The profile through what was found, with `at` the coordinate of the fit."""
+    place = np.array(sorted(found))
+    cost = np.array([found[x][0] for x in place.tolist()])
+    points = np.array([found[x][1] for x in place.tolist()])
+    rise = cost
+    best = at
+    lower, upper = _crossing(place[::-1], rise[::-1], best, threshold), _crossing(place, rise, best, threshold)
+    below, above = rise[place < best], rise[place > best]
+    closed_below = bool(np.any(below >= DECISIVE)) and np.isfinite(lower)
+    closed_above = bool(np.any(above >= DECISIVE)) and np.isfinite(upper)
+    if unseen:
+        verdict = Verdict.UNDETERMINED
+    elif closed_below and closed_above:
+        verdict = Verdict.DETERMINED
+    elif closed_below:
+        verdict, upper = Verdict.LOWER, np.nan
+    elif closed_above:
+        verdict, lower = Verdict.UPPER, np.nan
+    else:
+        verdict = Verdict.UNDETERMINED
+    if verdict is Verdict.UNDETERMINED and not unseen:
+        lower = upper = np.nan
+    return Profile(place, rise, points, lower, upper, verdict)
+
+
+def _crossing(place: Floats, rise: Floats, best: float, threshold: float) -> float:
+    """Where a profile, walked through in the order of `place`, first exceeds the threshold beyond the best; NaN where it does not.
+
+    The root of the rise is interpolated, which is straight where the profile is a parabola.
+    """
+    ahead = np.flatnonzero((place >= best) if place[-1] > place[0] else (place <= best))
+    root = np.sqrt(np.minimum(np.maximum(rise[ahead], 0.0), 1e12))
+    over = np.flatnonzero(root > np.sqrt(threshold))
+    if not over.size or over[0] == 0:
+        return np.nan
+    first = int(over[0])
+    x, y = place[ahead][first - 1 : first + 1], root[first - 1 : first + 1]
+    return float(x[0] + (np.sqrt(threshold) - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))

@@ -1,0 +1,310 @@
+"""A calibrated material as a user reads it: parameters with verdicts, tests with errors and bands, draws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from dielast.calibration.experiment import Experiment, Laboratory
+from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
+from dielast.calibration.likelihood import Likelihood, likelihood_of
+from dielast.calibration.parameters import Free
+from dielast.calibration.posterior import draw
+from dielast.calibration.profiles import Profile, Verdict, profiles_of
+from dielast.calibration.scatter import specimen_factors
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Table
+from dielast.material.calibrated import CalibratedRange
+from dielast.material.material import Material
+from dielast.mechanics.load import Mode
+from dielast.numerics.columns import Floats
+
+LEVEL = 0.9
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Comparison(TabularResult):
+    """A test beside the model: `model`, `lower` and `upper` (n,), all counted as the test counts what it measured.
+
+    A measured value lies between lower and upper with the level of the calibration, scatter of specimens, the model's error and
+    noise included. NaN where the material cannot follow the test.
+    """
+
+    test: Experiment
+    fitted: bool
+    model: Floats
+    lower: Floats
+    upper: Floats
+
+    @property
+    def followed(self) -> bool:
+        """Whether the material could follow the test."""
+        return bool(np.all(np.isfinite(self.model)))
+
+    @property
+    def rms_error(self) -> float:
+        """Root mean square of model - measured, in the unit of the test."""
+        return float(np.sqrt(np.mean(np.square(self.model - self.test.measured))))
+
+    @property
+    def rms_relative_error(self) -> float:
+        """The same over the root mean square of what was measured."""
+        return self.rms_error / float(np.sqrt(np.mean(np.square(self.test.measured))))
+
+    @property
+    def r_squared(self) -> float:
+        """Share of the variance of what was measured that the model explains."""
+        return 1 - self.rms_error**2 / float(np.var(self.test.measured))
+
+    @property
+    def coverage(self) -> float:
+        """Share of the points between lower and upper."""
+        inside = (self.test.measured >= self.lower) & (self.test.measured <= self.upper)
+        return float(np.mean(inside)) if self.followed else np.nan
+
+    def columns(self) -> Table:
+        """One point a row."""
+        return [
+            Column("test", None, [self.test.name] * self.test.measured.size),
+            Column("time", "s", self.test.time),
+            *(
+                Column(name, None, values + self.test.rest)
+                for name, values in (
+                    ("measured", self.test.measured),
+                    ("model", self.model),
+                    ("lower", self.lower),
+                    ("upper", self.upper),
+                )
+            ),
+            Column("unit", None, [self.test.unit] * self.test.measured.size),
+        ]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Calibration(TabularResult):
+    """A material fitted to tests: the `fit`, what is known of its parameters, and the tests beside it.
+
+    `profiles` is empty, and `draws` (draws, p) of the coordinates too, where the fit was interrupted. `level` is that of all
+    intervals. The table is that of the parameters.
+    """
+
+    fit: Fit
+    likelihood: Likelihood
+    profiles: tuple[Profile, ...]
+    draws: Floats
+    comparisons: tuple[Comparison, ...]
+    level: float = LEVEL
+    not_followed: tuple[str, ...] = field(default=())
+    """Tests that the material cannot follow."""
+
+    @property
+    def material(self) -> Material:
+        """The fitted material, with the range of the tests."""
+        return replace(self.fit.material, calibrated=range_of(self.fit))
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """The material of each draw."""
+        known = range_of(self.fit)
+        return tuple(replace(each, calibrated=known) for each in self.fit.space.materials(self.draws) if each is not None)
+
+    @property
+    def verdicts(self) -> dict[str, str]:
+        """What the tests say of each parameter, by its path."""
+        return {name: str(profile.verdict) for name, profile in zip(self.fit.space.names, self.profiles, strict=False)}
+
+    @property
+    def specimen_factors(self) -> dict[str, float]:
+        """By how much the stress of each specimen is above the material's."""
+        names = list(dict.fromkeys(test.specimen for test in self.fit.problem.laboratory.tests))
+        factors = specimen_factors(self.fit.curves, self.fit.scatter, self.fit.curves.differences)
+        return dict(zip(names, np.exp(factors).tolist(), strict=True))
+
+    def total(self, fitted: bool) -> tuple[float, float]:
+        """Relative rms error and share of explained variance over all points of the fitted tests, or of the predicted ones."""
+        chosen = [each for each in self.comparisons if each.fitted is fitted and each.followed]
+        if not chosen:
+            return np.nan, np.nan
+        # values of several units are counted by the size that they have in their test
+        mixed = len({each.test.unit for each in chosen}) > 1
+        sizes = [float(np.sqrt(np.mean(np.square(each.test.measured)))) if mixed else 1.0 for each in chosen]
+        miss = np.concatenate([(each.model - each.test.measured) / size for each, size in zip(chosen, sizes, strict=True)])
+        measured = np.concatenate([each.test.measured / size for each, size in zip(chosen, sizes, strict=True)])
+        square = float(np.mean(np.square(miss)))
+        return float(np.sqrt(square / np.mean(np.square(measured)))), 1 - square / float(np.var(measured))
+
+    def columns(self) -> Table:
+        """One parameter a row, in SI; a parameter that is not determined has no standard error, and what is not known no value."""
+        space, profiles = self.fit.space, self.profiles
+        rows = list(enumerate(space.parameters))
+        verdicts = [str(profiles[k].verdict) if profiles else "" for k, _ in rows]
+        value = np.array([float(each.value(self.fit.coordinates[k])) for k, each in rows])
+        error = np.array([_stderr(value[k], each.scale, self.likelihood.standard_error[k]) for k, each in rows])
+        ends = [
+            np.array([float(each.value(getattr(profiles[k], side))) if profiles else np.nan for k, each in rows])
+            for side in ("lower", "upper")
+        ]
+        told = np.array([verdict in ("", Verdict.DETERMINED) for verdict in verdicts])
+        bounded = np.array([verdict != Verdict.UNDETERMINED for verdict in verdicts])
+        return [
+            Column("parameter", None, list(space.names)),
+            Column("start", None, np.array([each.start for _, each in rows])),
+            Column("value", None, np.where(bounded, value, np.nan)),
+            Column("standard_error", None, np.where(told, error, np.nan)),
+            Column("lower", None, ends[0]),
+            Column("upper", None, ends[1]),
+            Column("verdict", None, verdicts),
+            Column("unit", None, [each.unit for _, each in rows]),
+        ]
+
+    def test_columns(self) -> Table:
+        """One test a row."""
+        every = self.comparisons
+        return [
+            Column("test", None, [each.test.name for each in every]),
+            Column("used", None, ["fitted" if each.fitted else "validated" for each in every]),
+            Column("points", None, np.array([each.test.measured.size for each in every])),
+            Column("rms_error", None, np.array([each.rms_error for each in every])),
+            Column("rms_relative_error", "1", np.array([each.rms_relative_error for each in every])),
+            Column("r_squared", "1", np.array([each.r_squared for each in every])),
+            Column("coverage", "1", np.array([each.coverage for each in every])),
+            Column("specimen", None, [each.test.specimen for each in every]),
+            Column("unit", None, [each.test.unit for each in every]),
+        ]
+
+    def correlation_columns(self) -> Table:
+        """Correlations between the parameters, of the draws where there are any: one parameter a row."""
+        names = list(self.fit.space.names)
+        matrix = self.likelihood.correlation
+        if self.draws.shape[0] > 2:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                matrix = np.atleast_2d(np.corrcoef(self.draws.T))
+        return [
+            Column("parameter", None, names),
+            *(Column(name, "1", column) for name, column in zip(names, matrix.T, strict=True)),
+        ]
+
+    def residual_columns(self) -> Table:
+        """All tests, one point a row."""
+        tables = [each.columns() for each in self.comparisons]
+        return [
+            Column(parts[0].name, parts[0].unit, [str(text) for part in parts for text in part.values])
+            if parts[0].name in ("test", "unit")
+            else Column(parts[0].name, parts[0].unit, np.concatenate([np.asarray(part.values) for part in parts]))
+            for parts in zip(*tables, strict=True)
+        ]
+
+    def profile_columns(self) -> Table:
+        """The profiles, one point a row: the rise of the sum of squares over the fit's."""
+        pairs = list(zip(self.fit.space.parameters, self.profiles, strict=False))
+        return [
+            Column("parameter", None, [each.name for each, profile in pairs for _ in profile.coordinate]),
+            Column("value", None, np.concatenate([each.value(profile.coordinate) for each, profile in pairs] or [np.zeros(0)])),
+            Column("rise", "1", np.concatenate([profile.rise for _, profile in pairs] or [np.zeros(0)])),
+        ]
+
+
+def range_of(fit: Fit) -> CalibratedRange | None:
+    """The range of the tests of a fit, None without tests in which the stretch was prescribed."""
+    machine = fit.problem.laboratory.machine.values()
+    if not machine:
+        return None
+    times = [float(end) for test in machine for end in (test.time[test.time > 0][0], test.time[-1])]
+    heat = [test.temperature for test in machine]
+    return CalibratedRange(
+        tuple(sorted({Mode(test.mode).value for test in machine})),
+        max(test.largest_invariant for test in machine),
+        (min(times), max(times)),
+        (min(heat), max(heat)),
+    )
+
+
+def calibrate(
+    tests: Sequence[Experiment],
+    material: Material,
+    free: Mapping[str, Free],
+    *,
+    validate: Sequence[Experiment] = (),
+    starts: int = STARTS,
+    specimen_scatter: float | None = None,
+    draws: int = 200,
+    seed: int = 1,
+    level: float = LEVEL,
+    watch: Watch | None = None,
+) -> Calibration:
+    """Fit the `free` constants of a material, by their path in a material file, to `tests`, and find out how well each is known.
+
+    Tests to `validate` are only predicted. Tests that the material cannot follow are left out and named in the result. See
+    `fit_material` for the rest; `draws` of the parameters come from their posterior, 0 for none.
+    """
+    fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)
+    likelihood = likelihood_of(fit)
+    profiles: tuple[Profile, ...] = ()
+    drawn = np.zeros((0, len(fit.space)))
+    finished = fit.finished
+    try:
+        if finished:
+            say(watch, "profiles", fit)
+            profiles = tuple(profiles_of(likelihood, level))
+            if draws:
+                drawn = draw(likelihood, profiles, draws, seed=seed, watch=_moves(watch, fit))
+    except KeyboardInterrupt:
+        finished = False
+    if not finished:
+        object.__setattr__(fit, "finished", False)
+    comparisons = compare_tests(fit, likelihood, drawn, validate, level)
+    lost = tuple(each.test.name for each in comparisons if not each.followed)
+    return Calibration(fit, likelihood, profiles, drawn, comparisons, level, (*fit.left_out, *lost))
+
+
+def say(watch: Watch | None, what: str, fit: Fit) -> None:
+    """Tell how far the calibration is."""
+    if watch is not None:
+        watch(what, 0, 1, misfit_of(fit))
+
+
+def misfit_of(fit: Fit) -> float:
+    """The relative rms error over all fitted tests."""
+    measured = fit.curves.measured
+    return float(np.sqrt(np.mean(np.square(fit.curves.differences)) / np.mean(np.square(measured))))
+
+
+def _moves(watch: Watch | None, fit: Fit) -> Callable[[int, int], None] | None:
+    if watch is None:
+        return None
+    heard, misfit = watch, misfit_of(fit)
+    return lambda done, total: heard("draws", done, total, misfit)
+
+
+def compare_tests(
+    fit: Fit, likelihood: Likelihood, draws: Floats, validate: Sequence[Experiment], level: float
+) -> tuple[Comparison, ...]:
+    """The fitted tests and those to `validate` beside the model, with bands of what a further specimen would give."""
+    from scipy.stats import norm
+
+    tests = (*fit.problem.laboratory.tests, *validate)
+    laboratory = Laboratory(tests)
+    answers = laboratory.answers([fit.material, *fit.space.materials(draws)])
+    width = float(norm.ppf(0.5 * (1 + level)))
+    scatter, noise = fit.scatter, float(np.mean(fit.scatter.noise))
+    found = []
+    for k, (test, answer) in enumerate(zip(tests, answers, strict=True)):
+        model, drawn = answer[0], answer[1:]
+        whole = np.sqrt((1 - scatter.steady) * np.square(model) + scatter.steady * np.mean(np.square(model)))
+        variance = np.square(whole) * (scatter.model_error**2 + noise**2) + np.square(scatter.specimen * model)
+        middle, spread = model, np.sqrt(variance)
+        if len(drawn) > 2:
+            with np.errstate(invalid="ignore"):
+                variance = variance + np.nanvar(drawn, axis=0)
+            spread = np.sqrt(variance)
+        found.append(
+            Comparison(test, k < len(fit.problem.laboratory.tests), model, middle - width * spread, middle + width * spread)
+        )
+    return tuple(found)
+
+
+def _stderr(value: float, scale: float | None, error: float) -> float:
+    """The standard error in SI of a coordinate's."""
+    return float(abs(value) * error if scale is None else scale * error)

@@ -1,0 +1,91 @@
+"""`[free]` as the library takes it: values in the unit of each constant, keys as the recipe has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
+from dielast.commands.calibrate.recipe import FreeValue
+from dielast.commands.simulation.uncertainty import read_members
+from dielast.errors import InputError, Mistakes, Problem, quoted, shown
+from dielast.io.files import Inputs
+from dielast.material.material import Material
+from dielast.material.numbers import kinds_of
+from dielast.units import parse
+
+FEWEST_DRAWS = 10  # that tell a standard deviation
+
+
+def free_of(free: Mapping[str, FreeValue], materials: Mapping[str, Material], inputs: Inputs) -> dict[str, dict[str, Free]]:
+    """What is free of each material by its file: the keys that it has, of all that any of them has.
+
+    A prior from draws reads those of the material.
+
+    Raises `InputError` with a line for every key that no material has, and every value or bound that is wrong.
+    """
+    wrong, found = Mistakes(), dict[str, dict[str, Free]]()
+    for path, stated in free.items():
+        having = {name: material for name, material in materials.items() if _has(material, path)}
+        if not having:
+            wrong.tried(partial(_placed, next(iter(materials.values())), {path: Free()}))
+        for name, material in having.items():
+            value = wrong.tried(partial(_converted, stated, path, name, material, inputs))
+            if value is not None:
+                found.setdefault(name, {})[path] = value
+    wrong.refuse()
+    for name, material in materials.items():
+        if name not in found:
+            raise InputError(f"nothing of {name} is free", key="free")
+        wrong.tried(partial(_placed, material, found[name]))
+    wrong.refuse()
+    return found
+
+
+def _placed(material: Material, free: Mapping[str, Free]) -> ParameterSpace:
+    """The parameters; errors have the recipe's keys."""
+    try:
+        return parameter_space(material, free)
+    except InputError as error:
+        raise error.changed(lambda problem: Problem(problem.text, key=_key(problem.key))) from None
+
+
+def _key(path: str | None) -> str:
+    return "free" if path is None else f"free.{quoted(path)}"
+
+
+def _has(material: Material, path: str) -> bool:
+    section, _, key = path.partition(".")
+    return key.partition("[")[0] in kinds_of(material).get(section, {})
+
+
+def _converted(stated: FreeValue, path: str, name: str, material: Material, inputs: Inputs) -> Free:
+    """Bounds and prior in SI."""
+    if stated.prior == "draws":
+        if stated.relative is not None:
+            raise InputError('prior = "draws" knows its own standard deviation: leave relative out', key=f"{_key(path)}.relative")
+        members = read_members(name, inputs, material, {})
+        if len(members) < FEWEST_DRAWS:
+            said = f"{name} has {len(members)} draws, at least {FEWEST_DRAWS} are needed"
+            raise InputError(f"{said}: mastercurve with [uncertainty] and spectrum make them", key=f"{_key(path)}.prior")
+        stated, drawn = stated.model_copy(update={"prior": None}), members
+    else:
+        drawn = ()
+    section, _, key = path.partition(".")
+    kind = kinds_of(material)[section][key.partition("[")[0]]
+
+    def number(name: str) -> float | None:
+        value: Any = getattr(stated, name)
+        if value is None:
+            return None
+        try:
+            if kind.dimension is not None:
+                return parse(value, kind.dimension)
+        except InputError as error:
+            raise InputError(str(error), key=f"{_key(path)}.{name}") from None
+        if isinstance(value, str):
+            raise InputError(f"{shown(value)}: a bare number is needed", key=f"{_key(path)}.{name}")
+        return float(value)
+
+    return Free(number("min"), number("max"), number("start"), number("prior"), stated.relative, drawn)

@@ -1,0 +1,44 @@
+"""What `dielast validate` reads for `calibrate`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+from dielast.commands.calibrate.freedom import free_of
+from dielast.commands.calibrate.recipe import CalibrateRecipe
+from dielast.commands.calibrate.simulated import recipe_tests
+from dielast.commands.calibrate.tests import read_test
+from dielast.commands.command import Reading
+from dielast.errors import InputError
+from dielast.handover.material_file import parse_material
+from dielast.io.files import Inputs
+from dielast.recipe.cases import Case
+
+
+def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The materials, what is free of them, and every test."""
+    recipe = cases[0].recipe
+    for name in recipe.started_from:
+        key = "material" if recipe.material is not None else "materials"
+        yield key, name, partial(_material, name, inputs)
+    yield "", recipe.free, partial(_free, recipe, inputs)
+    for key, tests in (("test", recipe.test), ("validate", recipe.validate_)):
+        for index, test in enumerate(tests):
+            if test.recipe is not None:
+                yield f"{key}[{index}].recipe", test, partial(recipe_tests, test.recipe, inputs, test.recipe, test.recipe)
+            else:
+                yield f"{key}[{index}].file", test, partial(read_test, test, inputs, 20.0, str(test.file))
+
+
+def _material(name: str, inputs: Inputs) -> object:
+    return parse_material(inputs.read(name), name)
+
+
+def _free(recipe: CalibrateRecipe, inputs: Inputs) -> None:
+    """What is free; a mistake in a material is stated with its key."""
+    try:
+        materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
+    except InputError:
+        return
+    free_of(recipe.free, materials, inputs)

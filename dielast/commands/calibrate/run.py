@@ -1,0 +1,234 @@
+"""`calibrate`: tests -> a material with intervals, and several laws side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dielast.calibration.experiment import Experiment
+from dielast.calibration.fit import MANY, Watch
+from dielast.calibration.parameters import Free
+from dielast.calibration.profiles import Verdict
+from dielast.calibration.ranking import Prediction, predicted
+from dielast.calibration.result import Calibration, calibrate
+from dielast.calibration.stability import Stability, stabilities
+from dielast.commands.calibrate.freedom import free_of
+from dielast.commands.calibrate.recipe import CalibrateRecipe
+from dielast.commands.calibrate.tests import read_tests
+from dielast.errors import NumericsError, warn
+from dielast.handover.material_draws import draw_columns
+from dielast.handover.material_file import parse_material, write_material
+from dielast.io.files import Inputs
+from dielast.io.table import Column, Table
+from dielast.material.material import Material
+from dielast.recipe.cases import Case
+from dielast.report.report import Report
+from dielast.sharing.execution import Execution
+
+DRAWS = "draws.csv"
+STRETCHED = 2.0  # up to which springs must be stable where no test prescribes the stretch
+KEPT = "the best fit so far is written, if there is one"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """What a recipe asks for, read: tests to fit and to predict, materials by file, and what is free of each."""
+
+    tests: list[Experiment]
+    predicted: list[Experiment]
+    materials: dict[str, Material]
+    free: dict[str, dict[str, Free]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A law that was fitted: the file it started from, how well each test is predicted from the others, and where it is stable."""
+
+    name: str
+    calibration: Calibration
+    prediction: Prediction | None
+    stability: tuple[Stability, ...]
+
+
+def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
+    """Read all that a recipe names; raises `InputError`."""
+    materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
+    at = next(iter(materials.values())).reference_temperature
+    tests, further = read_tests(recipe.test, inputs, at, "test"), read_tests(recipe.validate_, inputs, at, "validate")
+    return Asked(tests, further, materials, free_of(recipe.free, materials, inputs))
+
+
+def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> Report:
+    """Fit every material, rank them, report the best."""
+    recipe = cases[0].recipe
+    asked = ask(recipe, inputs)
+    if execution.keep is not None:
+        execution.keep(KEPT)
+    watch = watcher(execution)
+    several = len(asked.materials) > 1
+    candidates: list[Candidate] = []
+    failures: list[str] = []
+    for name, material in asked.materials.items():
+        try:
+            candidates.append(_candidate(recipe, asked, name, material, several, watch))
+        except NumericsError as error:
+            failures.append(f"{name}: {error}")
+        if candidates and not candidates[-1].calibration.fit.finished:
+            break
+    if not candidates:
+        raise NumericsError(*failures)
+    ranked = sorted(candidates, key=_error_of)
+    best = ranked[0].calibration
+    failures += [f"test {name}: the material cannot follow it; it is left out" for name in best.not_followed]
+    if not best.fit.finished:
+        failures.append("interrupted: the best so far is written, without what would have come after it")
+    _warn(ranked[0])
+    members = best.materials
+    files = {"material.toml": write_material(best.material, DRAWS if members else None)}
+    tables: dict[str, Table] = {
+        "parameters.csv": best.columns(),
+        "tests.csv": best.test_columns(),
+        "correlations.csv": best.correlation_columns(),
+        "residuals.csv": best.residual_columns(),
+        "profiles.csv": best.profile_columns(),
+        "laws.csv": law_columns(ranked),
+    }
+    if members:
+        tables[DRAWS] = draw_columns(np.arange(len(members)), members)
+
+    def figure() -> Any:
+        from dielast.plots.calibration import plot_calibration
+
+        return plot_calibration(best, recipe.title)
+
+    return Report(tables, headline(ranked), figure, files, failures)
+
+
+def watcher(execution: Execution) -> Watch | None:
+    """Shows how far a calibration is, and the misfit at present."""
+    progress = execution.progress
+    if progress is None:
+        return None
+    heard = progress
+
+    def watch(what: str, done: int, total: int, misfit: float) -> None:
+        heard(min(done, total), total, f"{what}, misfit {100 * misfit:.2f} %")
+
+    return watch
+
+
+def _candidate(
+    recipe: CalibrateRecipe, asked: Asked, name: str, material: Material, several: bool, watch: Watch | None
+) -> Candidate:
+    """Fit one material."""
+    options, wanted = recipe.fit, recipe.uncertainty
+    result = calibrate(
+        asked.tests,
+        material,
+        asked.free[name],
+        validate=asked.predicted,
+        starts=options.starts,
+        specimen_scatter=options.specimen_scatter,
+        draws=wanted.draws,
+        seed=wanted.seed,
+        level=wanted.level,
+        watch=watch,
+    )
+    across = options.cross_validation if options.cross_validation is not None else several
+    prediction = predicted(result.fit) if across and result.fit.finished else None
+    reached = [float(np.max(test.stretch)) for test in asked.tests if test.stretch is not None]
+    furthest = options.stable_up_to or max(reached, default=STRETCHED)
+    return Candidate(name, result, prediction, stabilities(result.material, furthest))
+
+
+def _error_of(candidate: Candidate) -> float:
+    """What laws are ranked by: the error of tests predicted from the others, or that of the fit."""
+    if candidate.prediction is not None:
+        return candidate.prediction.rms_relative_error
+    return candidate.calibration.total(True)[0]
+
+
+def _warn(best: Candidate) -> None:
+    """Warn of what the tests do not tell, and of a law that is unstable."""
+    result = best.calibration
+    fit = result.fit
+    left_open = [name for name, verdict in result.verdicts.items() if verdict == Verdict.UNDETERMINED]
+    if left_open:
+        verb = "is" if len(left_open) == 1 else "are"
+        warn(f"{', '.join(left_open)} {verb} not determined by these tests: draws spread over the whole range between the bounds")
+    for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False):
+        if profile.verdict in (Verdict.LOWER, Verdict.UPPER):
+            side, end = ("least", profile.lower) if profile.verdict is Verdict.LOWER else ("most", profile.upper)
+            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+            warn(f"of {parameter.name} these tests tell a bound only: at {side} {float(parameter.value(end)):.4g}{unit}")
+    if fit.same_share < MANY:
+        warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit: there may be a better one; raise fit.starts")
+    for stability in best.stability:
+        if not stability.holds:
+            warn(stability.said)
+
+
+def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
+    """The numbers of the summary."""
+    best = ranked[0].calibration
+    fit, (fitted, explained), (foreseen, foreseen_explained) = best.fit, best.total(True), best.total(False)
+    inside = [each.coverage for each in best.comparisons if not each.fitted and each.followed]
+    sections: dict[str, dict[str, Any]] = {
+        "fit": {
+            "law": best.material.equilibrium_law.name,
+            "tests": len(fit.problem.laboratory.tests),
+            "points": int(fit.curves.measured.size),
+            "parameters": len(fit.space),
+            "rms_relative_error": fitted,
+            "r_squared": explained,
+            "starts": int(fit.start_cost.size),
+            "starts_in_the_best": fit.same_share,
+            "finished": fit.finished,
+        },
+        "scatter": {
+            "noise": float(np.mean(fit.scatter.noise)),
+            "model_error": fit.scatter.model_error,
+            "specimens": len(best.specimen_factors),
+            "specimen_scatter": fit.scatter.specimen,
+        },
+    }
+    if inside:
+        sections["validation"] = {
+            "tests": len(inside),
+            "rms_relative_error": foreseen,
+            "r_squared": foreseen_explained,
+            "coverage": float(np.mean(inside)),
+        }
+    if best.profiles:
+        verdicts = list(best.verdicts.values())
+        sections["verdicts"] = {word.replace(" ", "_"): verdicts.count(word) for word in dict.fromkeys(verdicts)}
+    if best.draws.size:
+        sections["uncertainty"] = {"draws": len(best.draws), "level": best.level}
+    return sections
+
+
+def law_columns(ranked: Sequence[Candidate]) -> Table:
+    """One law a row, the best first."""
+
+    def of_prediction(name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        return np.array([np.nan if each.prediction is None else getattr(each.prediction, name) for each in ranked], dtype=float)
+
+    modes = [stability.mode for stability in ranked[0].stability]
+    return [
+        Column("material", None, [Path(each.name).name for each in ranked]),
+        Column("equilibrium_law", None, [each.calibration.material.equilibrium_law.name for each in ranked]),
+        Column("nonequilibrium_law", None, [each.calibration.material.nonequilibrium_law.name for each in ranked]),
+        Column("parameters", None, np.array([len(each.calibration.fit.space) for each in ranked])),
+        Column("rms_relative_error", "1", np.array([each.calibration.total(True)[0] for each in ranked])),
+        Column("r_squared", "1", np.array([each.calibration.total(True)[1] for each in ranked])),
+        Column("cross_validation_error", "1", of_prediction("rms_relative_error")),
+        Column("aic", "1", np.array([each.calibration.fit.aic for each in ranked])),
+        *(
+            Column(f"stable_to_{mode.replace('-', '_')}", "1", np.array([each.stability[k].highest for each in ranked]))
+            for k, mode in enumerate(modes)
+        ),
+    ]

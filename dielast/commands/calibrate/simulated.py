@@ -1,0 +1,117 @@
+"""Recipes of relax, creep and actuate as tests: what they compare with is what was measured."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dielast.calibration.history import path_length
+from dielast.commands.registry import read_cases
+from dielast.commands.simulation.compare import read_points
+from dielast.commands.simulation.run import Simulation
+from dielast.errors import DielastError, InputError
+from dielast.io.files import Inputs, resolve
+from dielast.io.table import split_header
+from dielast.material.material import Material
+from dielast.numerics.columns import Floats
+from dielast.recipe.cases import Case
+from dielast.sharing.batches import solve_batches
+
+KINDS = ("relax", "creep", "actuate")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedTest:
+    """One `[[compare]]` of a recipe: points `measured` less what they are at `rest`, at times (n,) in s, of the column `header`."""
+
+    name: str
+    specimen: str
+    time: Floats
+    measured: Floats
+    rest: float
+    unit: str
+    temperature: float
+    header: str
+    case: Case[Any]
+    simulation: Simulation
+    inputs: Inputs
+    stretch: None = None
+
+    @property
+    def place(self) -> Floats:
+        """Where along the curve each point lies (n,)."""
+        return path_length(self.time, self.measured)
+
+    def answers(self, materials: Sequence[Material | None]) -> Floats:
+        """What each material gives (materials, n), NaN where it does not come so far."""
+        found = np.full((len(materials), self.time.size), np.nan)
+        self._solve([k for k, material in enumerate(materials) if material is not None], materials, found)
+        return found
+
+    def _solve(self, chosen: Sequence[int], materials: Sequence[Material | None], found: Floats) -> None:
+        """Fill in the rows of the materials that are `chosen`."""
+        used = [material for k in chosen if (material := materials[k]) is not None]
+        if not used:
+            return
+        try:
+            results = solve_batches(self.simulation.batches([self.case] * len(used), used, self.inputs))
+        except DielastError:  # of one of them: it is to be known of which
+            if len(used) > 1:
+                for k in chosen:
+                    self._solve([k], materials, found)
+            return
+        for k, result in zip(chosen, results, strict=True):
+            columns = self.simulation.seen(self.case.recipe, result.columns)
+            time, values = columns["time [s]"], columns[self.header]
+            if time.size:
+                found[k] = np.interp(self.time, time, values, left=np.nan, right=np.nan) - self.rest
+
+
+def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[SimulatedTest]:
+    """The tests that a recipe holds, one for each `[[compare]]`; raises `InputError` for a recipe that holds none."""
+    content, path = inputs.read(name), resolve(inputs.folder, name)
+    cases = read_cases(path, content=content)
+    kind = cases[0].recipe.kind
+    if kind not in KINDS:
+        raise InputError(f'"{kind}": a recipe of {", ".join(KINDS[:-1])} or {KINDS[-1]} is needed', key="kind", file=name)
+    comparisons = cases[0].recipe.compare
+    if not comparisons:
+        raise InputError("[[compare]] with what was measured is needed", file=name)
+    own, found = Inputs(path.parent), []
+    for index, comparison in enumerate(comparisons):
+        if comparison.case >= len(cases):
+            raise InputError(f"{comparison.case}: the last case is {len(cases) - 1}", key=f"compare[{index}].case", file=name)
+        if comparison.x != "time [s]":
+            raise InputError(f'"{comparison.x}": a calibration compares over time [s]', key=f"compare[{index}].x", file=name)
+        recipe = cases[comparison.case].recipe
+        time, values = read_points(comparison, own, getattr(recipe, "specimen", None))
+        order = np.argsort(time, kind="stable")
+        time, first = np.unique(time[order], return_index=True)
+        values = values[order][first]
+        if time.size < 3:
+            raise InputError(f"{time.size} points: at least 3 are needed", key=f"compare[{index}].file", file=name)
+        header, (column, unit) = comparison.y, split_header(comparison.y)
+        output = recipe.output.model_copy(update={"times": time[time >= 0].tolist()})
+        stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if kind == "actuate" else {}
+        case = Case(recipe.model_copy(update={"output": output, **stop}))
+        rest = 1.0 if "stretch" in column else 0.0
+        label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
+        at = 20.0 if recipe.temperature is None else float(recipe.temperature)
+        found.append(
+            SimulatedTest(label, specimen, time, values - rest, rest, unit or "1", at, header, case, _simulation(recipe), own)
+        )
+    return found
+
+
+def _simulation(recipe: Any) -> Simulation:
+    if recipe.kind == "actuate":
+        from dielast.commands.actuate.run import Films
+
+        return Films([recipe])
+    from dielast.commands.membrane.run import Membranes
+
+    return Membranes(recipe)

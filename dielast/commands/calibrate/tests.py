@@ -1,0 +1,126 @@
+"""The tests of a recipe, read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from dielast.calibration.experiment import Experiment, MeasuredTest
+from dielast.commands.calibrate.recipe import TestData
+from dielast.commands.calibrate.simulated import recipe_tests
+from dielast.errors import InputError, Mistakes, located, placed
+from dielast.io.files import Inputs
+from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.numerics.columns import Flags, Floats
+from dielast.readings.specimen import mistaken, read_as, role_in
+from dielast.units import TIME
+
+MOST_POINTS = 400  # of a test that are compared: more tell nothing more
+_TRUE = ("true", "cauchy")
+
+
+def read_tests(tests: Sequence[TestData], inputs: Inputs, temperature: float, key: str) -> list[Experiment]:
+    """All tests under a `key`, those of recipes too; `temperature` in degC is that of a test that states none.
+
+    Raises `InputError` with a line for every mistake.
+    """
+    found, wrong = list[Experiment](), Mistakes()
+    for index, (test, name) in enumerate(zip(tests, named(tests), strict=True)):
+        made = wrong.tried(partial(_read, test, inputs, temperature, name, f"{key}[{index}]"))
+        found += made or ()
+    wrong.refuse()
+    return found
+
+
+def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: str) -> list[Experiment]:
+    """The test of a table, or the tests of a recipe."""
+    if test.recipe is None:
+        with placed(lambda problem: problem.within(key=f"{key}.file") if problem.file else problem.at(key=key)):
+            return [read_test(test, inputs, temperature, name)]
+    with placed(lambda problem: problem.within(key=f"{key}.recipe")):
+        return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name))
+
+
+def named(tests: Sequence[TestData]) -> list[str]:
+    """What each test is called: its label or its file, with a number where several are called so."""
+    names = [test.label or _called(test) for test in tests]
+    seen: dict[str, int] = {}
+    for k, name in enumerate(names):
+        seen[name] = seen.get(name, 0) + 1
+        if names.count(name) > 1:
+            names[k] = f"{name} ({seen[name]})"
+    return names
+
+
+def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> MeasuredTest:
+    """A test of a table; raises `InputError` naming the file for columns that are missing or wrong."""
+    assert test.file is not None
+    table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
+    rows = _rows(table, test)
+    stretch = _quantity(table, test, "stretch", rows)
+    stress = _quantity(table, test, "stress", rows)
+    lines = table.lines[rows]
+    for row in np.flatnonzero(stretch <= 0)[:1]:
+        line = int(lines[row])
+        raise InputError(f"stretch {stretch[row]:g}: a number above 0 is needed (1 is undeformed)", file=test.file, line=line)
+    if test.rate is not None:
+        time = np.cumsum(np.abs(np.diff(stretch, prepend=1.0))) / test.rate
+        moved = np.diff(time, prepend=-1.0) > 0
+        time, stretch, stress = time[moved], stretch[moved], stress[moved]
+    else:
+        column = test.columns.time or "time"
+        time = table.column(column, "time", TIME, rows)
+        for row in np.flatnonzero(np.diff(time, prepend=-1e-300) <= 0)[:1]:
+            before = f"{time[row - 1]:g} s" if row else "the start"
+            late = f"time {time[row]:g} s does not come after {before}: the times of a test must ascend from 0 s"
+            if time[row] == 0 and row == 0:
+                continue
+            raise InputError(f"{late}; choose one test (where)", file=test.file, line=int(lines[row]))
+    kept = _thinned(time, stretch)
+    at = temperature if test.temperature is None else test.temperature
+    with located(file=test.file):
+        return MeasuredTest(name, time[kept], stretch[kept], stress[kept], at, test.mode, test.specimen_id or name)
+
+
+def _quantity(table: MeasuredTable, test: TestData, quantity: str, rows: Flags) -> Floats:
+    """The stretch, or the nominal stress in Pa, of these rows."""
+    role, column = role_in(table, quantity, test.columns)
+    header = table.names[table.find(column, role)]
+    if role == "stress" and any(word in header.casefold() for word in _TRUE):
+        needed = "but nominal stress is needed: force over the undeformed section, in uniaxial loading true stress over the stretch"
+        raise InputError(f'column "{header}" is a true stress, {needed}', file=test.file)
+    if wrong := mistaken(table, column, role):
+        raise InputError(wrong, file=test.file)
+    return read_as(table, role, column, test.specimen, rows)
+
+
+def _rows(table: MeasuredTable, test: TestData) -> Flags:
+    """The rows that `where` selects."""
+    keep = np.ones(table.lines.size, dtype=bool)
+    for name, value in test.where.items():
+        keep &= table.equals(name, value)
+    if not keep.any():
+        chosen = ", ".join(f"{name} = {value}" for name, value in test.where.items())
+        raise InputError(f"no row has {chosen}" if chosen else "no rows", file=test.file)
+    return keep
+
+
+def _thinned(time: Floats, stretch: Floats) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """At most so many points, evenly spread along the curve, the first and the last among them."""
+    from dielast.calibration.history import corners, path_length
+
+    if time.size <= MOST_POINTS:
+        return np.arange(time.size)
+    place = path_length(time, stretch)
+    wanted = np.linspace(0.0, place[-1], MOST_POINTS)
+    chosen = np.searchsorted(place, wanted).clip(0, time.size - 1)
+    # the history turns where it turned
+    return np.unique(np.concatenate(([0, time.size - 1], chosen, corners(time, stretch))))
+
+
+def _called(test: TestData) -> str:
+    chosen = ", ".join(f"{name} {value}" for name, value in test.where.items())
+    return Path(test.file or test.recipe or "").stem + (f", {chosen}" if chosen else "")

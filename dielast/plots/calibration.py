@@ -1,0 +1,171 @@
+"""The figure of a calibration: every test with points, curve and band, the profiles of the parameters, and their correlations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from dielast.calibration.profiles import Profile
+from dielast.calibration.result import Calibration, Comparison
+from dielast.plots.style import COLOURS, SHADE, log_axis, number, sheet, spread, spread_indices, style, typeset
+
+KILO = 1e-3  # from Pa
+ACROSS = 3
+MOST_TESTS, MOST_PROFILES = 12, 12
+LEFT_TO_TIME = 0.2  # share of its points that a test may hold one stretch in, and still be drawn over the stretch
+SYMBOLS = {
+    "equilibrium.shear_modulus": r"$\mu_\mathrm{eq}$",
+    "nonequilibrium.scale": "factor on branches",
+    "nonequilibrium.shear_modulus": r"$\mu$ of branch",
+    "nonequilibrium.relaxation_time": r"$\tau$ of branch",
+}
+
+
+def plot_calibration(calibration: Calibration, title: str | None = None) -> Figure:
+    """Tests, profiles and correlations; of very many tests or parameters an even choice."""
+    with style():
+        every = calibration.comparisons
+        tests = [every[k] for k in spread_indices(len(every), MOST_TESTS)]
+        count = len(calibration.profiles)
+        shown = spread_indices(count, MOST_PROFILES) if count else []
+        rows = [-(-len(tests) // ACROSS), -(-(len(shown) + 1) // ACROSS) if shown else 0]
+        heights = [1.75 * rows[0] + 0.35, 1.6 * rows[1]]
+        figure = sheet(title, 2.1, sum(heights))
+        parts = figure.subfigures(2, 1, height_ratios=heights, squeeze=False)[:, 0] if shown else [figure]
+        _draw_tests(parts[0], calibration, tests, rows[0])
+        if shown:
+            axes = list(parts[1].subplots(rows[1], ACROSS, squeeze=False).ravel())
+            for place, k in zip(axes, shown, strict=False):
+                _draw_profile(place, calibration, k)
+            _draw_correlations(axes[len(shown)], calibration, shown)
+            for unused in axes[len(shown) + 1 :]:
+                unused.remove()
+    return figure
+
+
+def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Sequence[Comparison], rows: int) -> None:
+    axes = list(part.subplots(rows, ACROSS, squeeze=False).ravel())
+    for place, comparison in zip(axes, tests, strict=False):
+        _draw_test(place, comparison)
+    for unused in axes[len(tests) :]:
+        unused.remove()
+    percent = f"{100 * calibration.level:g} % interval of what is measured"
+    handles = [
+        Line2D([], [], color="0.35", marker="o", linestyle="none", markerfacecolor="white", label="measured, fitted"),
+        Line2D([], [], color=COLOURS[1], marker="s", linestyle="none", markerfacecolor="white", label="measured, only predicted"),
+        Line2D([], [], color=COLOURS[0], label="model"),
+        Patch(color=COLOURS[2], alpha=SHADE, label=percent),
+    ]
+    used = {comparison.fitted for comparison in tests}
+    if len(used) == 1:
+        handles.pop(1 if True in used else 0)
+    part.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=6.5)
+
+
+def _draw_test(axes: Axes, comparison: Comparison) -> None:
+    """Nominal stress over the stretch, or of a test that holds a stretch over time."""
+    test = comparison.test
+    x, over_time = test.time, True
+    if test.stretch is not None and np.ptp(test.stretch) > 0:
+        still = np.abs(np.diff(test.stretch)) <= 1e-3 * float(np.ptp(test.stretch))
+        over_time = bool(np.mean(still) > LEFT_TO_TIME)
+        x = test.time if over_time else test.stretch
+    factor = KILO if test.unit == "Pa" else 1.0
+    order = np.arange(x.size)
+    axes.fill(
+        np.concatenate((x, x[::-1])),
+        factor * (np.concatenate((comparison.lower, comparison.upper[::-1])) + test.rest),
+        color=COLOURS[2],
+        alpha=SHADE,
+        linewidth=0,
+    )
+    chosen = spread(test.place, 30) if x.size > 30 else order
+    look = ("0.35", "o") if comparison.fitted else (COLOURS[1], "s")
+    axes.plot(
+        x[chosen],
+        factor * (test.measured[chosen] + test.rest),
+        look[1],
+        color=look[0],
+        markerfacecolor="white",
+        markersize=2.6,
+        mew=0.6,
+    )
+    axes.plot(x, factor * (comparison.model + test.rest), "-", color=COLOURS[0], linewidth=1.0)
+    axes.set_xlabel("time [s]" if over_time else "stretch [1]")
+    axes.set_ylabel("nominal stress [kPa]" if test.unit == "Pa" else "stretch [1]")
+    if over_time:
+        log_axis(axes, "x")
+    name = test.name if len(test.name) <= 30 else f"{test.name[:29]}\N{HORIZONTAL ELLIPSIS}"
+    error = 100 * comparison.rms_relative_error
+    axes.set_title(
+        typeset(f"{name}, {test.temperature:.4g} degC: {number(error, 2)} %"), fontsize=6.5, loc="left", parse_math=False
+    )
+    if test.rest == 0:
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+
+
+def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
+    """The rise of the sum of squares about the fit, and where the interval ends."""
+    parameter, profile = calibration.fit.space.parameters[k], calibration.profiles[k]
+    threshold = calibration.likelihood.threshold(calibration.level)
+    near = _window(profile, threshold)
+    factor, unit = (KILO, "kPa") if parameter.unit == "Pa" and parameter.scale is None else (1.0, parameter.unit)
+    x, y = factor * parameter.value(profile.coordinate[near]), profile.rise[near]
+    axes.plot(x, y, "o-", color=COLOURS[0], markersize=2.2, linewidth=0.9)
+    axes.axhline(threshold, color=COLOURS[1], linestyle="--", linewidth=0.8)
+    for end in (profile.lower, profile.upper):
+        if np.isfinite(end):
+            axes.axvline(factor * float(parameter.value(end)), color="0.6", linewidth=0.7)
+    axes.set_xlabel(f"{_symbol(parameter.name)}" + ("" if unit == "1" else f" [{unit}]"), fontsize=6.5)
+    axes.set_ylabel("rise of $\\chi^2$", fontsize=6.5)
+    if parameter.scale is None and x.max() > 5 * x.min():
+        log_axis(axes, "x")
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(4))
+    axes.set_ylim(0, 4 * threshold)
+    axes.set_title(str(profile.verdict), fontsize=6.5, loc="left")
+
+
+def _window(profile: Profile, threshold: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """The points of a profile up to the first on either side that is far above the threshold."""
+    best = int(np.argmin(profile.rise))
+    high = np.flatnonzero(profile.rise > 4 * threshold)
+    first = max((int(k) for k in high if k < best), default=0)
+    last = min((int(k) for k in high if k > best), default=profile.rise.size - 1)
+    return np.arange(first, last + 1)
+
+
+def _draw_correlations(axes: Axes, calibration: Calibration, shown: Sequence[int]) -> None:
+    columns = calibration.correlation_columns()[1:]
+    matrix = np.array([np.asarray(column.values, dtype=float) for column in columns])[np.ix_(shown, shown)]
+    image = axes.imshow(matrix, vmin=-1, vmax=1, cmap="PuOr", aspect="auto")
+    names = [_symbol(calibration.fit.space.names[k]) for k in shown]
+    ticks = np.arange(len(shown))
+    axes.set_xticks(ticks, names, rotation=90, fontsize=5.5)
+    axes.set_yticks(ticks, names, fontsize=5.5)
+    axes.tick_params(which="both", length=0)
+    axes.minorticks_off()
+    for (row, column), value in np.ndenumerate(matrix):
+        if row != column and np.isfinite(value) and len(shown) <= 8:
+            axes.text(
+                column, row, typeset(f"{value:.1f}"), ha="center", va="center", fontsize=5, color="k" if abs(value) < 0.7 else "w"
+            )
+    axes.set_title("correlations", fontsize=6.5, loc="left")
+    axes.figure.colorbar(image, ax=axes, shrink=0.9)
+
+
+def _symbol(name: str) -> str:
+    """A parameter as a label says it."""
+    path, _, index = name.partition("[")
+    text = SYMBOLS.get(path)
+    if text is not None:
+        return text + (f" {int(index[:-1]) + 1}" if index else "")
+    section, _, key = path.partition(".")
+    whose = {"equilibrium": "eq.", "nonequilibrium": "branches"}.get(section, section)
+    return f"{key.replace('_', ' ')} ({whose})" + (f" {int(index[:-1]) + 1}" if index else "")

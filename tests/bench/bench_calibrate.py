@@ -1,0 +1,178 @@
+"""What `calibrate` reaches: `python tests/bench/bench_calibrate.py [NAME...]`, names as in the functions below.
+
+Measured curves of VHB 4905 (Liao et al., DOI 10.1016/j.ijnonlinmec.2019.103263) are read from shared/data beside the checkout.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import least_squares
+
+from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate, relax
+from dielast.calibration.experiment import Laboratory
+from dielast.calibration.fit import fit_material
+from dielast.calibration.likelihood import likelihood_of
+from dielast.calibration.profiles import profiles_of
+from dielast.io.table import to_frame
+from dielast.mechanics.load import Step, Track
+
+DATA = Path(__file__).parents[3] / "shared/data/vhb4905"
+START = Material("start", 20e3, Spectrum([100.0, 3.0], [2e4, 4e4]), WLF(20.0, 13.0, 187.0), Gent(110.0), Gent(55.0))
+FREE = {
+    "equilibrium.shear_modulus": Free(),
+    "equilibrium.J_lim": Free(min=14, max=1e4),
+    "nonequilibrium.J_lim": Free(min=5, max=1e4),
+    "nonequilibrium.shear_modulus": Free(),
+    "nonequilibrium.relaxation_time": Free(),
+}
+FITTED, PREDICTED = (116, 117, 118), (126, 127)
+TRUE = [20e3, 110.0, 18e3, 40e3, 100.0, 3.0]
+
+
+def frame(name: str) -> pd.DataFrame:
+    return pd.read_csv(DATA / name, sep=";", decimal=",", encoding="latin-1")
+
+
+def loading(number: int) -> MeasuredTest:
+    """A loading-unloading curve; its times follow from its rate."""
+    table = frame("4-loading.csv")
+    rows = table[table.id == number]
+    stretch, rate = rows.stretch.to_numpy(), float(rows.vel.iloc[0])
+    at = np.cumsum(np.abs(np.diff(stretch, prepend=1.0))) / rate
+    moved = np.diff(at, prepend=0.0) > 0
+    stress = rows.stress.to_numpy()
+    return MeasuredTest(f"{number}", at[moved], stretch[moved], stress[moved], float(rows.temp.iloc[0]) - 273.15)
+
+
+def relaxations() -> list[MeasuredTest]:
+    """Stretched at once, as far as the first points after 15 min can tell, and held."""
+    found = []
+    for number, rows in frame("3-creep.csv").groupby("id"):
+        at, stress = rows.time.to_numpy(), rows.stress.to_numpy()
+        stretch = np.full(at.size + 1, float(rows.stretch.iloc[0]))
+        found.append(MeasuredTest(f"hold {number}", np.append(0.0, at), stretch, np.append(0.0, stress), 20.0))
+    return found
+
+
+def bench_loading() -> None:
+    begin = time.perf_counter()
+    fit = fit_material(START, [loading(k) for k in FITTED], FREE)
+    print(f"stretch 4 at three rates, 8 starts: {time.perf_counter() - begin:.1f} s, {fit.same_share:.0%} of starts in the best")
+    begin = time.perf_counter()
+    result = calibrate([loading(k) for k in FITTED], START, FREE, validate=[loading(k) for k in PREDICTED])
+    print(f"with profiles and 200 draws: {time.perf_counter() - begin:.1f} s")
+    print(to_frame(result.columns()).to_string(), to_frame(result.test_columns()).to_string(), sep="\n")
+    print(f"fitted {result.total(True)[0]:.2%}, predicted {result.total(False)[0]:.2%}")
+
+
+def bench_temperatures() -> None:
+    """Every second curve from -20 to 80 degC fitted, the others predicted, by one material with one shift law."""
+    numbers = list(range(100, 128))
+    shift = {"shift.C1": Free(min=2, max=40), "shift.C2": Free(min=50, max=500)}
+    base = Material(
+        "b", 20e3, Spectrum([300.0, 10.0, 0.3, 0.01], [1e4, 3e4, 1e5, 1e6]), WLF(20.0, 13.0, 187.0), Gent(110.0), Gent(55.0)
+    )
+    laws = {"gent": (base, ("J_lim",)), "yeoh": (replace(base, equilibrium_law=Yeoh(10e3, -20.0, 1.0)), ("C20", "C30"))}
+    for name, (material, constants) in laws.items():
+        free = {
+            **{
+                "equilibrium.shear_modulus": Free(),
+                "nonequilibrium.shear_modulus": Free(),
+                "nonequilibrium.relaxation_time": Free(),
+            },
+            **{f"equilibrium.{key}": Free(min=14, max=1e4) if key == "J_lim" else Free() for key in constants},
+            "nonequilibrium.J_lim": Free(min=14, max=1e4),
+            **shift,
+        }
+        begin = time.perf_counter()
+        fitted, held = [loading(k) for k in numbers[::2]], [loading(k) for k in numbers[1::2]]
+        fit = fit_material(material, fitted, free, starts=2)
+        print(f"{name}: {time.perf_counter() - begin:.0f} s")
+        for what, tests in (("fitted", fitted), ("held out", held)):
+            model = np.concatenate([a[0] for a in Laboratory(tests).answers([fit.material])])
+            measured = np.concatenate([test.stress for test in tests])
+            miss = float(np.mean((model - measured) ** 2))
+            print(f"{name}, {what}: rms {np.sqrt(miss / np.mean(measured**2)):.2%}, R2 {1 - miss / np.var(measured):.4f}")
+        print(dict(zip(fit.space.names, fit.space.values(fit.coordinates).round(4).tolist(), strict=True)))
+
+
+def bench_relaxation() -> None:
+    """Relaxation predicted from loading alone."""
+    result = calibrate([loading(k) for k in (*FITTED, *PREDICTED)], START, FREE, validate=relaxations(), draws=0)
+    print(to_frame(result.test_columns()).to_string())
+
+
+def bench_speed() -> None:
+    tests = [loading(k) for k in FITTED]
+    begin = time.process_time()
+    fit = fit_material(START, tests, FREE, starts=1)
+    ours = time.process_time() - begin
+    space, (lower, upper) = fit.space, fit.space.bounds
+
+    def residuals(at: np.ndarray) -> np.ndarray:
+        material = space.materials(at[None])[0]
+        parts = []
+        for test in tests:
+            stress = relax(
+                material, [Step(stretch=Track(test.corner_time[1:], test.corner_stretch[1:]))], times=test.time, rtol=1e-5
+            )
+            parts.append((stress.nominal_stress_1[0] - test.stress) / np.sqrt(np.mean(test.stress**2)))
+        return np.concatenate(parts)
+
+    begin = time.process_time()
+    least_squares(residuals, space.start, bounds=(lower, upper), diff_step=1e-3, xtol=1e-6)
+    print(f"one start: {ours:.2f} s of the processor; scipy around calls of the library: {time.process_time() - begin:.2f} s")
+
+
+def bench_starts() -> None:
+    fit = fit_material(START, [loading(k) for k in FITTED], FREE, starts=50)
+    print(f"{fit.same_share:.0%} of 50 starts end in the best; sums of squares {np.sort(fit.start_cost).round(2)}")
+
+
+def experiment(number: int, top: float) -> list[MeasuredTest]:
+    """Two specimens that differ by 5 %, each cycled and held; 2 % error of the model along each curve, 1 % noise."""
+    random = np.random.default_rng([number, 7])
+    truth = Material("t", TRUE[0], Spectrum(TRUE[4:], TRUE[2:4]), NoShift(20.0), Gent(TRUE[1]), Gent(55.0))
+    up, tests = (top - 1) / 0.1, []
+    for specimen in ("A", "B"):
+        factor = np.exp(0.05 * random.standard_normal())
+        for kind in ("cycle", "hold"):
+            first = np.linspace(0, up, 31)[1:]
+            at = np.append(first, up + (np.linspace(0, 0.8 * up, 30)[1:] if kind == "cycle" else np.geomspace(1, 1000, 30)))
+            stretch = np.interp(at, [0, up, 2 * up], [1, top, 1 if kind == "cycle" else top])
+            blank = MeasuredTest("blank", at, stretch, np.ones(at.size), 20.0)
+            place = blank.place / blank.place[-1]
+            along = np.exp(-0.5 * (np.abs(place[:, None] - place) / 0.3) ** 2) + 1e-9 * np.eye(at.size)
+            error = np.linalg.cholesky(along) @ random.standard_normal(at.size)
+            clean = Laboratory([blank]).answers([truth])[0][0]
+            stress = factor * clean * (1 + 0.02 * error) * (1 + 0.01 * random.standard_normal(at.size))
+            tests.append(MeasuredTest(f"{specimen} {kind}", at, stretch, stress, 20.0, specimen=specimen))
+    return tests
+
+
+def bench_coverage(count: int = 100) -> None:
+    start = replace(START, shift=NoShift(20.0), equilibrium_modulus=30e3)
+    free = {key: value for key, value in FREE.items() if key != "nonequilibrium.J_lim"} | {
+        "equilibrium.J_lim": Free(min=5, max=1e4)
+    }
+    for top in (2.0, 4.0):
+        hits: dict[tuple[str, str], list[bool]] = {}
+        for number in range(count):
+            fit = fit_material(start, experiment(number, top), free, starts=1, specimen_scatter=0.05)
+            truth = fit.space.coordinates(TRUE)
+            for k, profile in enumerate(profiles_of(likelihood_of(fit))):
+                held = not (truth[k] < profile.lower or truth[k] > profile.upper)
+                hits.setdefault((fit.space.names[k], str(profile.verdict)), []).append(held)
+        for (name, verdict), own in sorted(hits.items()):
+            print(f"stretch {top:g}: {name}: {verdict} {len(own)} times, truth held {np.mean(own):.0%}", flush=True)
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or ("loading", "temperatures", "relaxation", "speed", "starts", "coverage"):
+        globals()[f"bench_{name}"]()

@@ -1,0 +1,93 @@
+"""`dielast calibrate`: what is wrong is said, what cannot be followed is named, and its material goes into the next command."""
+
+from __future__ import annotations
+
+import subprocess
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast import read_draws, read_material
+from dielast.io.table import parse_csv
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+SPECIMEN = 'specimen = { gauge_length = "80 mm", width = "22 mm", thickness = "1 mm" }'
+TEST = f'[[test]]\nfile = "example:tensile/hold.csv"\n{SPECIMEN}\n'
+FREE = '[free]\n"equilibrium.shear_modulus" = {}\n'
+HEAD = 'kind = "calibrate"\nmaterial = "example:tensile/start.toml"\n'
+QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
+
+
+@pytest.mark.parametrize(
+    ("recipe", "message"),
+    [
+        (HEAD + TEST + "[free]\n", 'free: nothing is free: write, for example, "equilibrium.shear_modulus" = {}'),
+        ('kind = "calibrate"\n' + TEST + FREE, "either material or materials is needed"),
+        (HEAD + TEST.replace(SPECIMEN, "") + FREE, "an extension needs the undeformed specimen"),
+        (HEAD + TEST.replace(SPECIMEN, 'specimen = { gauge_length = "80 mm" }') + FREE, "a force needs the undeformed specimen"),
+        (HEAD + TEST + '[free]\n"equilibrium.C20" = {}\n', 'free."equilibrium.C20": the material has no such constant; there are'),
+        (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { min = 50, max = 5 }\n', "min = 50 is not below max = 5"),
+        (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { min = "5 Pa" }\n', 'free."equilibrium.J_lim".min: "5 Pa": a bare number'),
+        (
+            HEAD + TEST + '[free]\n"equilibrium.shear_modulus" = { max = 5 }\n',
+            'free."equilibrium.shear_modulus".max: 5: a stress or modulus is needed',
+        ),
+        (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { prior = "draws" }\n', "has 0 draws, at least 10 are needed"),
+        (HEAD + '[[test]]\nmode = "uniaxial"\n' + FREE, "test[0]: either file (a table) or recipe (of relax, creep or actuate)"),
+        (HEAD + '[[test]]\nfile = "true.csv"\ncolumns = { stress = "true_stress" }\n' + FREE, "nominal stress is needed"),
+        (HEAD + '[[test]]\nfile = "back.csv"\n' + FREE, "back.csv: line 4: time 1 s does not come after 2 s"),
+        (HEAD + '[[test]]\nrecipe = "plain.toml"\n' + FREE, "[[compare]] with what was measured is needed"),
+    ],
+)
+def test_mistakes_are_said(recipe: str, message: str, dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "true.csv").write_text("time [s],stretch,true_stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
+    (tmp_path / "back.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n1,1.3,5\n")
+    (tmp_path / "plain.toml").write_text('kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\nstretch = 2.0\n')
+    (tmp_path / "r.toml").write_text(recipe)
+    done = dielast("calibrate", "r.toml")
+    assert done.returncode == 2, done.stderr
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "r").exists()
+    assert message in dielast("validate", "r.toml").stderr
+
+
+def test_a_test_that_cannot_be_followed_is_named_and_the_others_are_kept(dielast: Run, tmp_path: Path) -> None:
+    fast = TEST.replace("hold", "fast")  # up to a stretch of 4
+    material = 'name = "short"\nreference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "20 kPa"\nJ_lim = 8\n'
+    material += '[nonequilibrium]\nrelaxation_time_s = [50.0]\nshear_modulus_Pa = [2e4]\n[shift]\nlaw = "none"\n'
+    (tmp_path / "short.toml").write_text(material)
+    (tmp_path / "r.toml").write_text(HEAD.replace("example:tensile/start.toml", "short.toml") + TEST + fast + FREE + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "none")
+    assert done.returncode == 3
+    assert "r.toml: test fast: the material cannot follow it; it is left out" in done.stderr
+    assert parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")["test"] == ["hold"]
+
+
+def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:
+    yeoh = 'name = "y"\nreference_temperature = "20 degC"\n[equilibrium]\nlaw = "yeoh"\nshear_modulus = "20 kPa"\nC20 = "-50 Pa"\n'
+    yeoh += '[nonequilibrium]\nrelaxation_time_s = [200.0, 5.0]\nshear_modulus_Pa = [2e4, 2e4]\n[shift]\nlaw = "none"\n'
+    yeoh += '[dielectric]\npermittivity = "4e-11 F/m"\n'
+    (tmp_path / "yeoh.toml").write_text(yeoh)
+    (tmp_path / "gent.toml").write_text(yeoh.replace('law = "yeoh"\n', "").replace('C20 = "-50 Pa"', "J_lim = 90"))
+    head = 'kind = "calibrate"\nmaterials = ["gent.toml", "yeoh.toml"]\n'
+    free = FREE + '"equilibrium.J_lim" = { min = 15, max = 1e4 }\n"equilibrium.C20" = {}\n"nonequilibrium.shear_modulus" = {}\n'
+    tests = "".join(TEST.replace("hold", name) for name in ("hold", "fast", "slow"))
+    (tmp_path / "r.toml").write_text(head + tests + free + "[fit]\nstarts = 1\n[uncertainty]\ndraws = 20\n")
+    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
+    assert done.returncode == 0, done.stderr
+    laws = parse_csv((tmp_path / "r/laws.csv").read_bytes(), "laws")
+    assert set(laws["material"]) == {"gent.toml", "yeoh.toml"}
+    errors = [float(error) for error in laws["cross_validation_error [1]"]]
+    assert errors == sorted(errors)
+    material, draws = read_material(tmp_path / "r/material.toml"), read_draws(tmp_path / "r/material.toml")
+    assert len(draws) == 20
+    assert tomllib.loads((tmp_path / "r/summary.toml").read_text())["fit"]["law"] == material.equilibrium_law.name
+    assert np.std([each.equilibrium_modulus for each in draws]) > 0.005 * material.equilibrium_modulus
+    relax = 'kind = "relax"\nmaterial = "r/material.toml"\n[[step]]\nstretch = 2.0\nrate = "10 %/s"\n[uncertainty]\ndraws = 20\n'
+    (tmp_path / "relax.toml").write_text(relax)
+    done = dielast("relax", "relax.toml", "--plot", "none", "-q")
+    assert (done.returncode, done.stderr) == (0, "")

@@ -1,0 +1,321 @@
+"""Calibration: the fit finds what made the tests, the likelihood is that of least squares, and what no test sees has no number."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from dielast import (
+    ArrudaBoyce,
+    Free,
+    Gent,
+    Material,
+    MeasuredTest,
+    MooneyRivlin,
+    NeoHookean,
+    NoShift,
+    Ogden,
+    PowerBreakdown,
+    Spectrum,
+    Yeoh,
+    calibrate,
+    relax,
+)
+from dielast.calibration.experiment import Laboratory
+from dielast.calibration.fit import fit_material, starts_of
+from dielast.calibration.history import corners, path_length
+from dielast.calibration.levenberg import minimise
+from dielast.calibration.likelihood import likelihood_of
+from dielast.calibration.parameters import parameter_space
+from dielast.calibration.ranking import predicted
+from dielast.calibration.scatter import Curves, Scatter, Whitening, noise_of, specimen_factors
+from dielast.calibration.stability import stabilities
+from dielast.errors import DielastWarning, InputError, NumericsError
+from dielast.handover.material_draws import draw_columns, parse_draws
+from dielast.handover.material_file import parse_material, write_material
+from dielast.io.table import to_csv
+from dielast.material.checks import warn_of_range
+from dielast.material.numbers import material_of, numbers_of
+from dielast.material.springs import SpringLaw
+from dielast.mechanics.load import Step
+
+TRUTH = Material("truth", 20e3, Spectrum([100.0, 3.0], [18e3, 40e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
+START = replace(TRUTH, equilibrium_modulus=30e3, spectrum=Spectrum([150.0, 5.0], [1e4, 2e4]))
+MODULI = {"equilibrium.shear_modulus": Free(), "nonequilibrium.shear_modulus": Free()}
+LAWS: list[SpringLaw] = [
+    *(Gent(110.0), NeoHookean(), Yeoh(13e3, -100.0, 2.0), ArrudaBoyce(5.0), MooneyRivlin(1e4, 1e3)),
+    Ogden((18e3, -2e3), (1.6, -2.5)),
+]
+
+
+def cycle(top: float, rate: float, specimen: str = "", material: Material = TRUTH, factor: float = 1.0) -> MeasuredTest:
+    """A test to a stretch and back as the material answers it."""
+    up = (top - 1) / rate
+    time = np.linspace(0.0, 1.8 * up, 25)[1:]
+    stretch = np.interp(time, [0.0, up, 2 * up], [1.0, top, 1.0])
+    blank = MeasuredTest("blank", time, stretch, np.ones(24), 20.0)
+    stress = factor * Laboratory([blank]).answers([material])[0][0]
+    return MeasuredTest(f"{top:g} at {rate:g} /s {specimen}", time, stretch, stress, 20.0, specimen=specimen)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+def test_numbers_of_a_material_make_it_again(law: SpringLaw) -> None:
+    material = replace(
+        TRUTH,
+        equilibrium_modulus=law.initial_modulus() or 26e3,
+        equilibrium_law=law,
+        nonequilibrium_law=law,
+        permittivity=4e-11,
+        breakdown=PowerBreakdown(3e7, 1.1),
+    )
+    numbers = numbers_of(material)
+    again = material_of(material, numbers)
+    stretched = np.square([[1.5, 2.0], [1.0, 1.2]])
+    assert np.allclose(again.equilibrium_law.stress(stretched), law.stress(stretched), rtol=1e-8)
+    numbers["dielectric"]["permittivity"] = 5e-11
+    key = list(numbers["equilibrium"])[-1]
+    numbers["equilibrium"][key] = np.multiply(numbers["equilibrium"][key], 1.1).tolist()
+    numbers["nonequilibrium"]["scale"] = 2.0
+    other = material_of(material, numbers)
+    assert other.spectrum.shear_modulus.tolist() == [36e3, 80e3]
+    # draws hold every constant that differs
+    back = parse_draws(to_csv(draw_columns(np.arange(2), [material, other])), "draws.csv", material)[1]
+    assert back.dielectric == other.dielectric
+    assert back.equilibrium_modulus == pytest.approx(other.equilibrium_modulus)
+    assert np.allclose(back.equilibrium_law.stress(stretched), other.equilibrium_law.stress(stretched), rtol=1e-7)
+
+
+def test_a_history_becomes_few_lines() -> None:
+    time = np.linspace(0.0, 10.0, 101)
+    stretch = np.interp(time, [0, 4, 10], [1, 3, 1.5])
+    assert corners(time, stretch).tolist() == [0, 40, 100]
+    noisy = stretch + 1e-4 * np.sin(37 * time)
+    assert corners(time, noisy).tolist() == [0, 40, 100]
+    # the same curve is as long however densely it was sampled
+    assert path_length(time, stretch)[-1] == pytest.approx(path_length(time[::5], stretch[::5])[-1], rel=0.05)
+    hold = np.geomspace(1.0, 1000.0, 50)
+    assert path_length(hold, np.full(50, 2.0))[-1] == pytest.approx(3.0)
+
+
+def test_answers_are_those_of_the_library() -> None:
+    tests = [cycle(3.0, 0.1), cycle(2.0, 0.02), replace_at_once()]
+    stiffer = replace(TRUTH, equilibrium_modulus=25e3)
+    short = replace(TRUTH, equilibrium_law=Gent(2.0))
+    answers = Laboratory(tests).answers([TRUTH, None, stiffer, short])
+    for test, answer in zip(tests, answers, strict=True):
+        steps = [Step(stretch=float(test.corner_stretch[0]))] if test.at_once else []
+        corner = zip(test.corner_stretch[1:].tolist(), np.diff(test.corner_time).tolist(), strict=True)
+        steps += [Step(stretch=stretch, duration=lasting) for stretch, lasting in corner]
+        own = relax(stiffer, steps, times=test.time, rtol=1e-8).nominal_stress_1[0]
+        assert np.allclose(answer[2], own, rtol=1e-4, atol=1e-4 * np.max(own))
+        assert np.all(np.isnan(answer[1]))
+    # what cannot follow one test still answers the others
+    assert np.all(np.isnan(answers[0][3]))
+    assert np.all(np.isfinite(answers[1][3]))
+
+
+def replace_at_once() -> MeasuredTest:
+    time = np.concatenate(([0.0], np.geomspace(0.1, 100.0, 15)))
+    return MeasuredTest("at once", time, np.full(16, 1.5), np.ones(16), 20.0)
+
+
+def test_fits_side_by_side_are_those_of_scipy_one_by_one() -> None:
+    place = np.linspace(0.0, 3.0, 20)
+    data = np.stack([2.0 * np.exp(-1.3 * place), 0.7 * np.exp(-0.4 * place) + 0.02 * np.cos(9 * place)])
+
+    def residuals(at: np.ndarray, fits: np.ndarray) -> np.ndarray:
+        return at[:, :1] * np.exp(-at[:, 1:] * place) - data[fits]
+
+    lower, upper = np.array([0.0, 0.5]), np.array([10.0, 5.0])
+    found = minimise(residuals, np.array([[1.0, 1.0], [1.0, 3.0]]), lower, upper, settled=1e-12)
+    for k in range(2):
+        alone = least_squares(lambda x, k=k: residuals(x[None], np.array([k]))[0], [1.0, 1.0], bounds=(lower, upper), xtol=1e-12)
+        assert np.allclose(found.coordinates[k], alone.x, rtol=1e-4)
+    assert found.coordinates[1, 1] == 0.5  # rests on its bound
+    fixed = minimise(residuals, found.coordinates + 0.1, lower, upper, fixed=np.array([[True, False]] * 2))
+    assert np.array_equal(fixed.coordinates[:, 0], found.coordinates[:, 0] + 0.1)
+
+
+def test_scatter_is_whitened_and_found_again() -> None:
+    random = np.random.default_rng(3)
+    place = np.linspace(0.0, 2.0, 60)
+    model = 1e5 * (1 + place)
+    scatter = Scatter(np.full(4, 0.01), 0.03, 0.3, 0.05)
+    curves = Curves((model,) * 4, (model,) * 4, (place,) * 4, np.array([0, 0, 1, 2]))
+    whiten = Whitening(curves, scatter)
+    covariance = whiten.covariance()
+    assert np.allclose(
+        whiten(np.linalg.cholesky(covariance).T) @ whiten(np.linalg.cholesky(covariance).T).T, np.eye(240), atol=1e-6
+    )
+    # the level of a point on two curves of one specimen is shared, and on those of others not
+    assert covariance[10, 70] == pytest.approx(0.05**2 * model[10] * model[10])
+    assert covariance[10, 130] == 0
+    noise = 0.02 * curves.levels()[0] * random.standard_normal(60)
+    assert noise_of(curves.take([0]), [noise])[0] == pytest.approx(0.02, rel=0.4)
+    factors = specimen_factors(curves, scatter, np.concatenate([0.08 * model, 0.08 * model, 0 * model, -0.08 * model]))
+    assert factors[0] > 0.05
+    assert abs(factors[1]) < 1e-9
+    assert factors[2] == pytest.approx(-factors[0], rel=0.4)
+
+
+@pytest.fixture(scope="module")
+def exact() -> tuple[MeasuredTest, ...]:
+    return cycle(3.0, 0.1, "A"), cycle(3.0, 0.01, "A"), cycle(2.0, 0.02, "B")
+
+
+def test_the_fit_finds_what_made_the_tests(exact: tuple[MeasuredTest, ...]) -> None:
+    calibration = calibrate(exact[:2], START, MODULI, validate=exact[2:], starts=3, specimen_scatter=0.05, draws=20)
+    # the times of the start stay as they are, so that the moduli cannot be those of the truth: the fit is the best there is
+    assert calibration.total(True)[0] < 0.05
+    free = MODULI | {"nonequilibrium.relaxation_time": Free()}
+    fit = fit_material(START, exact, free, starts=4, specimen_scatter=0.05)
+    assert fit.same_share == 1
+    assert np.allclose(fit.space.values(fit.coordinates), [20e3, 18e3, 40e3, 100.0, 3.0], rtol=3e-3)
+    assert set(calibration.verdicts.values()) == {"determined"}
+    table = calibration.to_frame()
+    assert np.all((table["lower"] < table["value"]) & (table["value"] < table["upper"]))
+    assert len(calibration.materials) == 20
+    assert calibration.test_columns()[1].values == ["fitted", "fitted", "validated"]
+    # another specimen than the material: its level is less well known than the scatter of specimens
+    error = likelihood_of(fit).standard_error
+    assert 0.02 < error[0] < 0.08
+
+
+def test_an_interrupt_keeps_the_best_so_far(exact: tuple[MeasuredTest, ...]) -> None:
+    seen: list[float] = []
+
+    def watch(what: str, done: int, total: int, misfit: float) -> None:
+        seen.append(misfit)
+        if len(seen) == 4:
+            raise KeyboardInterrupt
+
+    found = calibrate(exact[:1], START, MODULI, starts=1, draws=20, watch=watch)
+    assert not found.fit.finished
+    assert seen[3] <= seen[0]
+    assert found.profiles == ()
+    assert found.draws.size == 0
+    assert np.isfinite(found.total(True)[0])
+    assert set(found.to_frame()["verdict"]) == {""}
+
+
+def test_a_material_knows_its_tests(exact: tuple[MeasuredTest, ...]) -> None:
+    found = calibrate(exact, replace(START, spectrum=TRUTH.spectrum), {"equilibrium.shear_modulus": Free()}, starts=1, draws=0)
+    known = found.material.calibrated
+    assert known is not None
+    assert known.modes == ("uniaxial",)
+    top = float(np.max(exact[0].stretch))
+    assert known.largest_invariant == pytest.approx(top**2 + 2 / top)
+    again = parse_material(write_material(found.material), "m.toml").calibrated
+    assert again is not None
+    assert (again.modes, again.temperature) == (known.modes, known.temperature)
+    assert again.largest_invariant == pytest.approx(known.largest_invariant, rel=1e-8)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_range(found.material, np.array([[1.0, 2.9], [1.0, 2.9**-0.5]]), "uniaxial")
+        warn_of_range(TRUTH, np.array([[9.0], [9.0]]), None)
+    with pytest.warns(DielastWarning, match="go to I1 = 18.01, but the material was calibrated by uniaxial tests up to I1 = 9.38"):
+        warn_of_range(found.material, np.array([[3.0], [3.0]]), "equibiaxial")
+    with pytest.warns(DielastWarning, match="alone: equibiaxial loading asks more"):
+        warn_of_range(found.material, np.array([[1.7], [1.7]]), "equibiaxial")
+
+
+def test_what_no_test_sees_has_a_verdict_and_no_number(exact: tuple[MeasuredTest, ...]) -> None:
+    material = replace(START, spectrum=TRUTH.spectrum, permittivity=4e-11)
+    free = {"equilibrium.shear_modulus": Free(), "dielectric.permittivity": Free(min=1e-11, max=1e-10)}
+    calibration = calibrate(exact, material, free, starts=2, draws=40)
+    assert calibration.verdicts == {"equilibrium.shear_modulus": "determined", "dielectric.permittivity": "undetermined"}
+    row = calibration.to_frame().iloc[1]
+    assert np.all(np.isnan(row[["value", "standard_error", "lower", "upper"]].to_numpy(dtype=float)))
+    drawn = calibration.fit.space.values(calibration.draws)[:, 1]
+    assert drawn.min() < 1.5e-11 < 7e-11 < drawn.max()
+
+
+def test_small_stretches_do_not_tell_the_limit_of_the_chains() -> None:
+    tests = [cycle(1.5, 0.1), cycle(1.5, 0.01)]
+    material = replace(START, spectrum=TRUTH.spectrum)
+    calibration = calibrate(
+        tests, material, {"equilibrium.shear_modulus": Free(), "equilibrium.J_lim": Free(min=5, max=1e4)}, draws=0
+    )
+    assert calibration.verdicts["equilibrium.J_lim"] in ("undetermined", "lower bound")
+
+
+def test_a_law_that_is_wrong_predicts_worse(exact: tuple[MeasuredTest, ...]) -> None:
+    tests = [cycle(4.0, 0.1), cycle(3.0, 0.02), cycle(2.0, 0.05)]
+    base = replace(START, spectrum=TRUTH.spectrum)
+    right = predicted(fit_material(base, tests, MODULI, starts=1))
+    wrong = predicted(fit_material(replace(base, equilibrium_law=Gent(16.0)), tests, MODULI, starts=1))
+    assert right is not None
+    assert wrong is not None
+    assert right.rms_relative_error < 0.3 * wrong.rms_relative_error
+    assert predicted(fit_material(base, tests[:1], MODULI, starts=1)) is None
+    unstable = replace(TRUTH, equilibrium_law=Yeoh(1.0, -0.05))
+    found = {each.mode: each for each in stabilities(unstable, 4.0)}
+    assert not found["equibiaxial"].holds
+    assert "equibiaxial" in found["equibiaxial"].said
+    assert all(each.holds for each in stabilities(TRUTH, 4.0))
+
+
+def test_starts_lie_within_the_bounds() -> None:
+    space = parameter_space(TRUTH, {"equilibrium.J_lim": Free(min=5, max=500), "nonequilibrium.relaxation_time": Free()})
+    starts = starts_of(space, 9)
+    lower, upper = space.bounds
+    assert starts.shape == (9, 3)
+    assert np.array_equal(starts[0], space.start)
+    assert np.all((starts >= lower) & (starts <= upper))
+    assert space.values(upper)[2] == pytest.approx(space.values(lower)[1])  # branches do not change places
+
+
+@pytest.mark.parametrize(
+    ("free", "message"),
+    [
+        ({}, "nothing is free"),
+        ({"equilibrium.C20": Free()}, "equilibrium.C20: the material has no such constant; there are equilibrium.shear_modulus"),
+        ({"equilibrium.J_lim": Free(min=10, max=5)}, "equilibrium.J_lim: min = 10 is not below max = 5"),
+        ({"equilibrium.J_lim": Free(min=10, start=5)}, "start = 5 is not between"),
+        ({"equilibrium.J_lim": Free(prior=50)}, "prior and relative go together"),
+        ({"equilibrium.J_lim": Free(min=-1)}, "a number above 0 is needed"),
+        ({"nonequilibrium.shear_modulus[7]": Free()}, "there are 2 entries, counted from 0"),
+        ({"nonequilibrium.scale": Free(), "nonequilibrium.shear_modulus": Free()}, "choose one of them"),
+    ],
+)
+def test_what_cannot_be_free_is_said(free: dict[str, Free], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parameter_space(TRUTH, free)
+    assert message in str(caught.value)
+
+
+def test_draws_are_a_prior_with_their_correlations() -> None:
+    random = np.random.default_rng(1)
+    both = 0.2 * random.standard_normal(400)
+    members = [
+        replace(TRUTH, equilibrium_modulus=20e3 * np.exp(b), spectrum=Spectrum([100.0, 3.0], [18e3 * np.exp(b), 40e3 * np.exp(c)]))
+        for b, c in zip(both, 0.1 * random.standard_normal(400), strict=True)
+    ]
+    free = {"equilibrium.shear_modulus": Free(draws=members), "nonequilibrium.shear_modulus": Free(draws=members)}
+    space = parameter_space(TRUTH, {**free, "equilibrium.J_lim": Free()})
+    covariance = np.linalg.inv(space.precision[:3, :3])
+    assert np.allclose(np.sqrt(np.diag(covariance)), [0.2, 0.2, 0.1], rtol=0.15)
+    assert covariance[0, 1] > 0.95 * np.sqrt(covariance[0, 0] * covariance[1, 1])
+    assert abs(covariance[0, 2]) < 0.2 * np.sqrt(covariance[0, 0] * covariance[2, 2])
+    assert np.allclose(space.centre[:3], np.log([20e3, 18e3, 40e3]), atol=0.03)
+    assert not space.precision[3].any()
+
+
+def test_tests_that_cannot_be_are_said(exact: tuple[MeasuredTest, ...]) -> None:
+    with pytest.raises(InputError, match="at least 3"):
+        MeasuredTest("short", [0.0, 1.0], [1.0, 1.1], [0.0, 1.0], 20.0)
+    with pytest.raises(InputError, match="ascend"):
+        MeasuredTest("back", [0.0, 2.0, 1.0], [1.0, 1.1, 1.2], [0.0, 1.0, 2.0], 20.0)
+    with pytest.raises(InputError, match="above 0"):
+        MeasuredTest("strain", [0.0, 1.0, 2.0], [0.0, 0.1, 0.2], [0.0, 1.0, 2.0], 20.0)
+    with pytest.raises(InputError, match="at least one test"):
+        fit_material(TRUTH, [], MODULI)
+    tight = replace(START, equilibrium_law=Gent(3.0))
+    fit = fit_material(tight, exact, MODULI, starts=1)  # a stretch of 3 is beyond it, 2 is not
+    assert fit.left_out == (exact[0].name, exact[1].name)
+    with pytest.raises(NumericsError, match="no start can follow any"):
+        fit_material(replace(START, equilibrium_law=Gent(0.5)), exact, MODULI, starts=1)
