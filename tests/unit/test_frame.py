@@ -238,6 +238,10 @@ def recipe(folder: Path, film: str) -> Any:
 def test_a_recipe_states_a_share_or_both_diameters(tmp_path: Path) -> None:
     assert recipe(tmp_path, DIAMETERS.format("10 mm", "190.5 mm")).film.shares == (10 / 190.5,)
     assert recipe(tmp_path, 'electrode_share = 0.05\nelectrode_diameter = "10 mm"').film.shares == (0.05,)
+    # beside a frame the other boundaries, which have no share, may be swept
+    sweep = '[sweep]\n"film.boundary" = ["dead-load", "frame"]\n'
+    (tmp_path / "s.toml").write_text(RECIPE.format(DIAMETERS.format("10 mm", "190.5 mm")) + sweep)
+    assert [case.recipe.film.shares for case in read_cases(tmp_path / "s.toml")] == [None, (10 / 190.5,)]
 
 
 @pytest.mark.parametrize(

@@ -237,7 +237,7 @@ class ActuateRecipe(SimulationRecipe):
 
     @model_validator(mode="after")
     def _boundary_of_film(self) -> Self:
-        self.film.check_boundary()
+        self.film.check_boundary(swept="film.boundary" in (self.sweep or ()))
         if self.output.profile is not None and self.film.shares is None:
             raise InputError('a profile is of a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
         return self

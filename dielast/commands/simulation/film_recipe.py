@@ -181,6 +181,8 @@ class FilmBase(Section):
     @property
     def shares(self) -> tuple[float, ...] | None:
         """The electrode's share of each film with a passive part: its diameter over that of the frame, or its share of a strip."""
+        if self.boundary[0] not in PASSIVE:
+            return None
         stated = self.stated_shares()
         if stated or self.electrode_diameter is None or self.frame_diameter is None:
             return stated
@@ -190,11 +192,16 @@ class FilmBase(Section):
         """The values of electrode_share."""
         raise NotImplementedError
 
-    def check_boundary(self) -> None:
-        """`InputError` for keys of the boundary that do not fit each other."""
+    def check_boundary(self, *, swept: bool = False) -> None:
+        """`InputError` for keys of the boundary that do not fit each other.
+
+        Where the boundary is `swept`, what only a film with a passive part needs may stand beside the others as well.
+        """
         self.check_weights()
         boundary, stated = self.boundary[0], self.stated_shares()
         if boundary not in PASSIVE:
+            if swept:
+                return
             for key, value in (("electrode_share", stated), ("frame_diameter", self.frame_diameter)):
                 if value is not None:
                     only = 'boundary = "frame"' + ' or "strip"' * (key == "electrode_share")
