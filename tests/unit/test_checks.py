@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from dielast.commands.simulation.checks import warn_of_slack_frames
 from dielast.errors import DielastWarning, InputError
 from dielast.material.checks import (
     Pace,
@@ -204,3 +205,9 @@ def test_a_prestretch_beyond_the_breakdown_fields_takes_the_nearest_and_says_how
         warn_of_prestretches([(1.8, 1.8), (3.0, 3.0), (4.0, 2.0)], [known] * 3)
     with pytest.warns(DielastWarning, match=r"^prestretch 2 x 1 \(as 1.414 equibiaxial\): .*, 40 MV/m, .* = \[1.414, 1.7, 1.9\]"):
         warn_of_prestretches([(2.0, 1.0)], [known])
+
+
+def test_a_film_without_prestretch_in_a_frame_is_warned_of() -> None:
+    with pytest.warns(DielastWarning, match="in a frame: without prestretch the voltage pushes"):
+        warn_of_slack_frames([False, True])
+    warn_of_slack_frames([False])

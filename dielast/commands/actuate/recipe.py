@@ -156,7 +156,7 @@ class FilmOutput(ElectricalOutput):
     @model_validator(mode="after")
     def _profile_ascending(self) -> Self:
         if self.profile is not None and any(b <= a for a, b in pairwise(self.profile)):
-            raise InputError("the times of profile must ascend")
+            raise InputError("its times must ascend", key="profile")
         return self
 
 

@@ -95,6 +95,7 @@ def warn_of_films(
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
     warn_of_prestretches([film.prestretch for film in films], limits)
     warn_of_thickness([film.thickness for film in films])
+    warn_of_slack_frames([film.boundary[0] == "frame" and max(film.prestretch) == 1 for film in films])
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     highest = np.array([max(map(abs, aims(entries)), default=0.0) for entries in histories])
     thickness = [film.thickness for film in films]
@@ -125,6 +126,13 @@ def warn_of_films(
         warn(f"case {broken[0]}{more}: {beyond}")
 
 
+def warn_of_slack_frames(slack: Sequence[bool]) -> None:
+    """Warn of films in a frame that are not stretched: a voltage pushes the film around the electrode together."""
+    if any(slack):
+        buckles = "without prestretch the voltage pushes the film around the electrode together, which buckles"
+        warn(f"film.prestretch: 1 in a frame: {buckles}; the result is of a film that stays flat")
+
+
 def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
     warn_of_material(material)
@@ -133,6 +141,7 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
     warn_of_breakdown(known)
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
+    warn_of_slack_frames([recipe.film.boundary[0] == "frame" and max(pair) == 1 for pair in recipe.film.prestretch])
     for pair in recipe.film.prestretch:
         mode = "equibiaxial" if pair[0] == pair[1] else None
         warn_of_falling_tension(material, np.array(pair)[:, None], mode)
