@@ -22,7 +22,7 @@ import numpy as np
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, flow_of
 from dielast.mechanics.point_material import Points
-from dielast.mechanics.span import Control, Load, stretched
+from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.columns import Cases, Floats
 
 __all__ = ["FOLLOWER_WEIGHT", "Arrowhead", "LoadedPoints", "Points"]
@@ -32,7 +32,7 @@ FOLLOWER_WEIGHT = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LoadedPoints:
+class LoadedPoints(UnderLoad):
     """Material points under one smooth stretch of load: the system that the stepper integrates."""
 
     points: Points
@@ -43,22 +43,9 @@ class LoadedPoints:
         """Where the rows of the border begin, from the end."""
         return -2
 
-    @property
-    def electric(self) -> bool:
-        """Whether there is a field."""
-        return self.load.electric
-
     def take(self, cases: Cases) -> LoadedPoints:
         """The same for some of the cases."""
         return type(self)(self.points.take(cases), self.load.take(cases))
-
-    def driven_by(self, columns: Cases, load: Load) -> LoadedPoints:
-        """The same with another span of load in these columns."""
-        return type(self)(self.points, self.load.put(columns, load))
-
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began, and a `state` then."""
-        return self.load.value(time)
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""

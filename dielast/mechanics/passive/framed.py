@@ -28,7 +28,7 @@ from dielast.mechanics.elimination import Eliminated, flow_of
 from dielast.mechanics.passive.structure import Factors, Structure
 from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, Points
-from dielast.mechanics.span import Control, Controls, Load
+from dielast.mechanics.span import Control, Controls, Load, UnderLoad
 from dielast.numerics.columns import Cases, Floats
 
 
@@ -90,7 +90,7 @@ class Assembly:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FramedFilms:
+class FramedFilms(UnderLoad):
     """Films under one smooth stretch of load: the system that the stepper integrates."""
 
     assembly: Assembly
@@ -106,22 +106,9 @@ class FramedFilms:
         """Where the rows of the border begin, from the end."""
         return -self.assembly.structure.unknowns - 2
 
-    @property
-    def electric(self) -> bool:
-        """Whether there is a field."""
-        return self.load.electric
-
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began."""
-        return self.load.value(time)
-
     def take(self, cases: Cases) -> FramedFilms:
         """The same for some of the cases."""
         return FramedFilms(self.assembly.take(cases), self.load.take(cases))
-
-    def driven_by(self, columns: Cases, load: Load) -> FramedFilms:
-        """The same with another span of load in these columns."""
-        return FramedFilms(self.assembly, self.load.put(columns, load))
 
     def pack(self, internal: Floats, border: Floats) -> Floats:
         """State (rows, cases) from xi (2, n, P, cases) and the border (u + 2, cases)."""
