@@ -1,66 +1,33 @@
-"""Files of draws: those that `mastercurve` writes and `spectrum` reads, and the draws of a material made of them."""
+"""The draws of a master curve in the folder that `mastercurve` wrote."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, located
 from dielast.handover.mastercurve_folder import ReducedCurve
-from dielast.handover.material_draws import draw_columns
 from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
-from dielast.io.table import Column, Table
 from dielast.io.toml import parse_toml
-from dielast.material.material import Material
-from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.shift import ShiftLaw
-from dielast.material.spectrum import Spectrum
-from dielast.relaxation.result import SpectrumFit
-from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
-from dielast.superposition.bootstrap import MasterCurveDraws
 
 Array = NDArray[np.float64]
 
 DRAWS, LAWS, CURVES = "draws.csv", "draw-laws.csv", "draw-curves.csv"
 
 
-def curve_tables(draws: MasterCurveDraws, kind: MeasurementKind) -> dict[str, Table]:
-    """The tables of the draws of a master curve by file name: shift factors, law and smooth curve of each."""
-    curves = [Column(*kind.reduced_abscissa, draws.smooth_abscissa)]
-    for channel, (name, unit) in enumerate(kind.ordinates):
-        pairs = zip(draws.number, draws.smooth_ordinates[:, channel], strict=True)
-        curves += [Column(f"{name}_{number}", unit, values) for number, values in pairs]
-    laws = [Column(name, unit, values) for (name, unit), values in zip(draws.law.drawn(), draws.law_parameters.T, strict=True)]
-    return {
-        DRAWS: draws.columns(),
-        LAWS: [Column("draw", None, draws.number), *laws],
-        CURVES: curves,
-    }
-
-
-def draws_headline(draws: MasterCurveDraws, wanted: int, seed: int) -> dict[str, Any]:
-    """The section of a summary that compares the scatter of the draws with the standard errors of the fit."""
-    stderr = draws.stderr()
-    return {
-        "draws": wanted,
-        "seed": seed,
-        "without_master_curve": wanted - len(draws.number),
-        **{f"{name}_stderr": stderr[constant.name] for name, constant in draws.law.summary_names().items()},
-        "log10_shift_factor_stderr": np.std(draws.log10_shift_factor, axis=0, ddof=1).tolist(),
-    }
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ReadDraws:
-    """Draws of a master curve as read: `number` (draws,), their smooth curves and their shift laws."""
+    """Draws of a master curve as read: `number` (draws,), their smooth curves, `ordinates` (draws, c, k) over one `abscissa` (k,),
+    and their shift laws.
+    """
 
     number: NDArray[np.int64]
-    curves: CurveDraws
+    abscissa: Array
+    ordinates: Array
     shifts: tuple[ShiftLaw, ...]
 
 
@@ -93,32 +60,4 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
         raise InputError(f'column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}', file=name, row=row + 3)
     if not first.size:
         raise InputError("no rows: a folder written by mastercurve is needed", file=name)
-    return ReadDraws(number.astype(np.int64), CurveDraws(first, np.moveaxis(values, 1, 0)), tuple(shifts))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class DrawnMaterials:
-    """The draws of a material as a table, and their section of the summary."""
-
-    table: Table
-    headline: dict[str, Any]
-
-
-def drawn_materials(
-    material: Material, curve: ReducedCurve, read: ReadDraws, fit: SpectrumFit, refit: Callable[[Array, Array], SpectrumFit]
-) -> DrawnMaterials:
-    """A material for each draw of the `curve`, whose whole spectrum is `fit`; `refit` fits other points the same way."""
-    abscissa, *ordinates = curve.columns
-    spectra = draw_spectra(abscissa, np.array(ordinates), read.curves, fit, refit, spectrum=material.spectrum)
-    tau = material.spectrum.relaxation_time
-    members = [
-        replace(material, equilibrium_modulus=float(level), spectrum=Spectrum(tau, moduli), shift=read.shifts[place])
-        for place, level, moduli in zip(spectra.used, spectra.equilibrium_modulus, spectra.shear_modulus, strict=True)
-    ]
-    headline = {
-        "draws": len(members),
-        "without_spectrum": len(read.number) - len(members),
-        "curve_scatter": spectra.scatter,
-        "model_misfit": spectra.misfit,
-    }
-    return DrawnMaterials(draw_columns(read.number[spectra.used], members), headline)
+    return ReadDraws(number.astype(np.int64), first, np.moveaxis(values, 1, 0), tuple(shifts))

@@ -19,6 +19,11 @@ from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
 
 
+def is_temperature(value: float) -> bool:
+    """Whether the `value` in degC is a temperature above absolute zero."""
+    return -ZERO_CELSIUS < value < np.inf
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Measurement(Result):
     """What was measured at `temperature` (degC): an abscissa and one or two ordinates, (n,) each, in the order of the fields.
@@ -57,7 +62,7 @@ class Measurement(Result):
 
     def __post_init__(self) -> None:
         where, kind = f"{self.temperature:g} degC", type(self).KIND
-        if not -ZERO_CELSIUS < self.temperature < np.inf:
+        if not is_temperature(self.temperature):
             raise InputError(f"temperature {where} is not a temperature above absolute zero")
         arrays = {name: np.array(getattr(self, name), dtype=float).reshape(-1) for name in self.names()}
         abscissa, *others = arrays

@@ -19,7 +19,7 @@ import numpy as np
 from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Arrowhead, LoadedPoints, Points
-from dielast.mechanics.span import Control, Load
+from dielast.mechanics.span import Control, Load, UnderLoad
 from dielast.mechanics.symmetric import SymmetricArrowhead, SymmetricPoints
 from dielast.numerics.columns import Floats
 
@@ -46,8 +46,25 @@ def charge_error(points: Points, state: Floats, increment: Floats) -> Floats:
     return np.asarray(np.abs(increment) / (np.abs(state) + np.sqrt(points.permittivity * points.stress_floor)))
 
 
+class _Charged(UnderLoad):
+    """What films of either form share whose charge is an unknown, the first row of the border."""
+
+    __slots__ = ()
+
+    @property
+    def electric(self) -> bool:
+        """Whether there may be a charge: always."""
+        return True
+
+    def driven(self, time: Floats, state: Floats) -> Floats:
+        """What the load prescribes (3, cases), with D~ in place of what the source does."""
+        driven = self.load.value(time).copy()
+        driven[ELECTRIC] = state[self.border]
+        return driven
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class ChargedPoints(LoadedPoints):
+class ChargedPoints(_Charged, LoadedPoints):
     """Material points whose charge is an unknown."""
 
     @property
@@ -55,18 +72,9 @@ class ChargedPoints(LoadedPoints):
         """Where the rows of the border begin, from the end, with that of the charge."""
         return -3
 
-    @property
-    def electric(self) -> bool:
-        """Whether there may be a charge: always."""
-        return True
-
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
         """State (2n + 3, cases) from x (2, n, cases), Lambda and nominal stress (2, cases), and D~ (cases,), 0 if left out."""
         return _with_charge(LoadedPoints.pack(self, internal, log_squared_stretch, nominal_stress), -2, charge)
-
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """What the load prescribes (3, cases), with D~ in place of what the source does."""
-        return _charged(self.load.value(time), state[-3])
 
     def error(self, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,), that of the charge included."""
@@ -78,7 +86,7 @@ class ChargedPoints(LoadedPoints):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ChargedSymmetricPoints(SymmetricPoints):
+class ChargedSymmetricPoints(_Charged, SymmetricPoints):
     """Material points under equibiaxial load whose charge is an unknown."""
 
     @property
@@ -86,18 +94,9 @@ class ChargedSymmetricPoints(SymmetricPoints):
         """Where the rows of the border begin, from the end, with that of the charge."""
         return -2
 
-    @property
-    def electric(self) -> bool:
-        """Whether there may be a charge: always."""
-        return True
-
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
         """State (n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases), and D~ (cases,), 0 if left out."""
         return _with_charge(SymmetricPoints.pack(self, internal, log_squared_stretch, nominal_stress), -1, charge)
-
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """What the load prescribes (3, cases), with D~ in place of what the source does."""
-        return _charged(self.load.value(time), state[-2])
 
     def error(self, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,), that of the charge included."""
@@ -114,13 +113,6 @@ def _with_charge(packed: Floats, row: int, charge: Floats | None) -> Floats:
     """A state with D~ before this row of it."""
     held = np.zeros(packed.shape[1]) if charge is None else charge
     return np.concatenate((packed[:row], held[None], packed[row:]))
-
-
-def _charged(driven: Floats, charge: Floats) -> Floats:
-    """What is prescribed, with D~ in the electrical row."""
-    result = driven.copy()
-    result[ELECTRIC] = charge
-    return result
 
 
 class _ChargeRow:

@@ -6,9 +6,10 @@ the same mechanism. Every value may be one number or one number a case, shape (c
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -119,8 +120,23 @@ class Track:
 Path = Waveform | Track
 
 
+class _AnyStep(Result):
+    """What all steps share: one with a `duration` alone holds what is there."""
+
+    __slots__ = ()
+
+    rate: ArrayLike | None
+    duration: ArrayLike | None
+
+    @classmethod
+    def hold(cls, duration: ArrayLike) -> Self:
+        """Keep what is prescribed for a `duration` in s; a charge is kept by an open circuit."""
+        made: Callable[..., Self] = cls
+        return made(duration=duration)
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Step(Result):
+class Step(_AnyStep):
     """One step of a history: go to `stretch` or nominal `stress` (Pa) at a `rate` (1/s, Pa/s), within a `duration` (s), or at once;
     or follow a `Waveform` or a `Track` of one of them.
 
@@ -134,22 +150,14 @@ class Step(Result):
     rate: ArrayLike | None = None
     duration: ArrayLike | None = None
 
-    @classmethod
-    def hold(cls, duration: ArrayLike) -> Step:
-        """Keep what is prescribed for a `duration` in s."""
-        return cls(duration=duration)
 
-
-class _SourceStep(Result):
+class _SourceStep(_AnyStep):
     """What steps of a source share: one without a `target` holds what is there. `QUANTITY` is what they prescribe, in `UNIT`."""
 
     __slots__ = ()
 
     QUANTITY: ClassVar[str]
     UNIT: ClassVar[str]
-
-    rate: ArrayLike | None
-    duration: ArrayLike | None
 
     @property
     def target(self) -> ArrayLike | Path | None:
@@ -178,11 +186,6 @@ class VoltageStep(_SourceStep):
     QUANTITY: ClassVar = "voltage"
     UNIT: ClassVar = "V"
 
-    @classmethod
-    def hold(cls, duration: ArrayLike) -> VoltageStep:
-        """Keep the voltage for a `duration` in s."""
-        return cls(duration=duration)
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ChargeStep(_SourceStep):
@@ -199,11 +202,6 @@ class ChargeStep(_SourceStep):
 
     QUANTITY: ClassVar = "charge"
     UNIT: ClassVar = "C/m^2"
-
-    @classmethod
-    def hold(cls, duration: ArrayLike) -> ChargeStep:
-        """Leave the circuit open for a `duration` in s."""
-        return cls(duration=duration)
 
 
 ElectricalStep = VoltageStep | ChargeStep

@@ -20,8 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
+from dielast.mechanics.elimination import Eliminated, flow_of
 from dielast.mechanics.point_material import Points
-from dielast.mechanics.span import Control, Load, stretched
+from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.columns import Cases, Floats
 
 __all__ = ["FOLLOWER_WEIGHT", "Arrowhead", "LoadedPoints", "Points"]
@@ -31,7 +32,7 @@ FOLLOWER_WEIGHT = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LoadedPoints:
+class LoadedPoints(UnderLoad):
     """Material points under one smooth stretch of load: the system that the stepper integrates."""
 
     points: Points
@@ -42,22 +43,9 @@ class LoadedPoints:
         """Where the rows of the border begin, from the end."""
         return -2
 
-    @property
-    def electric(self) -> bool:
-        """Whether there is a field."""
-        return self.load.electric
-
     def take(self, cases: Cases) -> LoadedPoints:
         """The same for some of the cases."""
         return type(self)(self.points.take(cases), self.load.take(cases))
-
-    def driven_by(self, columns: Cases, load: Load) -> LoadedPoints:
-        """The same with another span of load in these columns."""
-        return type(self)(self.points, self.load.put(columns, load))
-
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began, and a `state` then."""
-        return self.load.value(time)
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
@@ -100,8 +88,7 @@ class LoadedPoints:
 class Arrowhead:
     """One step's linear system, factorised. Its cost is linear in the springs.
 
-    With K the springs' tangents in Lambda and F = [[2, -1], [-1, 2]], a spring's block is D = 1/gamma + h/(3 tau) F K, and its
-    part in the border is Q = mu K D^-1, so that the condensed tangent is sum Q / gamma.
+    A spring's block is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum Q / gamma.
     """
 
     def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
@@ -111,39 +98,8 @@ class Arrowhead:
         log_squared, nominal = system.membrane(state, driven)
         self.stress, tangent = points.law.tangent(points.springs(system.internal(state), log_squared))
         self.flow = step * points.rate
-        self._eliminate_springs(points, tangent)
+        self.springs = Eliminated.of(points.modulus, tangent, self.flow, 1 / gamma)
         self._condense(load, step * load.slope(time), driven, log_squared, nominal)
-
-    def _eliminate_springs(self, points: Points, tangent: Floats) -> None:
-        """D^-1, as its diagonal and its off-diagonal (2, n, cases), and Q (2, 2, n, cases)."""
-        k11, k12, k22 = tangent
-        block = np.empty((2, 2, *k11.shape))
-        np.multiply(k11, 2, out=block[0, 0])
-        block[0, 0] -= k12
-        np.multiply(k12, 2, out=block[1, 0])
-        np.subtract(block[1, 0], k22, out=block[0, 1])
-        block[1, 0] -= k11
-        np.multiply(k22, 2, out=block[1, 1])
-        block[1, 1] -= k12
-        block *= self.flow
-        block[0, 0] += 1 / self.gamma
-        block[1, 1] += 1 / self.gamma
-        determinant = block[0, 0] * block[1, 1]
-        determinant -= block[0, 1] * block[1, 0]
-        np.divide(1, determinant, out=determinant)
-        self.diagonal = block[(1, 0), (1, 0)] * determinant
-        self.off_diagonal = block[(0, 1), (1, 0)] * -determinant
-        (d11, d22), (d12, d21) = self.diagonal, self.off_diagonal
-        share = block
-        np.multiply(k11, d11, out=share[0, 0])
-        share[0, 0] += k12 * d21
-        np.multiply(k11, d12, out=share[0, 1])
-        share[0, 1] += k12 * d22
-        np.multiply(k22, d22, out=share[1, 1])
-        share[1, 1] += k12 * d12
-        share *= points.modulus
-        share[1, 0] = share[0, 1]
-        self.share = share
 
     def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
         """Inverse (2, 2, cases) of the border's matrix, and what the prescribed quantities' rates put on the right-hand side;
@@ -151,7 +107,7 @@ class Arrowhead:
         """
         points = self.system.points
         stretch = np.exp(0.5 * log_squared)
-        tangent = np.add.reduce(self.share, axis=2) / self.gamma
+        tangent = np.add.reduce(self.springs.share, axis=2) / self.gamma
         tangent[(0, 1), (0, 1)] -= 0.5 * nominal * stretch
         self.known = np.zeros_like(stretch)
         if self.system.electric:
@@ -184,7 +140,10 @@ class Arrowhead:
         stress = self.stress if history is None else points.law.stress(points.springs(system.internal(state), log_squared))
         increment = np.empty_like(state)
         border = increment[-2:]
-        residual = np.einsum("bcnm,cnm->bm", self.share, self._flow(stress, history))
+        right = flow_of(stress, self.flow)
+        if history is not None:
+            right += history[: system.border].reshape(right.shape)
+        residual = np.einsum("bcnm,cnm->bm", self.springs.share, right)
         residual -= np.einsum("nm,cnm->cm", points.modulus, stress)
         residual += nominal * np.exp(0.5 * log_squared)
         if system.electric:
@@ -197,11 +156,9 @@ class Arrowhead:
             if control is Control.STRETCH:
                 np.multiply(self.prescribed_change[axis], gamma_i, out=moved[axis])
         moved = moved[:, None]
-        right = self.right
         right -= moved * (1 / self.gamma)
         internal = increment[: system.border].reshape(right.shape)
-        np.multiply(self.diagonal, right, out=internal)
-        internal += self.off_diagonal * right[::-1]
+        self.springs.solve(right, out=internal)
         internal += moved
         return increment
 
@@ -221,13 +178,3 @@ class Arrowhead:
     ) -> None:
         """Write the last two rows of the increment, `border`, for their right-hand side `residual` (2, cases)."""
         np.einsum("bcm,cm->bm", self.inverse, residual, out=border)
-
-    def _flow(self, stress: Floats, history: Floats | None) -> Floats:
-        """Right-hand side of the springs' rows, kept for the back substitution."""
-        right = 3 * stress
-        right -= stress[0] + stress[1]
-        right *= self.flow
-        if history is not None:
-            right += history[: self.system.border].reshape(right.shape)
-        self.right = right
-        return right

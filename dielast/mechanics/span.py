@@ -6,8 +6,9 @@ V/L_3 in V/m, or the nominal charge density in C/m^2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import Self
 
 import numpy as np
 
@@ -121,3 +122,29 @@ class Load:
     def bend(self, time: Floats) -> Floats:
         """The rates of these rates (3, cases) in 1/s^2."""
         return np.zeros_like(self.rate) if self.wave is None else self.wave.bend(time)
+
+
+class UnderLoad:
+    """What films in any form share, as a frozen dataclass with a `load`: one smooth span of it in each case."""
+
+    __slots__ = ()
+
+    load: Load
+
+    @property
+    def border(self) -> int:
+        """Where the rows of the border begin, from the end."""
+        raise NotImplementedError
+
+    @property
+    def electric(self) -> bool:
+        """Whether there is a field."""
+        return self.load.electric
+
+    def driven(self, time: Floats, state: Floats) -> Floats:
+        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began, and a `state` then."""
+        return self.load.value(time)
+
+    def driven_by(self, columns: Cases, load: Load) -> Self:
+        """The same with another span of load in these columns."""
+        return replace(self, load=self.load.put(columns, load))  # type: ignore[type-var]

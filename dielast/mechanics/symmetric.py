@@ -15,14 +15,14 @@ from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
-from dielast.mechanics.span import Control, Load
+from dielast.mechanics.span import Control, Load, UnderLoad
 from dielast.numerics.columns import Cases, Floats
 
 __all__ = ["EQUIBIAXIAL", "UNIAXIAL", "Films", "SymmetricPoints", "Symmetry"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SymmetricPoints:
+class SymmetricPoints(UnderLoad):
     """Material points under a symmetric and smooth stretch of load; a nominal field keeps only the equibiaxial symmetry."""
 
     points: Points
@@ -34,22 +34,9 @@ class SymmetricPoints:
         """Where the rows of the border begin, from the end."""
         return -1
 
-    @property
-    def electric(self) -> bool:
-        """Whether there is a field."""
-        return self.load.electric
-
     def take(self, cases: Cases) -> SymmetricPoints:
         """The same for some of the cases."""
         return type(self)(self.points.take(cases), self.load.take(cases), self.symmetry)
-
-    def driven_by(self, columns: Cases, load: Load) -> SymmetricPoints:
-        """The same with another span of load in these columns."""
-        return type(self)(self.points, self.load.put(columns, load), self.symmetry)
-
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began, and a `state` then."""
-        return self.load.value(time)
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (n + 1, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""

@@ -16,7 +16,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from dielast.errors import InputError, shown, warn
-from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
+from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve, is_temperature
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
 from dielast.numerics.arrays import Floats
@@ -33,7 +33,6 @@ from dielast.superposition.shiftfit import ShiftFit
 from dielast.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
 from dielast.superposition.undetermined import Undetermined, find_undetermined, warn_if_offset
 from dielast.superposition.usable import usable_curves
-from dielast.units import ZERO_CELSIUS
 
 __all__ = [
     "CreepCurve",
@@ -84,7 +83,7 @@ def build_master_curve(
     determine, of points far off the master curve, and of results that look wrong.
     """
     reference = float(reference_temperature)
-    if not -ZERO_CELSIUS < reference < np.inf:
+    if not is_temperature(reference):
         raise InputError(f"{reference:g} degC is not a temperature above absolute zero", argument="reference_temperature")
     if not 0 <= temperature_stderr < np.inf:
         raise InputError(f"{temperature_stderr:g} K: it must be finite and not negative", argument="temperature_stderr")

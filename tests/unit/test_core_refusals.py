@@ -17,11 +17,12 @@ from dielast.material.material import Breakdown, Material
 from dielast.material.scatter import draw_sample, interval
 from dielast.material.shift import WLF, NoShift, ShiftTable
 from dielast.material.spectrum import Spectrum
-from dielast.material.springs import Floats, Gent
+from dielast.material.springs import Gent
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.mechanics.history import pieces
 from dielast.mechanics.load import Step, Track, VoltageStep, Waveform
 from dielast.mechanics.point import Points
+from dielast.numerics.columns import Floats
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import plan_failure_map
 from dielast.simulate.membrane import creep, relax

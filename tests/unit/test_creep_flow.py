@@ -25,7 +25,6 @@ from dielast.material.springs import Gent
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import SpectrumFit
 from dielast.relaxation.interconversion import RetardationSpectrum, retardation_from_relaxation
-from dielast.relaxation.spectrum_draws import CurveDraws
 
 Array = NDArray[np.float64]
 
@@ -225,7 +224,7 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
     curve = ReducedCurve(CREEP, (time, smooth * np.exp(0.005 * rng.standard_normal(time.size))), WLF(20.0, 13.7, 187.1))
     # as resampling makes them: the ends are the least certain
     wave = np.cumsum(rng.standard_normal((12, time.size)), axis=1) * 0.01 / np.sqrt(time.size)
-    read = ReadDraws(np.arange(12), CurveDraws(time, (smooth * np.exp(wave))[:, None]), (curve.shift,) * 12)
+    read = ReadDraws(np.arange(12), time, (smooth * np.exp(wave))[:, None], (curve.shift,) * 12)
     monkeypatch.setattr(workflow, "read_curve_draws", lambda *_: read)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)

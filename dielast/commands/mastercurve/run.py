@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from dielast.commands.mastercurve.draws import curve_tables, draws_headline
 from dielast.commands.mastercurve.recipe import KEYS, MasterCurveRecipe
 from dielast.errors import InputError, in_keys
-from dielast.handover.mastercurve_draws import curve_tables, draws_headline
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import warn_of_curve, warn_of_temperature

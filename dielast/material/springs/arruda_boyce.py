@@ -10,17 +10,16 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.law import Constant
-from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.material.springs.langevin import chain_energy, stiffness, stiffness_and_slope
 from dielast.material.springs.law import CardForm
+from dielast.material.springs.limited import LimitedLaw
 from dielast.numerics.columns import Floats
 
-SHORTEST_CHAIN = 1.2  # locking stretch of chains that are taut at a uniaxial stretch of 1.7
 SERIES = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)  # of W/mu in I1^k/l_m^(2k - 2), as codes have it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ArrudaBoyce(FirstInvariantLaw):
+class ArrudaBoyce(LimitedLaw):
     """W = (3 l_m/b_0) (y b - ln(sinh b / b)), less its value at rest, with y = sqrt(I1/3)/l_m and L(b) = coth b - 1/b = y;
     b_0 is b at rest (Arruda and Boyce 1993, DOI 10.1016/0022-5096(93)90013-6).
 
@@ -37,6 +36,9 @@ class ArrudaBoyce(FirstInvariantLaw):
     name: ClassVar = "arruda-boyce"
     title: ClassVar = "Arruda-Boyce"
     always_stable: ClassVar = True
+    SHORTEST: ClassVar = 1.2
+    MEASURE: ClassVar = " of sqrt(I1/3)"
+    USUAL: ClassVar = "is it a strain? 2 to 10 by rule"
     constants: ClassVar = (
         Constant("locking_stretch", "Of arruda-boyce: the stretch sqrt(I1/3) of the chains where they end.", above=1.0),
     )
@@ -70,25 +72,6 @@ class ArrudaBoyce(FirstInvariantLaw):
     def largest_invariant(self) -> Floats:
         """3 l_m^2."""
         return np.asarray(3 * np.square(np.asarray(self.locking_stretch, dtype=float)))
-
-    def describe_limit(self) -> str:
-        """The limit with its number."""
-        return f"the Arruda-Boyce limit, locking_stretch = {float(self.locking_stretch):g} of sqrt(I1/3)"
-
-    def warning(self, whose: str) -> str:
-        """Chains that are taut at small stretches."""
-        shortest = float(np.min(self.locking_stretch))
-        if shortest >= SHORTEST_CHAIN:
-            return ""
-        return f"locking_stretch = {shortest:g} ({whose}): chains so short make no rubber: is it a strain? 2 to 10 by rule"
-
-    def unlimited(self) -> ArrudaBoyce:
-        """Without an end."""
-        return ArrudaBoyce()
-
-    def exact_forms(self) -> tuple[str, ...]:
-        """Arruda-Boyce, and neo-Hookean without an end."""
-        return ("neo-hookean", "arruda-boyce") if np.all(self._share == 0) else ("arruda-boyce",)
 
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
         """Arruda-Boyce with the constant mu of the codes' series; neo-Hookean as an approximation.

@@ -10,15 +10,13 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.law import Constant
-from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.material.springs.law import CardForm
+from dielast.material.springs.limited import LimitedLaw
 from dielast.numerics.columns import Floats
-
-SHORTEST_CHAIN = 1.0  # J_lim of chains that are taut at a stretch of 1.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Gent(FirstInvariantLaw):
+class Gent(LimitedLaw):
     """W = -(J/2) ln(1 - (I1 - 3)/J), Eq. 5 of DOI 10.1115/1.4030850, with J = `J_lim`; J to infinity is neo-Hookean.
 
     `J_lim` is a number, or an array (n, cases) or (n, 1) of several springs.
@@ -31,6 +29,8 @@ class Gent(FirstInvariantLaw):
     name: ClassVar = "gent"
     title: ClassVar = "Gent"
     always_stable: ClassVar = True
+    SHORTEST: ClassVar = 1.0
+    USUAL: ClassVar = "is it I1 - 3 where they are taut, 10 to 200 by rule?"
     constants: ClassVar = (
         Constant("J_lim", "Limit of stretch of the Gent spring; left out: neo-Hookean.", at_least=1e-6, left_out=math.inf),
     )
@@ -68,26 +68,6 @@ class Gent(FirstInvariantLaw):
     def largest_invariant(self) -> Floats:
         """3 + J."""
         return np.asarray(3.0 + self.J_lim)
-
-    def describe_limit(self) -> str:
-        """The limit with its number."""
-        return f"the Gent limit, J_lim = {float(self.J_lim):g}"
-
-    def warning(self, whose: str) -> str:
-        """Chains that are taut at small stretches."""
-        shortest = float(np.min(self.J_lim))
-        if shortest >= SHORTEST_CHAIN:
-            return ""
-        meant = "is it I1 - 3 where they are taut, 10 to 200 by rule?"
-        return f"J_lim = {shortest:g} ({whose}): chains so short make no rubber: {meant}"
-
-    def unlimited(self) -> Gent:
-        """J to infinity."""
-        return Gent()
-
-    def exact_forms(self) -> tuple[str, ...]:
-        """Gent, and neo-Hookean without a limit."""
-        return ("neo-hookean", "gent") if np.all(np.isinf(self.J_lim)) else ("gent",)
 
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
         """Gent with its J_lim; neo-Hookean or Yeoh as an approximation.

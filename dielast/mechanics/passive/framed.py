@@ -24,10 +24,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
+from dielast.mechanics.elimination import Eliminated, flow_of
 from dielast.mechanics.passive.structure import Factors, Structure
 from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, Points
-from dielast.mechanics.span import Control, Controls, Load
+from dielast.mechanics.span import Control, Controls, Load, UnderLoad
 from dielast.numerics.columns import Cases, Floats
 
 
@@ -89,7 +90,7 @@ class Assembly:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FramedFilms:
+class FramedFilms(UnderLoad):
     """Films under one smooth stretch of load: the system that the stepper integrates."""
 
     assembly: Assembly
@@ -105,22 +106,9 @@ class FramedFilms:
         """Where the rows of the border begin, from the end."""
         return -self.assembly.structure.unknowns - 2
 
-    @property
-    def electric(self) -> bool:
-        """Whether there is a field."""
-        return self.load.electric
-
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began."""
-        return self.load.value(time)
-
     def take(self, cases: Cases) -> FramedFilms:
         """The same for some of the cases."""
         return FramedFilms(self.assembly.take(cases), self.load.take(cases))
-
-    def driven_by(self, columns: Cases, load: Load) -> FramedFilms:
-        """The same with another span of load in these columns."""
-        return FramedFilms(self.assembly, self.load.put(columns, load))
 
     def pack(self, internal: Floats, border: Floats) -> Floats:
         """State (rows, cases) from xi (2, n, P, cases) and the border (u + 2, cases)."""
@@ -165,7 +153,7 @@ def membrane(border: Floats, driven: Floats, controls: Controls) -> tuple[Floats
 class FramedArrowhead:
     """One step's linear system, factorised. Its cost is linear in the springs and in the points.
 
-    With F = [[2, -1], [-1, 2]] and phi = F p, a spring's equations in v = 2 u_xi/xi and w = 2 u_l/l are
+    With phi = F p (`elimination`), a spring's equations in v = 2 u_xi/xi and w = 2 u_l/l are
     (c + h/(3 tau) F K) v = right + h/(3 tau) F K w, c = 1/gamma - h phi/(6 tau) on the diagonal. So v = w + D^-1 (right - c w), D
     the block on the left, and its part in the stress is Q (c w - right), Q = mu K D^-1.
     """
@@ -179,7 +167,10 @@ class FramedArrowhead:
         self.viscous = state[: system.border].reshape(2, len(wide.modulus), -1)
         self.stress, tangent = wide.law.tangent(assembly.springs(self.viscous, self.stretch))
         self.half_flow = 0.5 * assembly.wide(step) * wide.rate
-        half = self._eliminate_springs(wide.modulus, tangent, gamma)
+        hold = flow_of(self.stress, self.half_flow)
+        self.hold = np.subtract(1 / gamma, hold, out=hold)
+        self.springs = Eliminated.of(wide.modulus, tangent, 2 * self.half_flow, self.hold)
+        half = np.einsum("abnm,bnm->abm", self.springs.share, self.hold)
         carried = assembly.carried(self.stress, self.stretch, field, load.electric)
         self.slope = assembly.slope(half, carried, self.stretch, field, load.electric)
         self.factors = Factors.of(structure.tangent(self.slope))
@@ -188,70 +179,26 @@ class FramedArrowhead:
             _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
             self.known -= by_load * (step * load.slope(time)[ELECTRIC]) / self.stretch[:, 0]
 
-    def _eliminate_springs(self, modulus: Floats, tangent: Floats, gamma: float) -> Floats:
-        """D^-1, as its diagonal and its off-diagonal (2, n, P cases), Q (2, 2, n, P cases) and c; returns sum Q c."""
-        k11, k12, k22 = tangent
-        hold = self._flow(self.stress)
-        np.subtract(1 / gamma, hold, out=hold)
-        self.hold = hold
-        flow = 2 * self.half_flow
-        block = np.empty((2, 2, *k11.shape))
-        np.multiply(k11, 2, out=block[0, 0])
-        block[0, 0] -= k12
-        np.multiply(k12, 2, out=block[1, 0])
-        np.subtract(block[1, 0], k22, out=block[0, 1])
-        block[1, 0] -= k11
-        np.multiply(k22, 2, out=block[1, 1])
-        block[1, 1] -= k12
-        block *= flow
-        block[0, 0] += hold[0]
-        block[1, 1] += hold[1]
-        determinant = block[0, 0] * block[1, 1]
-        determinant -= block[0, 1] * block[1, 0]
-        np.divide(1, determinant, out=determinant)
-        self.diagonal = block[(1, 0), (1, 0)] * determinant
-        self.off_diagonal = block[(0, 1), (1, 0)] * -determinant
-        (d11, d22), (d12, d21) = self.diagonal, self.off_diagonal
-        share = block
-        np.multiply(k11, d11, out=share[0, 0])
-        share[0, 0] += k12 * d21
-        np.multiply(k11, d12, out=share[0, 1])
-        share[0, 1] += k12 * d22
-        np.multiply(k12, d11, out=share[1, 0])
-        share[1, 0] += k22 * d21
-        np.multiply(k12, d12, out=share[1, 1])
-        share[1, 1] += k22 * d22
-        share *= modulus
-        self.share = share
-        return np.asarray(np.einsum("abnm,bnm->abm", share, hold))
-
-    def _flow(self, stress: Floats) -> Floats:
-        """h phi/(6 tau), (2, n, P cases)."""
-        flow = 3 * stress
-        flow -= stress[0] + stress[1]
-        flow *= self.half_flow
-        return flow
-
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
         """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
         system, assembly = self.films, self.films.assembly
         wide, structure, border = assembly.all_points, assembly.structure, system.border
         if history is None:
             stretch, stress = self.stretch, self.stress
-            right = self._flow(stress)
+            right = flow_of(stress, self.half_flow)
             right *= 2
         else:
             stretch = structure.stretch(state[border:-2])
             viscous = state[:border].reshape(self.viscous.shape)
             stress = wide.law.stress(assembly.springs(viscous, stretch))
-            right = self._flow(stress)
+            right = flow_of(stress, self.half_flow)
             right *= viscous
             right += history[:border].reshape(right.shape)
             right *= 2
             right /= self.viscous
         field = system.load.value(time)[ELECTRIC]
         nominal = assembly.carried(stress, stretch, field, system.load.electric) / stretch
-        nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.share, right)) / self.stretch
+        nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.springs.share, right)) / self.stretch
         if gamma_i:
             nominal[:, 0] += gamma_i * self.known
         increment = np.empty_like(state)
@@ -263,9 +210,7 @@ class FramedArrowhead:
         moved = (2 * change / self.stretch).reshape(2, 1, -1)
         right -= self.hold * moved
         internal = increment[:border].reshape(right.shape)
-        np.multiply(self.diagonal, right, out=internal)
-        right *= self.off_diagonal[::-1]
-        internal += right[::-1]
+        self.springs.solve(right, out=internal)
         internal += moved
         internal *= self.viscous
         internal *= 0.5
