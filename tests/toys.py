@@ -13,7 +13,8 @@ from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.law import Constant
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor
-from dielast.material.springs import SPRINGS, Floats, SpringLaw
+from dielast.material.springs import SPRINGS, SpringLaw
+from dielast.numerics.columns import Floats
 from dielast.units import FIELD, PERMITTIVITY, Dimension
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from dielast.commands.registry import read_cases
-from dielast.commands.simulation.history import solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns, parse_csv

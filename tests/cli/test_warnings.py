@@ -22,17 +22,22 @@ Run = Callable[..., tuple[list[str], Mapping[str, Any]]]
 
 @pytest.fixture(name="run")
 def _run(tmp_path: Path) -> Run:
-    """Run a starter with keys set anew: its warnings, and its summary."""
+    """Run a starter, of a film under dead load, with keys set anew: its warnings, and its summary."""
 
-    def run(kind: str, *overrides: str, material: Material | None = None) -> tuple[list[str], Mapping[str, Any]]:
-        path = tmp_path / f"{kind}.toml"
-        path.write_bytes(COMMANDS[kind].starter().encode())
+    def run(
+        kind: str, *overrides: str, material: Material | None = None, as_it_is: bool = False
+    ) -> tuple[list[str], Mapping[str, Any]]:
+        path, starter = tmp_path / f"{kind}.toml", COMMANDS[kind].starter()
+        if not as_it_is:
+            lines = starter.replace('boundary = "frame"', 'boundary = "dead-load"').splitlines()
+            starter = "\n".join(line for line in lines if not line.startswith(("electrode_", "frame_diameter")))
+        path.write_bytes(starter.encode())
         if material is not None:
             (tmp_path / "m.toml").write_bytes(write_material(material))
             overrides = (*overrides, "material=m.toml")
         coarse = ("output.points_per_decade=3",) if kind in ("relax", "creep", "actuate") else ()
-        if kind == "failure-map":
-            coarse = ("voltage.points=3",)
+        if kind == "failure-map" and not as_it_is:
+            coarse = ('voltage={from="3.4 kV",to="4.6 kV",points=3}',)
         found = compute(kind, read_cases(path, kind, (*coarse, *overrides)), path, (), Execution())
         return found[3], tomllib.loads(found[0]["summary.toml"].decode())
 
@@ -53,7 +58,7 @@ CHARGED = 'step=[{{charge="{}"}},{{hold="1 s"}}]'
 
 @pytest.mark.parametrize("kind", ["relax", "creep", "actuate", "failure-map", "mastercurve", "spectrum"])
 def test_starters_are_not_doubted(run: Run, kind: str) -> None:
-    assert run(kind)[0] == []
+    assert run(kind, as_it_is=True)[0] == []
 
 
 @pytest.mark.parametrize(
