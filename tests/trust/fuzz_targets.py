@@ -23,6 +23,7 @@ from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
 from dielast.recipe.cases import Case
+from dielast.relaxation.spectrum_draws import CurveDraws
 from dielast.units import STRESS, TEMPERATURE, TIME
 
 SECONDS = 10
@@ -290,7 +291,7 @@ def _folders(scratch: Path) -> dict[str, Target]:
             inputs = Inputs(folder.parent)
             curve = read_master_curve(folder.name, inputs)
             draws = read_curve_draws(folder.name, curve, inputs)
-            return draws and draws.curves.deviations(draws.curves.abscissa)
+            return draws and CurveDraws(draws.abscissa, draws.ordinates).deviations(draws.abscissa)
 
         return read
 
@@ -374,7 +375,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
     chunks = [(0, 3), (3, 6)]
     times = {"breakdown": np.full(3, np.nan), "pull-in": np.array([1.0, 2.0, np.nan])}
     _save(store, key, [Cells(first, times, np.full(3, Status.COMPLETED)) for first, _ in chunks])
-    plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks, failures=tuple(times))
+    plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks, watched=tuple(times))
 
     def load(data: bytes) -> object:
         store.write_bytes(data)
