@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 if TYPE_CHECKING:
     from dielast.io.files import Inputs
@@ -32,7 +32,7 @@ class Command:
 
     Its `package` holds
 
-    - `recipe.py` with the recipe's model, the class named by `recipe`,
+    - `recipe.py` with the recipe's model, whose `kind` is the command's name,
     - `run.py` with the function `run`, of type `Run`,
     - `readings.py` with the function `readings`, of type `Readings`,
     - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
@@ -42,7 +42,6 @@ class Command:
 
     name: str
     package: str
-    recipe: str
     help: str
     """What the command does."""
     short_help: str
@@ -55,8 +54,12 @@ class Command:
     @property
     def model(self) -> type[RecipeBase]:
         """The model of its recipes."""
-        model: type[RecipeBase] = getattr(import_module(f"{self.package}.recipe"), self.recipe)
-        return model
+        for value in vars(import_module(f"{self.package}.recipe")).values():
+            kind = getattr(value, "model_fields", {}).get("kind")
+            if kind is not None and get_args(kind.annotation) == (self.name,):
+                model: type[RecipeBase] = value
+                return model
+        raise LookupError(f"{self.package}.recipe has no recipe of the kind {self.name}")
 
     @property
     def run(self) -> Run:

@@ -18,7 +18,7 @@ PACKAGE = {
     "__init__.py": """
 from dielast.commands.command import Command
 
-TOY = Command("toy", __name__, "ToyRecipe", "Numbers -> their squares.", "Numbers -> squares.", ("squares.csv", "more.csv"), True)
+TOY = Command("toy", __name__, "Numbers -> their squares.", "Numbers -> squares.", ("squares.csv", "more.csv"), True)
 """,
     "recipe.py": '''
 from typing import Literal

@@ -5,7 +5,6 @@ from dielast.commands.command import Command
 CALIBRATE = Command(
     name="calibrate",
     package=__name__,
-    recipe="CalibrateRecipe",
     help="Tests of a testing machine -> the material's constants with intervals and verdicts, and a material file with draws.",
     short_help="Tests of any kind -> material file with intervals.",
     files=(

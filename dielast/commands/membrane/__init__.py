@@ -3,9 +3,9 @@
 from dielast.commands.command import Command
 
 
-def _command(name: str, recipe: str, text: str, short: str) -> Command:
-    return Command(name, __name__, recipe, text, short, (f"{name}.csv", "cycles.csv", "cases.csv"), can_share=True)
+def _command(name: str, text: str, short: str) -> Command:
+    return Command(name, __name__, text, short, (f"{name}.csv", "cycles.csv", "cases.csv"), can_share=True)
 
 
-RELAX = _command("relax", "RelaxRecipe", "Prescribed stretch -> stress.", "Prescribed stretch -> stress.")
-CREEP = _command("creep", "CreepRecipe", "Prescribed force or nominal stress -> stretch.", "Prescribed force or stress -> stretch.")
+RELAX = _command("relax", "Prescribed stretch -> stress.", "Prescribed stretch -> stress.")
+CREEP = _command("creep", "Prescribed force or nominal stress -> stretch.", "Prescribed force or stress -> stretch.")

@@ -10,7 +10,6 @@ _CARDS = (
 SPECTRUM = Command(
     name="spectrum",
     package=__name__,
-    recipe="SpectrumRecipe",
     help="Master curve -> discrete relaxation spectrum and material file.",
     short_help="Master curve -> spectrum, material file.",
     files=("spectrum.csv", "fit.csv", "continuous-spectrum.csv", "reduction.csv", "material.toml", "draws.csv", *_CARDS),
