@@ -46,13 +46,13 @@ def _errors(points: Points, share: Floats, prestretch: Floats, finest: float, ta
     at stretches that the springs can reach, and that leave the film half of its tension where it is to stay `taut`.
     """
     squared = share * share
-    _, relaxed = _pull(points, share, prestretch, prestretch, LEAST)
+    tension = _pull(points, share, prestretch, prestretch, LEAST)[1] if taut else np.full(share.shape, -np.inf)
     widest = prestretch * (1 + 0.5 * (1 - squared) / (1 + squared))
     reachable = np.full(share.shape, np.nan)
     for part in WIDENINGS:
         aim = prestretch + part * (widest - prestretch)
         reach, tensions = np.array([_pull(points, share, prestretch, aim, count) for count in FEW_AND_MANY]).swapaxes(0, 1)
-        reached = np.all((reach > 0) & ((tensions > 0.5 * relaxed) | (not taut)), axis=0)
+        reached = np.all((reach > 0) & (tensions > 0.5 * tension), axis=0)
         reachable = np.where(np.isnan(reachable) & reached, aim, reachable)
         if not np.isnan(reachable).any():
             break
