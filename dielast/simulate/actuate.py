@@ -164,8 +164,10 @@ def actuate(
     with_circuit = charge or source_resistance is not None or leakage is not None
     electrical = with_circuit if electrical is None else electrical
     if setup.passive is not None and (with_circuit or electrical):
-        only = "a film with a passive part takes an ideal source of voltage: leave charges, resistance, leakage and energies out"
-        raise InputError(only, argument="boundary")
+        named = {"steps": charge, "source_resistance": source_resistance is not None, "leakage": leakage is not None}
+        argument = next((name for name, is_stated in named.items() if is_stated), "electrical")
+        only = "a film with a passive part, boundary frame or strip, takes an ideal source of voltage alone"
+        raise InputError(f"{only}, and says nothing of charge and energies", argument=argument)
     wanted = Wanted.of(times, cases, points_per_decade, cycles)
     check_cycles(wanted.cycles, pieces)
     whole = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)

@@ -146,6 +146,8 @@ class FilmSetup(Result):
     def share(self, cases: int) -> Floats | None:
         """The electrode's share (cases,) of a film with a passive part; `InputError` for one that cannot be."""
         name, stated = self.surrounded, self.electrode_share
+        if name != "frame" and self.mesh_rtol != MESH_RTOL:
+            raise InputError("it is for the boundary frame alone", argument="mesh_rtol")
         if name is None:
             if stated is not None:
                 raise InputError("it is for the boundaries frame and strip alone", argument="electrode_share")

@@ -5,7 +5,8 @@
 The material and the histories are those of bench_voltage.py, N = 30 branches, with an electrode of 10 mm in a frame of 190.5 mm:
 the paper's Fig. 9, and a map of N x N (50 x 50) voltages and prestretches. Times are of the processor, the best of three, as the
 machine may be shared. The peer (tests/peers/disc.py) has the exact Jacobian of all unknowns as a sparse matrix; it takes
-dielast's points around the disc, and then linear elements. One run of dielast is compared, and 100 together.
+dielast's points around the disc, and then linear elements. Each is compared with the loosest of its tolerances by which the
+stretch is exact to 1e-5, that of a film with points to 1e-10; one run of dielast, and 100 together.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ from scipy.sparse import csr_array
 
 SHARE, PRESTRETCH, POINTS = 10 / 190.5, 1.9, 4
 FRAMED: dict[str, Any] = {"boundary": "frame", "electrode_share": SHARE}
-ELEMENTS = 12  # exact to about 1e-5 here
+ELEMENTS = 16  # exact to about 1e-5 here
+EXACT = 1e-5
 HIGHER = 1.35  # voltage of a disc in a frame that moves as far
 FIG_9 = ((0.0, 2500.0, 10.0), (2500.0, 2500.0, 300.0), (2500.0, 3000.0, 10.0), (3000.0, 3000.0, 6880.0))
 
@@ -47,6 +49,16 @@ def cost(job: Callable[[], Any], repeats: int = 3) -> tuple[float, Any]:
         result = job()
         least = min(least, time.process_time() - begin)
     return least, result
+
+
+def loosest(run: Callable[[float], np.ndarray], exact: np.ndarray, repeats: int) -> tuple[float, float, float]:
+    """Seconds, tolerance and error of the loosest of some tolerances by which a run is `EXACT`, or of the last."""
+    for rtol in 10.0 ** np.arange(-2, -9, -1):
+        seconds, found = cost(lambda rtol=rtol: run(rtol), repeats)
+        error = float(np.max(np.abs(found / exact - 1)))
+        if error <= EXACT:
+            break
+    return seconds, float(rtol), error
 
 
 def fig_9(material: Any, rtol: float, higher: Any, **film: Any) -> Any:
@@ -102,13 +114,14 @@ def main() -> None:
         tight = fig_9(material, 1e-9, HIGHER, **FRAMED)
         print(f"    error of the stretch {np.max(np.abs(there / tight - 1)):.1e}")
     if not asked.no_peer:
-        ours, _ = cost(lambda: fig_9(material, 1e-5, HIGHER, **FRAMED))
-        exact = fig_9(material, 1e-9, HIGHER, **FRAMED, mesh_rtol=1e-6)
-        batch, _ = cost(lambda: fig_9(material, 1e-5, np.full(100, HIGHER), **FRAMED))
-        for rtol, elements in ((1e-4, 0), (1e-5, 0), (1e-5, ELEMENTS)):
-            peer, found = cost(lambda rtol=rtol, elements=elements: radau(material, rtol, elements), 1)
-            error, mesh = np.max(np.abs(found / exact - 1)), f"{elements} linear elements" if elements else "same points"
-            print(f"Radau with rtol {rtol:g}, {mesh}: {peer:.1f} s, error {error:.1e}, {peer / ours:.0f} times dielast to 1e-5,")
+        exact = fig_9(material, 1e-10, HIGHER, **FRAMED, mesh_rtol=1e-10)
+        ours, rtol, error = loosest(lambda rtol: fig_9(material, rtol, HIGHER, **FRAMED), exact, 3)
+        batch, _ = cost(lambda: fig_9(material, rtol, np.full(100, HIGHER), **FRAMED))
+        print(f"to {EXACT:g}: dielast with rtol {rtol:g}, {ours:.3f} s, {batch / 100:.4f} s as one of 100, error {error:.1e}")
+        for elements in (0, ELEMENTS):
+            peer, rtol, error = loosest(lambda rtol, elements=elements: radau(material, rtol, elements), exact, 1)
+            mesh = f"{elements} linear elements" if elements else "same points"
+            print(f"    Radau with rtol {rtol:g}, {mesh}: {peer:.1f} s, error {error:.1e}: {peer / ours:.0f} times one run,")
             print(f"    {100 * peer / batch:.0f} times one of 100 together")
     count = asked.cells**2
     alone, _ = cost(lambda: grid(material, asked.cells, 1.0), 2)

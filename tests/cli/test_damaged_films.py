@@ -109,6 +109,39 @@ def test_a_map_without_a_breakdown_field_is_about_damage(folder: Path, dielast: 
     assert "\ndamage = " in (folder / "out/summary.toml").read_text()
 
 
+def test_a_disc_in_a_frame_ages_and_breaks_down_by_a_power_law(folder: Path, dielast: Run) -> None:
+    framed = FILM + 'boundary = "frame"\nelectrode_share = "5 %"\n'
+    power = '{ law = "power", field = "25 MV/m", stretch_exponent = 1.2, thickness_exponent = 0.1, reference_thickness = "0.1 mm" }'
+    steps = '[[step]]\nvoltage = "5.5 kV"\n[[step]]\nhold = "2 min"\n[output]\npoints_per_decade = 60\n[stop]\nat = "end"\n'
+    (folder / "film.toml").write_text(f"breakdown = {power}\n{MATERIAL}{DAMAGE.replace('30 MV/m', '48 MV/m')}")
+    (folder / "actuate.toml").write_text(f'kind = "actuate"\n{framed}{steps}')
+    done = dielast("actuate", "actuate.toml", "-o", "one", "--plot", "none")
+    assert (done.returncode, done.stderr) == (0, "")
+    events = {row["event"]: row for row in rows(folder / "one/events.csv")}
+    assert list(events) == ["damage", "breakdown", "loss-of-tension"]
+    stretch, field = (float(events["breakdown"][name]) for name in ("stretch_1 [1]", "true_field [V/m]"))
+    assert field == pytest.approx(25e6 * stretch**1.2 * (0.5e-3 / stretch**2 / 0.1e-3) ** -0.1, rel=1e-6)
+    table = rows(folder / "one/actuate.csv")
+    time, fields = (np.array([float(row[name]) for row in table]) for name in ("time [s]", "true_field [V/m]"))
+    aged = float(events["damage"]["time [s]"])
+    here = time <= aged
+    rate = np.append(fields[here], float(events["damage"]["true_field [V/m]"])) / 48e6
+    assert np.trapezoid(rate**18.5, np.append(time[here], aged)) / 600 == pytest.approx(1.0, rel=0.02)
+    (folder / "map.toml").write_text(f'kind = "failure-map"\nhorizon = "2 min"\n{framed}[voltage]\nvalues = "5.5 kV"\n')
+    done = dielast("failure-map", "map.toml", "-o", "out", "--set", 'film.electrode_share=["5 %", 0.5]', "--plot", "none")
+    assert (done.returncode, done.stderr) == (0, "")
+    near, far = rows(folder / "out/failure-map.csv")
+    for name, event in events.items():
+        assert float(near[f"time_to_{name.replace('-', '_')} [s]"]) == pytest.approx(float(event["time [s]"]), rel=1e-4)
+    assert float(far["time_to_failure [s]"]) > aged  # a frame next to the disc holds it back
+    (folder / "actuate.toml").write_text(f'kind = "actuate"\n{framed}{steps.replace("end", "damage")}{DRAWS}')
+    done = dielast("actuate", "actuate.toml", "-o", "many", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    (bounded,) = [row for row in rows(folder / "many/events.csv") if row["event"] == "damage"]
+    low, time, high = (float(bounded[f"time{which} [s]"]) for which in ("_lower", "", "_upper"))
+    assert low < time == aged < high
+
+
 def test_a_map_with_damage_goes_on_where_it_stopped(tmp_path: Path) -> None:
     material = parse_material((MATERIAL + DAMAGE).encode(), "film.toml")
     plan = plan_failure_map(material, voltage=np.linspace(2e3, 4e3, 3), prestretch=[1.7, 1.9], thickness=5e-4, horizon=60.0)

@@ -13,10 +13,10 @@ from peers.energies import gent, stress
 from peers.membrane import Film, constant, ramp
 from scipy.integrate import simpson, solve_ivp
 from scipy.interpolate import BarycentricInterpolator
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 from scipy.sparse import csr_array
 
-from dielast import ActuationHistory, Gent, Material, Spectrum, VoltageStep, actuate
+from dielast import ActuationHistory, Gent, Material, Spectrum, TimeScale, VoltageStep, actuate
 from dielast.material.shift import NoShift
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.mesh import points_needed
@@ -55,6 +55,23 @@ def test_the_elastic_disc_is_that_of_shooting() -> None:
 
 
 MESHES = (1e-2, 1e-4, 1e-6, 1e-8)
+
+
+def test_the_literal_pull_in_is_the_maximum_of_the_voltage_over_stretch() -> None:
+    """Where a slow ramp meets it: the damper that follows hides nothing of it."""
+    prestretch, share = 1.5, 0.3
+    top = minimize_scalar(
+        lambda x: -1e6 * shoot(SOFT.equilibrium, prestretch, share, x)[0] / MU,
+        bounds=(2.3, 2.42),
+        method="bounded",
+        options={"xatol": 1e-5},
+    )
+    film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": prestretch, "boundary": "frame", "electrode_share": share}
+    asked: dict[str, Any] = {"stop_at": "pull-in", "pull_in_timescale": TimeScale.fixed(0.0), "mesh_rtol": 1e-9, "rtol": 1e-5}
+    (event,) = actuate(ELASTIC, [VoltageStep(UNIT, duration=100.0)], **film, **asked).events[0][-1:]
+    assert event.name == "pull-in"
+    assert event.voltage == pytest.approx(UNIT * np.sqrt(-1e-6 * top.fun), rel=1e-7)
+    assert event.stretch_1 == pytest.approx(top.x, rel=1e-5)
 
 
 def test_small_strains_creep_with_the_compliance() -> None:

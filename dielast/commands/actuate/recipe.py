@@ -237,10 +237,26 @@ class ActuateRecipe(SimulationRecipe):
 
     @model_validator(mode="after")
     def _boundary_of_film(self) -> Self:
-        self.film.check_boundary(swept="film.boundary" in (self.sweep or ()))
+        self.film.check_boundary(self.solver, swept="film.boundary" in (self.sweep or ()))
         if self.output.profile is not None and self.film.shares is None:
             raise InputError('a profile is of a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
+        if self.film.shares is not None:
+            self._check_ideal_source(self.film.boundary[0])
         return self
+
+    def _check_ideal_source(self, boundary: str) -> None:
+        """`InputError` for what is not known of a film with a passive part."""
+        stated = {
+            "control": self.control == "charge",
+            "source": self.source is not None,
+            "leakage": self.leakage is not None,
+            "output.electrical": bool(self.output.electrical),
+        }
+        wrong = Mistakes()
+        only = f'a film with boundary = "{boundary}" takes an ideal source of voltage alone'
+        text = f'{only}: leave it out, or state "dead-load" or "clamped"'
+        wrong += [Problem(text, key=key) for key, is_stated in stated.items() if is_stated]
+        wrong.refuse()
 
     @model_validator(mode="after")
     def _no_noise(self) -> Self:

@@ -30,6 +30,7 @@ from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import ActuationHistory, actuate
 from dielast.simulate.events import Event, event_columns
 from dielast.simulate.profile import profile_table
+from dielast.simulate.setup import MESH_RTOL
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent
@@ -79,7 +80,8 @@ class Films(Simulation):
             relax=recipe.film.relax,
             boundary=recipe.film.boundary,
             electrode_share=None if recipe.film.shares is None else np.array([film.shares for film in films]).ravel(),
-            mesh_rtol=recipe.solver.mesh_rtol,
+            # beside frames, which it is for, other boundaries may be swept
+            mesh_rtol=recipe.solver.mesh_rtol if recipe.film.boundary[0] == "frame" else MESH_RTOL,
             force=_over_films([film.weights[0] for film in films]),
             width=_over_films([film.weights[1] for film in films]),
             breakdown_field=breakdown(recipe.breakdown),

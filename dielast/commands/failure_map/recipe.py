@@ -144,7 +144,7 @@ class FailureMapRecipe(RecipeBase):
 
     @model_validator(mode="after")
     def _boundary_of_film(self) -> Self:
-        self.film.check_boundary()
+        self.film.check_boundary(self.solver)
         return self
 
     @model_validator(mode="after")

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from math import nan
 from sys import float_info
 from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
 from dielast.commands.simulation.recipe import Solver
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, nearest, shown
 from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time
 from dielast.simulate.setup import MESH_RTOL
 from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
@@ -23,9 +25,10 @@ def _boundary(value: Any) -> tuple[str, str]:
         return str(value), str(value)
     pair = value if isinstance(value, list) else [value, value]
     if len(pair) != 2 or any(entry not in BOUNDARIES for entry in pair):
-        raise InputError(
-            f'{shown(value)}: "dead-load" or "clamped" is needed, or a pair of them, one a direction; or "frame" or "strip"'
-        )
+        needed = '"dead-load" or "clamped" is needed, or a pair of them, one a direction; or "frame" or "strip"'
+        if isinstance(value, str):
+            needed = nearest(value.casefold(), (*BOUNDARIES, *PASSIVE))
+        raise InputError(f"{shown(value)}: {needed}")
     return pair[0], pair[1]
 
 
@@ -99,16 +102,28 @@ def _shares(value: Any) -> tuple[float, ...]:
     entries = value if isinstance(value, list) else [value]
     if not entries:
         raise InputError("a share between 0 and 1 is needed, or a list of them")
-    for entry in entries:
-        if not isinstance(entry, int | float) or isinstance(entry, bool) or not 0 < entry < 1:
-            whole = ': an electrode as large as the frame is boundary = "clamped"' if entry in (1, 1.0) else ""
-            raise InputError(f"{shown(entry)}: a share between 0 and 1 is needed, such as 0.05{whole}")
-    return tuple(float(entry) for entry in entries)
+    return tuple(map(_share, entries))
 
 
-_SHARE_SCHEMA = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
+def _share(value: Any) -> float:
+    """A share between 0 and 1, as a number or in per cent."""
+    number = nan
+    if isinstance(value, str):
+        with suppress(InputError):
+            number = parse(value, STRAIN)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        number = value
+    if not 0 < number < 1:
+        whole = ': an electrode as large as the frame is boundary = "clamped"' if number == 1 else ""
+        raise InputError(f'{shown(value)}: a share between 0 and 1 is needed, such as 0.05 or "5 %"{whole}')
+    return float(number)
+
+
+_SHARE_SCHEMA = {
+    "anyOf": [{"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}, {"type": "string", "examples": ["5 %"]}]
+}
 SHARE_TEXT = "Of the electrode: its radius over that of the frame, or its share of the strip's length."
-Share = Annotated[float, PlainValidator(lambda value: _shares([value])[0]), WithJsonSchema(_SHARE_SCHEMA)]
+Share = Annotated[float, PlainValidator(_share), WithJsonSchema(_SHARE_SCHEMA)]
 Shares = Annotated[
     tuple[float, ...],
     PlainValidator(_shares),
@@ -192,13 +207,15 @@ class FilmBase(Section):
         """The values of electrode_share."""
         raise NotImplementedError
 
-    def check_boundary(self, *, swept: bool = False) -> None:
+    def check_boundary(self, solver: FilmSolver, *, swept: bool = False) -> None:
         """`InputError` for keys of the boundary that do not fit each other.
 
         Where the boundary is `swept`, what only a film with a passive part needs may stand beside the others as well.
         """
         self.check_weights()
         boundary, stated = self.boundary[0], self.stated_shares()
+        if boundary != "frame" and not swept and "mesh_rtol" in solver.model_fields_set:
+            raise InputError('it has no effect without boundary = "frame": leave it out', key="solver.mesh_rtol")
         if boundary not in PASSIVE:
             if swept:
                 return
@@ -217,7 +234,7 @@ class FilmBase(Section):
             ways = "electrode_share, " + ("or electrode_diameter and frame_diameter" if boundary == "frame" else "of its length")
             raise InputError(f"{shown(boundary)} needs the electrode's share of the film: state film.{ways}", key="film.boundary")
         if stated is None and max(self.shares) >= 1:
-            large = f"an electrode of {self.electrode_diameter} m leaves no film in a frame of {self.frame_diameter} m"
+            large = f"an electrode of {self.electrode_diameter:g} m leaves no film in a frame of {self.frame_diameter:g} m"
             raise InputError(f'{large}: without a passive film it is boundary = "clamped"', key="film.electrode_diameter")
         if boundary == "frame" and (apart := [pair for pair in self.prestretches if pair[0] != pair[1]]):
             instead = 'a round frame needs an equibiaxial one; for a pair use "strip", or "clamped" and "dead-load"'

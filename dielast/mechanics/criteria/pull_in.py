@@ -56,8 +56,9 @@ class PullIn(Criterion):
     def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
         """Pull-ins at the end of an equilibrium, where the damper has taken over, are at its fold.
 
-        With a circuit there is none, as a film whose charge is frozen is stable; in a film with a passive part the damper blurs the
-        fold by the time it takes alone, which is nothing.
+        With a circuit there is none, as a film whose charge is frozen is stable. In a film with a passive part the steps around the
+        fold are so short that it is found as exactly without: Newton's method moves it by less than 1e-9 in time and stretch from
+        where it is found with an rtol of 1e-5 or less, and by less than 1e-6 with one of 1e-3.
         """
         if moment.points.circuit is not None or moment.surroundings is not None:
             return time, moment

@@ -173,7 +173,7 @@ class FramedArrowhead:
         half = np.einsum("abnm,bnm->abm", self.springs.share, self.hold)
         carried = assembly.carried(self.stress, self.stretch, field, load.electric)
         self.slope = assembly.slope(half, carried, self.stretch, field, load.electric)
-        self.factors = Factors.of(structure.tangent(self.slope))
+        self.compliance = Factors.of(structure.tangent(self.slope)).inverse()
         self.known = np.zeros_like(self.stretch[:, 0])
         if load.electric:
             _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
@@ -202,7 +202,7 @@ class FramedArrowhead:
         if gamma_i:
             nominal[:, 0] += gamma_i * self.known
         increment = np.empty_like(state)
-        increment[border:-2] = self.factors.solve(-structure.force(nominal))
+        increment[border:-2] = np.einsum("uvc,vc->uc", self.compliance, -structure.force(nominal))
         change = structure.moved(increment[border:-2])
         nominal += self.slope[:, 0] * change[0]
         nominal += self.slope[:, 1] * change[1]
@@ -259,5 +259,6 @@ class Surroundings:
         carried = assembly.carried(stress, stretch, field)
         whole = assembly.slope(own, np.zeros_like(carried), stretch, field, electric=False)
         present = assembly.slope(own, carried, stretch, field)
-        tangent = assembly.structure.tangent
-        return Factors.of(tangent(present)).rim_stiffness(), Factors.of(tangent(whole)).rim_stiffness()
+        both = assembly.structure.tangent(np.stack((present, whole)))
+        rim, alone = Factors.of(np.moveaxis(both, 0, 2)).rim_stiffness()
+        return rim, alone

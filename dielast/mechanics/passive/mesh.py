@@ -2,7 +2,11 @@
 
 The measure is the nominal field that holds an elastic disc, with the film's equilibrium spring alone, at a stretch that halves the
 radial stretch at its rim by the theory of small strains: a relative stretch of 1.5 for a small electrode, about as far as the film
-around it stays taut. The error of n points is what the field changes by with one point more.
+around it stays taut. The error of n points is the most that the field changes by with one point more, or two.
+
+Around a disc with a very stiff spring, such as Ogden's with an exponent of 8 or more, the film goes slack long before that, and
+falls together next to the rim in a kink that no polynomial follows. Where no number of points resolves that, the stretch is one
+that leaves the film around the disc half of its tension.
 """
 
 from __future__ import annotations
@@ -16,8 +20,9 @@ from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.numerics.columns import Cases, Floats
 
 LEAST, MOST = 2, 20  # points
+RESOLVED = 1e-6  # error of the field that some number of points stays below, unless there is a kink
 WIDENINGS = 0.5 ** np.arange(16)  # shares of the stretch, of which the first is taken that the springs can reach
-ITERATIONS = 30
+ITERATIONS, SETTLED = 30, 1e-9  # and the relative step by which they are through
 FEW_AND_MANY = (LEAST, LEAST + 4, LEAST + 9)  # numbers of points, with all of which a stretch is to be reached
 
 
@@ -25,29 +30,46 @@ def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: 
     """The number of points (cases,) with which the field of each disc (see `forms.disc`) is exact to a relative `tolerance`; 0
     where no number is enough.
     """
+    finest = min(tolerance, RESOLVED)
+    errors = _errors(points, share, prestretch, finest, taut=False)
+    kinked = np.flatnonzero(~np.any(errors <= RESOLVED, axis=0))
+    if kinked.size:
+        errors = np.concatenate((errors, np.full((MOST - LEAST - len(errors), share.size), np.inf)))
+        instead = _errors(points.take(kinked), share[kinked], prestretch[kinked], finest, taut=True)
+        errors[: len(instead), kinked], errors[len(instead) :, kinked] = instead, np.inf
+    exact = errors <= tolerance
+    return np.where(np.any(exact, axis=0), LEAST + np.argmax(exact, axis=0), 0)
+
+
+def _errors(points: Points, share: Floats, prestretch: Floats, finest: float, taut: bool) -> Floats:
+    """Errors (counts, cases) of the field with `LEAST` points and more, until all are below the `finest` or the points are `MOST`,
+    at stretches that the springs can reach, and that leave the film half of its tension where it is to stay `taut`.
+    """
     squared = share * share
+    tension = _pull(points, share, prestretch, prestretch, LEAST)[1] if taut else np.full(share.shape, -np.inf)
     widest = prestretch * (1 + 0.5 * (1 - squared) / (1 + squared))
     reachable = np.full(share.shape, np.nan)
     for part in WIDENINGS:
         aim = prestretch + part * (widest - prestretch)
-        pulls = [_pull(points, share, prestretch, aim, count) for count in FEW_AND_MANY]
-        reachable = np.where(np.isnan(reachable) & (np.array(pulls) > 0).all(axis=0), aim, reachable)
+        reach, tensions = np.array([_pull(points, share, prestretch, aim, count) for count in FEW_AND_MANY]).swapaxes(0, 1)
+        reached = np.all((reach > 0) & (tensions > 0.5 * tension), axis=0)
+        reachable = np.where(np.isnan(reachable) & reached, aim, reachable)
         if not np.isnan(reachable).any():
             break
-    needed = np.zeros(share.size, dtype=np.intp)
-    before = _pull(points, share, prestretch, reachable, LEAST)
+    errors: list[Floats] = []
+    pulls = [_pull(points, share, prestretch, reachable, count)[0] for count in (LEAST, LEAST + 1)]
     for count in range(LEAST, MOST):
-        pull = _pull(points, share, prestretch, reachable, count + 1)
-        exact = 0.5 * np.abs(pull - before) <= tolerance * pull
-        needed = np.where((needed == 0) & exact, count, needed)
-        if needed.all():
+        pulls.append(_pull(points, share, prestretch, reachable, count + 2)[0])
+        errors.append(0.5 * np.max(np.abs(np.array(pulls[-2:]) / pulls[-3] - 1), axis=0))
+        if np.all(errors[-1] <= finest):
             break
-        before = pull
-    return needed
+    return np.array(errors)
 
 
-def _pull(points: Points, share: Floats, prestretch: Floats, stretch: Floats, count: int) -> Floats:
-    """The Maxwell stress (cases,) in Pa that holds relaxed discs at a `stretch` (cases,); NaN where the springs cannot reach it."""
+def _pull(points: Points, share: Floats, prestretch: Floats, stretch: Floats, count: int) -> tuple[Floats, Floats]:
+    """The Maxwell stress (cases,) in Pa that holds relaxed discs at a `stretch` (cases,), and the least nominal stress (cases,) in
+    the film around them; NaN where the springs cannot reach it.
+    """
     structure = disc(share, prestretch, count)
     assembly = Assembly.of(points, structure)
     wide, none = assembly.all_points, np.zeros_like(share)
@@ -64,14 +86,15 @@ def _pull(points: Points, share: Floats, prestretch: Floats, stretch: Floats, co
             own = (alone * half[:, 0])[SYMMETRIC]
             force = structure.force(carried / at)
             tangent = structure.tangent(assembly.slope(own, carried, at, none, electric=False))
-            if count == 1:
-                break
             step = Factors.of(tangent[1:, 1:]).solve(-force[1:])
             unknown[1:] += step
             if np.nanmax(np.abs(step), initial=0.0) <= 1e-15 * prestretch.max():
                 break
         found = 0.5 * force[0] * stretch
-        return np.where(np.all(at > 0, axis=(0, 1)) & np.isfinite(found), found, np.nan)
+        settled = np.max(np.abs(step), axis=0) <= SETTLED * prestretch
+        reached = settled & np.all(at > 0, axis=(0, 1)) & np.isfinite(found)
+        tension = np.min((carried / at)[:, 1:], axis=(0, 1))
+        return np.where(reached, found, np.nan), np.where(reached, tension, np.nan)
 
 
 def _line(count: int) -> Floats:

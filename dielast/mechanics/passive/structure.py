@@ -65,14 +65,16 @@ class Structure:
         return np.asarray(np.einsum("apuc,apc->uc", self.gather, self.weight * nominal))
 
     def tangent(self, slope: Floats) -> Floats:
-        """dF/du (u, u, cases) of ds_i/dl_j (2, 2, P, cases)."""
-        return np.asarray(np.einsum("apuc,apvc->uvc", self.gather, np.einsum("abpc,bpvc->apvc", self.weight * slope, self.gather)))
+        """dF/du (..., u, u, cases) of ds_i/dl_j (..., 2, 2, P, cases)."""
+        pushed = np.einsum("...abpc,bpvc->...apvc", self.weight * slope, self.gather)
+        return np.asarray(np.einsum("apuc,...apvc->...uvc", self.gather, pushed))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Factors:
-    """A matrix (u, u, cases) as U L, eliminated from the last row to the first without exchanging rows: `upper` holds what was
-    taken of later rows, `lower` the rows that were left, pivots on the diagonal. Of a symmetric matrix they are those of L D L^T.
+    """A matrix (u, u, cases), or (u, u, k, cases), as U L, eliminated from the last row to the first without exchanging rows:
+    `upper` holds what was taken of later rows, `lower` the rows that were left, pivots on the diagonal. Of a symmetric matrix they
+    are those of L D L^T.
     """
 
     upper: Floats
@@ -88,17 +90,25 @@ class Factors:
         return cls(upper, lower)
 
     def solve(self, right: Floats) -> Floats:
-        """The solution (u, cases)."""
+        """The solution (u, cases), or solutions (u, k, cases)."""
         found = right.copy()
+        upper, lower = (
+            (np.expand_dims(self.upper, 2), np.expand_dims(self.lower, 2)) if right.ndim > 2 else (self.upper, self.lower)
+        )
         for row in range(len(right) - 1, 0, -1):
-            found[:row] -= self.upper[:row, row] * found[row]
+            found[:row] -= upper[:row, row] * found[row]
         for row in range(len(right)):
             for earlier in range(row):
-                found[row] -= self.lower[row, earlier] * found[earlier]
-            found[row] /= self.lower[row, row]
+                found[row] -= lower[row, earlier] * found[earlier]
+            found[row] /= lower[row, row]
         return np.asarray(found)
 
+    def inverse(self) -> Floats:
+        """The inverse (u, u, cases): for many right sides one after another."""
+        unit = np.eye(len(self.lower))[:, :, None]
+        return self.solve(np.broadcast_to(unit, self.lower.shape))
+
     def rim_stiffness(self) -> Floats:
-        """The last pivot (cases,) of a symmetric matrix; negative wherever that is not positive definite."""
-        pivots = np.einsum("uuc->uc", self.lower)
+        """The last pivot (cases,), or (k, cases), of a symmetric matrix; negative wherever that is not positive definite."""
+        pivots = np.einsum("uu...->u...", self.lower)
         return np.asarray(np.where(np.all(pivots[1:] > 0, axis=0), pivots[0], -np.abs(pivots[0])))
