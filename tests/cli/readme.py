@@ -1,7 +1,7 @@
 """What README.md and the pages of the guide show, taken from real runs: the output of commands, tables, and the list of keys.
 
-`python tests/cli/readme.py --write` brings README.md, recipes/guide/*.md and recipes/KEYS.md up to date, and with names of files only
-those; without --write it prints which differ. The blocks of a page run in order in a folder that only they use.
+`python tests/cli/readme.py --write [FILE...]` brings README.md, the pages of recipes/guide and recipes/KEYS.md up to date, or only the
+files named; without --write it prints which differ. The blocks of a page run in order, in a folder that only they use.
 """
 
 from __future__ import annotations
@@ -83,8 +83,8 @@ class Terminal:
         launcher.write_text(f"#!/bin/sh\nexec {shlex.quote(sys.executable)} -c 'from dielast.cli import main; main()' \"$@\"\n")
         launcher.chmod(0o755)
         (folder / "dielast").symlink_to(ROOT / "dielast")
-        for name, text in _RECIPE.findall(text):
-            (folder / name).write_text(text)
+        for name, content in _RECIPE.findall(text):
+            (folder / name).write_text(content)
         path = f"{launcher.parent}:{os.environ['PATH']}"
         own = {"PATH": path, "COLUMNS": "80", "TERM": "xterm", "LC_ALL": "C.UTF-8"}
         self.environment = {**os.environ, **own, "PYTHONPATH": str(ROOT)}
