@@ -1,7 +1,7 @@
 """What README.md and the pages of the guide show, taken from real runs: the output of commands, tables, and the list of keys.
 
-`python tests/cli/readme.py --write [FILE...]` brings README.md, the pages of recipes/guide and recipes/KEYS.md up to date, or only the
-files named; without --write it prints which differ. The blocks of a page run in order, in a folder that only they use.
+`python tests/cli/readme.py --write [FILE...]` brings README.md, the pages of recipes/guide and recipes/KEYS.md up to date, or only
+the files named; without --write it prints which differ. The blocks of a page run in order, in a folder that only they use.
 """
 
 from __future__ import annotations
