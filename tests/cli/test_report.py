@@ -197,6 +197,14 @@ def test_copies_of_one_folder_stay_as_they_are_listed(results: Path, dielast: Ru
     assert dielast("report", "b", "a").stdout == "report: b, a in report.html\n"
 
 
+def test_a_result_without_a_figure_says_so_and_a_report_is_renewed(results: Path, dielast: Run) -> None:
+    assert dielast("report", "out/relax").returncode == 0
+    assert "No figure" not in (results / PAGE).read_text("utf-8")
+    (results / "out/relax/relax.svg").rename(results / "out/relax/relax.pdf")
+    assert dielast("report", "out/relax").returncode == 0
+    assert "No figure in PNG or SVG is in the folder." in Parsed((results / PAGE).read_text("utf-8")).text
+
+
 def picture(color: str) -> bytes:
     buffer = io.BytesIO()
     Image.new("RGB", (400, 200), color).save(buffer, "png")
