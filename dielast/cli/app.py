@@ -154,6 +154,26 @@ def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hid
     _exit_with(action)
 
 
+def _report(
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER...", parser=_path, hidden=True)],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="FILE", parser=_path, show_default="report.html", help="The page.")
+    ] = Path("report.html"),
+) -> None:
+    """Put results on one HTML page that opens offline.
+
+    Figures, headline numbers, tables, warnings and inputs of each folder, those
+    first that the others were made from. Long tables are shortened.
+    """
+
+    def action() -> int:
+        from dielast.cli.helpers import write_report
+
+        return write_report(folders, out)
+
+    _exit_with(action)
+
+
 def _schema() -> None:
     """Print the JSON Schema of recipes, for editors."""
 
@@ -196,6 +216,7 @@ def application(asked: str | None = None) -> typer.Typer:
     helpers: dict[str, tuple[Callable[..., None], str | None]] = {
         "new": (_new, starters),
         "validate": (_validate, None),
+        "report": (_report, None),
         "schema": (_schema, None),
     }
     names = [*COMMANDS, *helpers]

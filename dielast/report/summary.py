@@ -21,7 +21,7 @@ def print_summary(summary: Mapping[str, Any], out: Path) -> None:
     if sys.stdout is not None and sys.stdout.isatty():
         _print_table(summary, out)
     else:
-        for section, values in _sections(summary):
+        for section, values in summary_sections(summary):
             for key, value in values.items():
                 print(f"{section}.{key} = {_plain(value)}")
 
@@ -35,7 +35,8 @@ def rows(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield name, _measured(value, unit, values.get(f"{key}_stderr"))
 
 
-def _sections(summary: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+def summary_sections(summary: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The headline numbers by section, without empty lists."""
     for section, values in summary.items():
         if isinstance(values, Mapping):
             yield section, {key: value for key, value in values.items() if value != []}
@@ -51,7 +52,7 @@ def _print_table(summary: Mapping[str, Any], out: Path) -> None:
     table.add_column(no_wrap=True, style="dim")
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
-    for section, values in _sections(summary):
+    for section, values in summary_sections(summary):
         for index, (name, value) in enumerate(rows(values)):
             # as text, in which no bracket is markup
             table.add_row(*(Text(_encodable(cell)) for cell in ("" if index else section, name, value)))

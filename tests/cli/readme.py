@@ -1,6 +1,7 @@
-"""What the README shows, taken from real runs: the output of its commands, its tables, and the list of keys.
+"""What README.md and the pages of the guide show, taken from real runs: the output of commands, tables, and the list of keys.
 
-`python tests/cli/readme.py --write` brings README.md and recipes/KEYS.md up to date; without --write it only tells what differs.
+`python tests/cli/readme.py --write [FILE...]` brings README.md, the pages of recipes/guide and recipes/KEYS.md up to date, or only
+the files named; without --write it prints which differ. The blocks of a page run in order, in a folder that only they use.
 """
 
 from __future__ import annotations
@@ -25,11 +26,13 @@ from dielast.commands.registry import COMMANDS
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.handover.material_file import material_file
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests"))
 from keys import Key, keys  # noqa: E402
 
 README = ROOT / "README.md"
+GUIDE = ROOT / "recipes/guide"
+PAGES = (README, *sorted(GUIDE.glob("*.md")))
 KEYS = ROOT / "recipes/KEYS.md"
 INTRODUCTION = """\
 # Keys
@@ -57,26 +60,31 @@ def steps(block: str) -> list[tuple[str, list[str]]]:
     return found
 
 
-def session() -> list[tuple[str, list[str]]]:
-    """The commands of every console block of the README and their output, in order."""
-    return [step for block in _BLOCK.findall(README.read_text()) for step in steps(block)]
+def session(text: str) -> list[tuple[str, list[str]]]:
+    """The commands of every console block of a page and their output, in order."""
+    return [step for block in _BLOCK.findall(text) for step in steps(block)]
+
+
+def python_blocks(text: str) -> list[tuple[str, str]]:
+    """(code, what it prints) of every block of Python of a page."""
+    return re.findall(r"```python\n(.*?)```\n\nprints\n\n```text\n(.*?)```", text, re.DOTALL)
 
 
 class Terminal:
-    """Runs commands in `folder` as a reader of the README does, on a terminal of 80 columns beside a checkout.
+    """Runs commands in `folder` as the reader of a page does, on a terminal of 80 columns beside a checkout.
 
-    The folder holds the recipes that the README shows with a file's name in their first line.
+    The folder holds the files that the page's `text` shows with their name in the first line.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, text: str) -> None:
         self.folder = folder
         launcher = folder / ".bin" / "dielast"
         launcher.parent.mkdir()
         launcher.write_text(f"#!/bin/sh\nexec {shlex.quote(sys.executable)} -c 'from dielast.cli import main; main()' \"$@\"\n")
         launcher.chmod(0o755)
         (folder / "dielast").symlink_to(ROOT / "dielast")
-        for name, text in _RECIPE.findall(README.read_text()):
-            (folder / name).write_text(text)
+        for name, content in _RECIPE.findall(text):
+            (folder / name).write_text(content)
         path = f"{launcher.parent}:{os.environ['PATH']}"
         own = {"PATH": path, "COLUMNS": "80", "TERM": "xterm", "LC_ALL": "C.UTF-8"}
         self.environment = {**os.environ, **own, "PYTHONPATH": str(ROOT)}
@@ -111,11 +119,11 @@ def _received(terminal: int) -> Iterator[bytes]:
         yield piece
 
 
-def real_blocks() -> Iterator[str]:
-    """Every console block of the README with the output that its commands have; make is not run."""
+def real_blocks(text: str) -> Iterator[str]:
+    """Every console block of a page with the output that its commands have; make is not run."""
     with tempfile.TemporaryDirectory() as folder:
-        terminal = Terminal(Path(folder))
-        for block in _BLOCK.findall(README.read_text()):
+        terminal = Terminal(Path(folder), text)
+        for block in _BLOCK.findall(text):
             lines = []
             for command, shown in steps(block):
                 lines += [f"$ {command}", *(shown if command.startswith("make") else terminal.run(command))]
@@ -125,7 +133,7 @@ def real_blocks() -> Iterator[str]:
 def printed(code: str) -> str:
     """What a block of Python prints."""
     with contextlib.redirect_stdout(io.StringIO()) as output:
-        exec(compile(code, "README.md", "exec"), {})
+        exec(compile(code, "page", "exec"), {})
     return output.getvalue()
 
 
@@ -174,17 +182,25 @@ def _rows(own: list[Key]) -> str:
 
 
 def tables(text: str) -> str:
-    """The README with its tables as they should be."""
+    """A page with its tables as they should be."""
     made = {"commands": command_table, "options": option_table}
     return _TABLE.sub(lambda match: match[1] + made[match[2]](), text)
 
 
+def page(text: str) -> str:
+    """A page with its tables and all output as they should be."""
+    blocks = real_blocks(text)
+    text = tables(_BLOCK.sub(lambda match: next(blocks), text))
+    return _PYTHON.sub(lambda match: match[1] + printed(match[2]), text)
+
+
 def main() -> None:
     write = "--write" in sys.argv[1:]
-    blocks = real_blocks()
-    text = tables(_BLOCK.sub(lambda match: next(blocks), README.read_text()))
-    text = _PYTHON.sub(lambda match: match[1] + printed(match[2]), text)
-    for path, content in ((README, text), (KEYS, keys_page())):
+    wanted = {Path(name).resolve() for name in sys.argv[1:] if name != "--write"} or {*PAGES, KEYS}
+    for path in (*PAGES, KEYS):
+        if path not in wanted:
+            continue
+        content = keys_page() if path == KEYS else page(path.read_text())
         if not path.exists() or path.read_text() != content:
             print(f"{path.relative_to(ROOT)}: {'written' if write else 'differs'}")
             if write:

@@ -50,11 +50,11 @@ def test_the_help_says_where_to_go_on(kind: str, help_of: Callable[..., str]) ->
     assert max(map(len, text.splitlines())) <= 80
 
 
-@pytest.mark.parametrize("arguments", [(), ("new",), ("validate",), ("schema",)])
+@pytest.mark.parametrize("arguments", [(), ("new",), ("validate",), ("report",), ("schema",)])
 def test_every_page_fits_and_is_not_cut(arguments: tuple[str, ...], help_of: Callable[..., str]) -> None:
     text = help_of(*arguments)
     assert max(map(len, text.splitlines())) <= 80
-    assert "..." not in text.replace("FILE...", "").replace("[ARGS]...", "")
+    assert "..." not in text.replace("FILE...", "").replace("FOLDER...", "").replace("[ARGS]...", "")
 
 
 def described(node: Any, path: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What the README shows is what happens: its commands, their output, its tables, its Python, its links."""
+"""What README.md and the guide show is what happens: their commands, output, recipes, tables, Python, links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ from dielast.commands.registry import COMMANDS
 from dielast.handover.material_file import material_file
 from dielast.readings.instruments import FORMATS
 
-TEXT = readme.README.read_text()
+PAGES = {path.name if path != readme.README else "front": path.read_text() for path in readme.PAGES}
+FRONT, INDEX = PAGES["front"], (readme.GUIDE / "README.md").read_text()
+LONGEST = 200  # lines of the front page
+WITHOUT_RECIPE = {"README.md", "commands.md", "glossary.md", "limits.md", "notebook.md", "what-it-computes.md"}
 NUMBER = re.compile(r"-?\d+(?:\.(\d+))?(?:e([+-]?\d+))?")
 
 
@@ -30,18 +33,30 @@ def same(shown: str, real: str) -> bool:
     return all(float(a[0]) == pytest.approx(float(b[0]), rel=1e-3, abs=1.01 * last_digit(a)) for a, b in pairs)
 
 
-def test_the_walk_runs_as_shown(tmp_path: Path) -> None:
-    terminal = readme.Terminal(tmp_path)
-    walked = 0
-    for command, shown in readme.session():
-        if command.startswith("make"):
-            continue
+def commands(text: str) -> list[tuple[str, list[str]]]:
+    """The commands of a page that are run here, and what they print; the makefiles have tests of their own."""
+    return [(command, shown) for command, shown in readme.session(text) if not command.startswith("make")]
+
+
+@pytest.mark.parametrize("name", [name for name, text in PAGES.items() if commands(text)])
+def test_the_commands_print_what_is_shown(name: str, tmp_path: Path) -> None:
+    terminal = readme.Terminal(tmp_path, PAGES[name])
+    for command, shown in commands(PAGES[name]):
         real = terminal.run(command)
         assert len(real) == len(shown), f"{command}: {real}"
         wrong = [(a, b) for a, b in zip(shown, real, strict=True) if not same(a, b)]
         assert not wrong, f"{command}: {wrong}"
-        walked += 1
-    assert walked >= 19
+
+
+def test_every_page_runs_dielast() -> None:
+    silent = {name for name, text in PAGES.items() if not any("dielast" in command for command, _ in commands(text))}
+    assert silent == WITHOUT_RECIPE
+
+
+def test_every_recipe_that_is_shown_with_a_name_is_used() -> None:
+    for name, text in PAGES.items():
+        shown = set(re.findall(r"```toml\n# (\S+\.toml)\n", text))
+        assert all(text.count(recipe) >= 2 for recipe in shown), name
 
 
 @pytest.mark.parametrize(
@@ -61,48 +76,58 @@ def test_numbers_are_compared_as_far_as_they_are_printed(shown: str, real: str, 
 
 
 def test_the_tables_say_what_the_commands_and_models_say() -> None:
-    assert readme.tables(TEXT) == TEXT, "run python tests/cli/readme.py --write"
+    assert all(readme.tables(text) == text for text in PAGES.values()), "run python tests/cli/readme.py --write"
+    assert {"commands", "options"} <= set(re.findall(r"<!-- (\w+) -->", PAGES["commands.md"]))
     assert readme.KEYS.read_text() == readme.keys_page(), "run python tests/cli/readme.py --write"
 
 
 def test_the_python_prints_what_is_shown() -> None:
-    ((code, shown),) = re.findall(r"```python\n(.*?)```.*?```text\n(.*?)```", TEXT, re.DOTALL)
-    real = readme.printed(code)
-    assert real.count("\n") == shown.count("\n")
-    assert all(same(a, b) for a, b in zip(shown.splitlines(), real.splitlines(), strict=True))
+    blocks = [block for text in PAGES.values() for block in readme.python_blocks(text)]
+    assert len(blocks) == sum(text.count("```python\n") for text in PAGES.values()) > 0
+    for code, shown in blocks:
+        real = readme.printed(code)
+        assert real.count("\n") == shown.count("\n")
+        assert all(same(a, b) for a, b in zip(shown.splitlines(), real.splitlines(), strict=True))
 
 
-def test_the_recipes_are_recipes() -> None:
-    blocks = re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)
-    assert blocks
-    for block in blocks:
+@pytest.mark.parametrize("name", [name for name, text in PAGES.items() if "```toml" in text])
+def test_the_recipes_are_recipes(name: str) -> None:
+    for block in re.findall(r"```toml\n(.*?)```", PAGES[name], re.DOTALL):
         values = tomllib.loads(block)
         # without a folder, files need not be there
-        if "kind" in values:
-            COMMANDS[values["kind"]].model.model_validate(values)
-        else:  # tables of a material file
-            rest = {"name": "any", "reference_temperature": "20 degC", "shift": {"law": "none"}}
-            branch = {"relaxation_time_s": [1.0], "shear_modulus_Pa": [1e4]}
-            stated = {"equilibrium": {"shear_modulus": "26 kPa"}, "nonequilibrium": {}, **rest, **values}
-            material_file().model_validate({**stated, "nonequilibrium": {**branch, **stated["nonequilibrium"]}})
+        model = COMMANDS[values["kind"]].model if "kind" in values else material_file()
+        model.model_validate(values)
 
 
 def test_every_instrument_is_named() -> None:
-    section = TEXT.split("## Bring your own export")[1].split("\n## ")[0]
-    assert all(word in section for known in FORMATS for word in known.NAME.split())
+    assert all(word in PAGES["own-export.md"] for known in FORMATS for word in known.NAME.split())
 
 
-def test_pictures_and_files_are_there() -> None:
-    targets = [target for target in re.findall(r"\]\(([^)]+)\)", TEXT) if not target.startswith("http")]
-    assert targets
-    headings = {
-        "#" + re.sub(r"[^\w -]", "", line).lower().replace(" ", "-") for line in re.findall(r"^#+ (.*)$", TEXT, re.MULTILINE)
-    }
-    assert all(target in headings if target.startswith("#") else (readme.ROOT / target).exists() for target in targets)
+def anchors(path: Path) -> set[str]:
+    headings = re.findall(r"^#+ (.*)$", path.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", line).lower().replace(" ", "-") for line in headings}
 
 
-def test_the_two_commands_are_the_makefiles() -> None:
-    commands = [command for command, _ in readme.session()]
-    assert commands[:2] == ["make -C recipes", "make -C tests"]
+@pytest.mark.parametrize("path", [*readme.PAGES, readme.ROOT / "recipes/ci.md"], ids=lambda path: f"{path.parent.name}/{path.name}")
+def test_links_lead_somewhere(path: Path) -> None:
+    for target in re.findall(r"\]\(([^)]+)\)", path.read_text()):
+        if not target.startswith("https://"):
+            file, _, anchor = target.partition("#")
+            place = path.parent / file if file else path
+            assert place.exists(), target
+            assert not anchor or anchor in anchors(place), target
+
+
+def test_the_index_lists_every_page() -> None:
+    listed = re.findall(r"\]\(([\w-]+\.md)\)", INDEX)
+    assert sorted(set(listed)) == sorted(listed)
+    assert {*listed, "README.md"} == {path.name for path in readme.GUIDE.glob("*.md")}
+
+
+def test_the_front_page_is_short_and_names_the_makefiles() -> None:
+    assert FRONT.count("\n") <= LONGEST
+    commands = [command for command, _ in readme.session(FRONT)]
+    assert {"make -C recipes", "make -C tests"} <= set(commands)
     assert (readme.ROOT / "recipes/Makefile").is_file()
     assert (readme.ROOT / "tests/Makefile").is_file()
+    assert re.search(r"^CI=true make .*/tests\"$", (readme.ROOT / ".ci/run").read_text(), re.MULTILINE)

@@ -1,0 +1,159 @@
+"""Results as they lie in folders: what each holds, which was made from which, and in what order to read them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePath
+from typing import Any
+
+from dielast.errors import InputError, Problem
+from dielast.io.files import as_text, read_file, sha256
+from dielast.io.toml import parse_toml
+
+SUMMARY = "summary.toml"
+SHOWN_FORMS = ("svg", "png")
+"""Forms of figures that a page can show, the best first."""
+_NEEDED = "a folder that a run of dielast wrote is needed"
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A file that a run read, by the name that its recipe gives it."""
+
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class StoredResult:
+    """The result of a run, read from its folder.
+
+    `tables` are CSV by file name; `figures` are by file name, one form of each. `files` holds the SHA-256 of every file of the
+    result, `inputs` those of what the run read. `home` is the folder's name in the file system, `folder` as the user wrote it.
+    """
+
+    folder: str
+    home: str
+    kind: str
+    summary: Mapping[str, Any]
+    tables: Mapping[str, bytes]
+    figures: Mapping[str, bytes]
+    files: Mapping[str, str]
+    paths: tuple[Path, ...]
+    inputs: tuple[Input, ...]
+    warnings: tuple[str, ...]
+    unfinished: tuple[str, ...]
+    settings: tuple[str, ...]
+
+
+def read_results(folders: Iterable[Path], names: Mapping[str, Sequence[str]]) -> list[StoredResult]:
+    """The results in the `folders`, each before those that were made from it; a folder that is stated twice counts once.
+
+    `names` are the files that each kind of run may write, besides its figures and its summary. Raises `InputError` with a line for
+    each folder that holds no result.
+    """
+    results: dict[str, StoredResult] = {}
+    wrong: list[Problem] = []
+    for folder in folders:
+        place = os.path.realpath(folder)
+        if place not in results:
+            try:
+                results[place] = _read(folder, names)
+            except InputError as error:
+                wrong += error.problems
+    if wrong:
+        raise InputError(*wrong)
+    return _in_order(list(results.values()))
+
+
+def makers(results: Sequence[StoredResult]) -> dict[str, list[tuple[int, str]]]:
+    """SHA-256 -> the results that hold such a file, by their number in `results`, and its name there."""
+    found: dict[str, list[tuple[int, str]]] = {}
+    for index, result in enumerate(results):
+        for name, digest in result.files.items():
+            found.setdefault(digest, []).append((index, name))
+    return found
+
+
+def outdated(results: Sequence[StoredResult]) -> list[tuple[int, str]]:
+    """(number of a result, what is wrong) for each input that has the name of another result's file, but not its content."""
+    known = makers(results)
+    found = []
+    for index, result in enumerate(results):
+        for read in result.inputs:
+            path = PurePath(read.name)
+            for other in results:
+                if read.sha256 not in known and path.parent.name == other.home and path.name in other.files and other is not result:
+                    text = f"was made from another {path.name} than the one in {other.folder} now: run it again"
+                    found.append((index, text))
+    return found
+
+
+def _in_order(results: list[StoredResult]) -> list[StoredResult]:
+    """The results, each behind those that made its inputs, else as they are listed."""
+    holders = makers(results)
+    needs = [
+        {index for read in result.inputs for index, _ in holders.get(read.sha256, ()) if index != own}
+        for own, result in enumerate(results)
+    ]
+    order: list[int] = []
+    while len(order) < len(results):
+        rest = [index for index in range(len(results)) if index not in order]
+        # of two copies of one folder each may hold what the other read: the first one listed then comes first
+        order.append(next((index for index in rest if needs[index] <= set(order)), rest[0]))
+    return [results[index] for index in order]
+
+
+def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
+    if not os.path.isdir(folder):
+        raise InputError(f"{'is a file' if os.path.exists(folder) else 'no such folder'}: {_NEEDED}", file=folder)
+    source = folder / SUMMARY
+    if not os.path.isfile(source):
+        raise InputError(f"no {SUMMARY} in it: {_NEEDED}", file=folder)
+    content = read_file(source, str(source))
+    summary = parse_toml(content, str(source))
+    kind = summary.get("kind")
+    if not isinstance(kind, str) or kind not in names:
+        raise InputError(f"no kind of result is known by this name; {_NEEDED}", file=source, key="kind")
+    figures = _figures(folder, kind, names[kind])
+    stated = [name for name in names[kind] if os.path.isfile(folder / name)]
+    held = {name: read_file(folder / name, str(folder / name)) for name in dict.fromkeys([*figures, *stated])}
+    return StoredResult(
+        folder=as_text(str(folder)),
+        home=os.path.basename(os.path.realpath(folder)),
+        kind=kind,
+        summary=summary,
+        tables={name: text for name, text in held.items() if name.endswith(".csv")},
+        figures={name: held[name] for name in figures},
+        files={SUMMARY: sha256(content), **{name: sha256(text) for name, text in held.items()}},
+        paths=(source, *(folder / name for name in held)),
+        inputs=_inputs(summary, source),
+        warnings=_lines(summary, "warnings", source),
+        unfinished=_lines(summary, "unfinished", source),
+        settings=_lines(summary, "set", source),
+    )
+
+
+def _figures(folder: Path, kind: str, names: Sequence[str]) -> list[str]:
+    """The names of the figures, that of the `kind` first, each in the best of its forms."""
+    stems = [kind, *(PurePath(name).stem for name in names if name.endswith(SHOWN_FORMS))]
+    present = [[f"{stem}.{form}" for form in SHOWN_FORMS if os.path.isfile(folder / f"{stem}.{form}")] for stem in stems]
+    return list(dict.fromkeys(forms[0] for forms in present if forms))
+
+
+def _lines(summary: Mapping[str, Any], key: str, source: Path) -> tuple[str, ...]:
+    lines = summary.get(key, [])
+    if not isinstance(lines, list) or not all(isinstance(line, str) for line in lines):
+        raise InputError(f"a list of text is needed; {_NEEDED}", file=source, key=key)
+    return tuple(lines)
+
+
+def _inputs(summary: Mapping[str, Any], source: Path) -> tuple[Input, ...]:
+    stated = summary.get("inputs", [])
+    tables = stated if isinstance(stated, list) else [stated]
+    pairs = [(table.get("file"), table.get("sha256")) if isinstance(table, Mapping) else (None, None) for table in tables]
+    if not all(isinstance(name, str) and isinstance(digest, str) for name, digest in pairs):
+        raise InputError(f"a file and its sha256 are needed in each; {_NEEDED}", file=source, key="inputs")
+    return tuple(Input(str(name), str(digest)) for name, digest in pairs)

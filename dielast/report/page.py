@@ -1,0 +1,196 @@
+"""Results as one page of HTML that needs no other file: figures, headline numbers, tables, warnings, origins."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from pathlib import PurePath
+
+from dielast.io.table import parse_csv
+from dielast.report.chain import Input, StoredResult, makers, outdated
+from dielast.report.summary import rows, summary_sections
+
+MOST_ROWS, FIRST_ROWS, LAST_ROWS = 30, 15, 5  # a table of more than the most is shortened to the first and the last
+MOST_COLUMNS = 12
+TYPES = {"png": "image/png", "svg": "image/svg+xml"}
+STYLE = """\
+body { margin: 2rem auto; max-width: 62rem; padding: 0 1rem; background: #fff; color: #111; font: 1rem/1.45 sans-serif; }
+h1, h2, h3 { line-height: 1.2; }
+h2 { margin-top: 3rem; padding-top: .6rem; border-top: 2px solid #111; }
+img { display: block; max-width: 100%; height: auto; }
+figure { margin: 1.5rem 0; }
+figcaption, caption, .note { color: #444; font-size: .9rem; text-align: left; }
+.wide { overflow-x: auto; }
+.summary { display: flex; flex-wrap: wrap; align-items: flex-start; gap: 0 2.5rem; }
+table { margin: 1rem 0; border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; }
+caption { padding: .2rem 0; }
+th, td { padding: .15rem .6rem; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top; }
+td.number, th.number { text-align: right; }
+code { font-size: .85rem; overflow-wrap: anywhere; }
+.warnings { margin: 1rem 0; padding: .1rem 1rem; border: 1px solid #8a5a00; border-left-width: .5rem; background: #fff7e6; }
+@media print {
+  body { margin: 0; max-width: none; font-size: 10pt; }
+  h2, h3, caption { break-after: avoid; }
+  figure, tr, .warnings { break-inside: avoid; }
+  section + section { break-before: page; }
+  .wide { overflow: visible; }
+  table { font-size: 7pt; }
+  th, td { padding: .1rem .25rem; overflow-wrap: anywhere; }
+}
+"""
+# by which a browser loads nothing, whatever a page holds
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+
+def html_page(results: Sequence[StoredResult], descriptions: Mapping[str, str]) -> bytes:
+    """The page of these `results`, in their order; `descriptions` say of each kind what its figure and its tables show.
+
+    The same results make the same bytes. Raises `InputError` for a table that dielast did not write.
+    """
+    title = " → ".join(dict.fromkeys(result.kind for result in results))
+    stale = outdated(results)
+    parts = [
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
+        f"<title>{escape(title)}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n",
+        f"<h1>{escape(title)}</h1>\n",
+        *_contents(results, stale),
+    ]
+    known = makers(results)
+    for index, result in enumerate(results):
+        warnings = [*(text for number, text in stale if number == index), *result.unfinished, *result.warnings]
+        parts += _section(index, results, warnings, known, descriptions.get(result.kind, ""))
+    parts.append("</main>\n</body>\n</html>\n")
+    return "".join(parts).encode("utf-8", "backslashreplace")
+
+
+def _contents(results: Sequence[StoredResult], stale: Sequence[tuple[int, str]]) -> Iterator[str]:
+    yield '<nav aria-label="Results">\n<ol>\n'
+    for index, result in enumerate(results):
+        count = len(result.warnings) + len(result.unfinished) + sum(number == index for number, _ in stale)
+        more = f", {count} {'warning' if count == 1 else 'warnings'}" if count else ""
+        yield f'<li><a href="#result-{index + 1}">{escape(_name(result))}</a>{more}</li>\n'
+    yield "</ol>\n</nav>\n"
+
+
+def _name(result: StoredResult) -> str:
+    return f"{result.kind} in {result.folder}"
+
+
+def _section(
+    index: int,
+    results: Sequence[StoredResult],
+    warnings: Sequence[str],
+    known: Mapping[str, Sequence[tuple[int, str]]],
+    description: str,
+) -> Iterator[str]:
+    result = results[index]
+    summary = result.summary
+    yield f'<section id="result-{index + 1}" aria-labelledby="name-{index + 1}">\n'
+    yield f'<h2 id="name-{index + 1}">{index + 1}. {escape(_name(result))}</h2>\n'
+    recipe, version = (_text(summary.get(key, "unknown")) for key in ("recipe", "version"))
+    yield f"<p>Recipe <code>{recipe}</code>, dielast {version}.</p>\n"
+    if result.settings:
+        yield f"<p>Set on the command line: {', '.join(f'<code>{_text(line)}</code>' for line in result.settings)}.</p>\n"
+    if warnings:
+        yield '<div class="warnings">\n<h3>Warnings</h3>\n<ul>\n'
+        yield from (f"<li>{_text(line)}</li>\n" for line in warnings)
+        yield "</ul>\n</div>\n"
+    for name, content in result.figures.items():
+        form = PurePath(name).suffix[1:]
+        shows = f"{PurePath(name).stem}: {description}"
+        yield f'<figure>\n<img src="data:{TYPES[form]};base64,{b64encode(content).decode()}" alt="Figure of {escape(shows)}">\n'
+        yield f"<figcaption>{escape(name)}</figcaption>\n</figure>\n"
+    if not result.figures:
+        yield '<p class="note">No figure in PNG or SVG is in the folder.</p>\n'
+    yield from _headline({name: dict(rows(values)) for name, values in summary_sections(summary)})
+    if result.tables:
+        yield "<h3>Tables</h3>\n"
+    for name, content in result.tables.items():
+        yield from _table(name, parse_csv(content, f"{result.folder}/{name}"))
+    yield "<h3>Inputs</h3>\n"
+    yield from _files("What the run read", ("input", "SHA-256", "made by"), _origins(result, index, results, known))
+    yield "<h3>Files</h3>\n"
+    files = ((f"<code>{_text(name)}</code>", f"<code>{digest}</code>") for name, digest in result.files.items())
+    yield from _files(f"What the report found in {result.folder}", ("file", "SHA-256"), files)
+    yield "</section>\n"
+
+
+def _headline(sections: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
+    yield '<h3>Summary</h3>\n<div class="summary">\n'
+    for section, values in sections.items():
+        yield f"<table>\n<caption>{_text(section)}</caption>\n<tbody>\n"
+        yield from (f'<tr><th scope="row">{_text(name)}</th><td>{_text(value)}</td></tr>\n' for name, value in values.items())
+        yield "</tbody>\n</table>\n"
+    yield "</div>\n"
+
+
+def _origins(
+    result: StoredResult, index: int, results: Sequence[StoredResult], known: Mapping[str, Sequence[tuple[int, str]]]
+) -> Iterator[tuple[str, ...]]:
+    for read in result.inputs:
+        origin = [(number, name) for number, name in known.get(read.sha256, ()) if number != index]
+        links = [f'<a href="#result-{number + 1}">{number + 1}. {_text(_name(results[number]))}</a>' for number, _ in origin]
+        yield f"<code>{_text(read.name)}</code>", f"<code>{_text(read.sha256)}</code>", ", ".join(links) or _shipped(read)
+
+
+def _shipped(read: Input) -> str:
+    return "ships with dielast" if read.name.startswith("example:") else ""
+
+
+def _files(caption: str, headers: Sequence[str], lines: Iterable[Sequence[str]]) -> Iterator[str]:
+    """A table of files; its cells are HTML."""
+    yield _opened(caption)
+    heads = "".join(f'<th scope="col">{header}</th>' for header in headers)
+    yield f"<thead><tr>{heads}</tr></thead>\n<tbody>\n"
+    for line in lines:
+        yield f"<tr>{''.join(f'<td>{cell}</td>' for cell in line)}</tr>\n"
+    yield "</tbody>\n</table>\n</div>\n"
+
+
+def _table(name: str, columns: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    """A table of the result, shortened with a note where it is long or wide."""
+    shown = list(columns)[:MOST_COLUMNS]
+    count = len(next(iter(columns.values()), ()))
+    long = count > MOST_ROWS
+    kept = [*range(FIRST_ROWS), None, *range(count - LAST_ROWS, count)] if long else list(range(count))
+    numbers = {header: all(_is_number(cell) for cell in columns[header]) for header in shown}
+    notes = [f"{FIRST_ROWS + LAST_ROWS} of {count} rows"] if long else []
+    notes += [f"{len(shown)} of {len(columns)} columns"] if len(columns) > len(shown) else []
+    yield _opened(f"{name}{': ' if notes else ''}{' and '.join(notes)}{', all of them in the file' if notes else ''}")
+    yield "<thead><tr>"
+    yield "".join(f'<th scope="col"{_aligned(numbers[header])}>{_text(header)}</th>' for header in shown)
+    yield "</tr></thead>\n<tbody>\n"
+    for row in kept:
+        if row is None:
+            yield f'<tr><td colspan="{len(shown)}">… {count - FIRST_ROWS - LAST_ROWS} rows left out …</td></tr>\n'
+        else:
+            cells = "".join(f"<td{_aligned(numbers[header])}>{_text(columns[header][row])}</td>" for header in shown)
+            yield f"<tr>{cells}</tr>\n"
+    yield "</tbody>\n</table>\n</div>\n"
+
+
+def _opened(caption: str) -> str:
+    """The head of a table that scrolls by itself, also from the keyboard, where it is wider than the page."""
+    text = escape(caption)
+    return f'<div class="wide" role="region" aria-label="{text}" tabindex="0">\n<table>\n<caption>{text}</caption>\n'
+
+
+def _aligned(number: bool) -> str:
+    return ' class="number"' if number else ""
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell or "0")
+    except ValueError:
+        return False
+    return True
+
+
+def _text(value: object) -> str:
+    """A value as HTML shows it: nothing in it is markup, and no control character is left."""
+    text = "".join(mark if mark.isprintable() or mark in " \n\t" else "\N{REPLACEMENT CHARACTER}" for mark in str(value))
+    return escape(text)
