@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -16,7 +17,7 @@ from dielast.material.perturbed import Perturbed
 from dielast.material.scatter import Sample
 from dielast.numerics.columns import Floats
 from dielast.numerics.shares import variance_shares
-from dielast.simulate.failure_map import failure_cells, plan_failure_map, solve_map
+from dielast.simulate.failure_map import FailureMap, failure_cells, plan_failure_map, solve_map
 
 LN10 = np.log(10.0)
 
@@ -139,7 +140,13 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
     design = sensitivity_design(material, sample, seed)
     film.setdefault("drawn_rtol", film.get("rtol", 1e-6))
     result, *drawn = solve_map(plan_failure_map(material, sample=design.sample, **film))
-    return sensitivity_of(design, np.array([each.time_to_failure.ravel() for each in drawn]), failure_cells(result))
+    return sensitivity_of_map(design, result, drawn)
+
+
+def sensitivity_of_map(design: Design, result: FailureMap, drawn: Sequence[FailureMap]) -> Sensitivity:
+    """The sensitivity of every cell of a map, from the maps of all draws of the design."""
+    life = np.array([each.time_to_failure.ravel() for each in drawn])
+    return sensitivity_of(design, life, failure_cells(result))
 
 
 def _of_films(films: Table, count: int, sources: Any) -> Table:

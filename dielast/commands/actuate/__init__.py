@@ -8,6 +8,6 @@ ACTUATE = Command(
     recipe="ActuateRecipe",
     help="Voltage history -> stretch of a prestretched film; breakdown, pull-in, loss of tension.",
     short_help="Voltage history -> stretch of a film, and its failure.",
-    files=("actuate.csv", "events.csv", "cycles.csv", "cases.csv", "profile.csv", "profile.png", "profile.svg", "profile.pdf"),
+    files=("actuate.csv", "events.csv", "cycles.csv", "cases.csv", "profile.csv", "profile.png", "profile.svg", "profile.pdf", "sensitivity.csv", "sensitivity.png", "sensitivity.svg", "sensitivity.pdf"),
     can_share=True,
 )

@@ -130,10 +130,30 @@ class Films(Simulation):
 
         return drawn_film(case, sample, result)
 
+    def analysed(
+        self,
+        cases: Sequence[Case[ActuateRecipe]],
+        materials: Sequence[Material],
+        samples: Sequence[Sample | None],
+        results: Sequence[CaseResult],
+        inputs: Inputs,
+        execution: Execution,
+    ) -> Sequence[CaseResult]:
+        """With the sensitivity of the time to failure, where it is asked for."""
+        if not any(case.recipe.sensitivity for case in cases):
+            return results
+        from dielast.commands.actuate.sensitivity import with_sensitivity
+
+        return with_sensitivity(self, cases, materials, samples, results, inputs, execution)
+
     def tables(self, recipe: ActuateRecipe, results: Sequence[CaseResult]) -> dict[str, Table]:
         """The table of events, and that of profiles."""
         profiles = [result.profile for result in results if result.profile is not None]
         more = {"profile.csv": profile_table(profiles)} if profiles else {}
+        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
+            from dielast.commands.simulation.sensitivity import SENSITIVITY, table_of
+
+            more[f"{SENSITIVITY}.csv"] = table_of(known)
         if recipe.uncertainty is None:
             return {"events.csv": event_columns([result.events or () for result in results])} | more
         from dielast.commands.simulation.bounds import bounded_event_columns
@@ -143,10 +163,20 @@ class Films(Simulation):
     def figures(
         self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
     ) -> dict[str, Callable[[], Any]]:
-        """The profile of the first film that has one at some time."""
+        """The profile of the first film that has one at some time, and what drives the life of all."""
+        more = {}
+        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
+
+            def driving() -> Any:
+                from dielast.commands.simulation.naming import labels, titled
+                from dielast.plots.sensitivity import plot_sensitivity
+
+                return plot_sensitivity(known, titled(cases[0].recipe.title, cases, materials), labels(cases, materials))
+
+            more["sensitivity"] = driving
         profiles = [result.profile for result in results if result.profile is not None]
         if not profiles:
-            return {}
+            return more
         shown = next((case for case, profile in enumerate(profiles) if profile["time [s]"].size), 0)
 
         def figure() -> Any:
@@ -159,7 +189,7 @@ class Films(Simulation):
             title = titled(first.title, [cases[shown]], [materials[shown]], which)
             return plot_profile(profiles, title, place)
 
-        return {"profile": figure}
+        return {"profile": figure, **more}
 
     def marks(self, recipe: ActuateRecipe, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
         """The events of a film in the figure."""
@@ -191,6 +221,10 @@ class Films(Simulation):
                     "stretch_1": [event.stretch_1 for event in first.values()],
                     "true_field_V_per_m": [event.true_field for event in first.values()],
                 }
+        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
+            from dielast.commands.simulation.sensitivity import headline_of
+
+            sections |= headline_of(known)
         return sections
 
 

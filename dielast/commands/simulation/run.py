@@ -133,6 +133,18 @@ class Simulation(ABC):
         """The case that all draws solve, and the material of each."""
         return case, sample.materials
 
+    def analysed(
+        self,
+        cases: Sequence[Case[Any]],
+        materials: Sequence[Material],
+        samples: Sequence[Sample | None],
+        results: Sequence[CaseResult],
+        inputs: Inputs,
+        execution: Execution,
+    ) -> Sequence[CaseResult]:
+        """The results with what takes further runs of each case and of its draws."""
+        return results
+
     def tables(self, recipe: Any, results: Sequence[CaseResult]) -> dict[str, Table]:
         """Further tables by file name."""
         return {}
@@ -170,6 +182,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
 
     written: Sequence[CaseResult] = results
     intervals: dict[str, dict[str, Any]] = {}
+    samples: Sequence[Sample | None] = [None] * len(cases)
     if any(case.recipe.uncertainty is not None for case in cases):
         from dielast.commands.simulation.bounds import bounded_cases
         from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
@@ -177,6 +190,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         samples = samples_of(cases, materials, inputs)
         written = bounded_cases(cases, samples, results, draws, execution)
         intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
+    written = simulation.analysed(cases, materials, samples, written, inputs, execution)
     matched = matches(recipe, seen, inputs, again)
     x, y, scales = axes_of(cases, seen[0], simulation.measured, simulation.time_scale)
 
@@ -200,8 +214,8 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     )
     if (cycling := cycle_columns(results)) is not None:
         tables["cycles.csv"] = cycling
-    sections = simulation.headline(cases, results)
+    sections = simulation.headline(cases, written)
     if matched:
         sections["compare"] = compare_headline(matched)
-    more = simulation.figures(cases, materials, results)
+    more = simulation.figures(cases, materials, written)
     return Report(tables, sections | intervals, figure, failures=failures(results), figures=more)
