@@ -1,4 +1,4 @@
-"""What scatters between draws of films, source by source: each source exchanged between two draws, to find its share of the spread."""
+"""What scatters between draws of films, and each source of it exchanged between two draws, to find its share of the spread."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.io.result import Result
-from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Index
 from dielast.numerics.random_streams import stream
@@ -100,7 +99,7 @@ def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> Samp
             replace(one, **{field: getattr(other, field) for field in source.material_fields})
             for one, other in zip(materials, others, strict=True)
         ]
-    columns = {
+    columns: dict[str, Any] = {
         name: None if (values := getattr(sample, name)) is None else values[take if name == source.factor else keep]
         for name in FACTORS.values()
     }

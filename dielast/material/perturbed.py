@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.material.material import Material
-from dielast.material.numbers import SCALE, Numbers, material_of, numbers_of
+from dielast.material.numbers import Numbers, material_of, numbers_of
 from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats
 

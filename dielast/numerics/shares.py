@@ -30,11 +30,11 @@ class Shares:
 
 
 def variance_shares(one: Floats, other: Floats, one_exchanged: Floats, other_exchanged: Floats) -> Shares:
-    """Shares from the results `one` and `other` (pairs, ...) of independent inputs, and from those (sources, pairs, ...) of the same
-    inputs with a source exchanged between the two inputs of each pair.
+    """Shares from the results `one` and `other` (pairs, ...) of independent inputs, and from those (sources, pairs, ...) of the
+    same inputs with a source exchanged between the two inputs of each pair.
 
-    Standard errors are those of the jackknife that leaves out a pair (Efron and Stein, Ann. Stat. 9 (1981) 586), NaN with fewer than
-    two pairs. What does not vary has no shares: NaN.
+    Standard errors are those of the jackknife that leaves out a pair (Efron and Stein, Ann. Stat. 9 (1981) 586), NaN with fewer
+    than two pairs. What does not vary has no shares: NaN.
     """
     pairs = one.shape[0]
     middle = 0.5 * (one.mean(axis=0) + other.mean(axis=0))
@@ -61,4 +61,5 @@ def variance_shares(one: Floats, other: Floats, one_exchanged: Floats, other_exc
         left = shares(pairs - 1, *without, *rest)[:2]
         errors = [np.sqrt((pairs - 1) * np.var(each, axis=1)) for each in left]
     still = ~(variance > 0)
-    return Shares(*(np.where(still, np.nan, each) for each in (first, errors[0], total, errors[1])), variance)
+    first, first_error, total, total_error = (np.where(still, np.nan, each) for each in (first, errors[0], total, errors[1]))
+    return Shares(first, first_error, total, total_error, variance)

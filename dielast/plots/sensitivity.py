@@ -19,7 +19,6 @@ from dielast.simulate.sensitivity import LifeShares, Sensitivity
 Array = NDArray[np.float64]
 MOST_PANELS = 6
 ROW = 0.24  # inches of a source
-INDENT = "   "
 FIRST: Any = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.7}
 TOTAL: Any = {"facecolor": COLOURS[2], "edgecolor": "black", "linewidth": 0.7}
 BAR = 0.38  # of the height of a row
@@ -34,9 +33,7 @@ class Shown:
     title: str
 
 
-def plot_sensitivity(
-    results: Sensitivity | Sequence[Sensitivity], title: str | None = None, labels: Sequence[str] = ()
-) -> Figure:
+def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | None = None, labels: Sequence[str] = ()) -> Figure:
     """A panel of bars for each film, at most six; of films at many voltages, at the middle one of those that are known.
 
     The results must be of one kind. `labels` says what each case is called, where the films are cases.
@@ -55,21 +52,22 @@ def plot_sensitivity(
             all_axes[0].text(0.5, 0.5, "no film is known well enough", transform=all_axes[0].transAxes, ha="center")
         for place, (axes, shown) in enumerate(zip(all_axes, films, strict=False)):
             _bars(axes, shown, rows)
-            axes.set_title(shown.title, loc="right")
-            if len(films) > 1:
-                axes.set_title(f"({'abcdef'[place]})", loc="left")
+            axes.set_title(" ".join([f"({'abcdef'[place]})"] * (len(films) > 1) + [shown.title]), loc="left")
+            if isinstance(shown.result, LifeShares):
+                spread = f"spread {number(float(shown.result.spread[shown.film]), 2)} decades"
+                axes.text(0.97, 0.05, spread, transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
             axes.axvline(0, color="black", linewidth=0.7)
         name = "share of the variance of log life" if shares else "change of the life, % for 1 % of the number"
         for axes in all_axes[-across:]:
             axes.set_xlabel(name)
         axes = all_axes[0]
-        axes.set_yticks(range(len(rows)), [INDENT * part + name for name, part in rows.items()])
+        axes.set_yticks(range(len(rows)), [f"{whole}: {name}" if whole else name for name, whole in rows.items()])
         axes.set_ylim(len(rows) - 0.5, -0.5)
         for each in all_axes:
             each.tick_params(axis="y", which="both", length=0)
         if shares:
             handles = [Patch(label="first order: by itself", **FIRST), Patch(label="total: with all that it acts with", **TOTAL)]
-            legend_below(figure, handles, "lines: standard errors")
+            legend_below(figure, handles, "whiskers: one standard error")
     return figure
 
 
@@ -80,30 +78,28 @@ def _shown(result: Sensitivity, labels: Sequence[str]) -> list[Shown]:
     groups: dict[tuple[float, ...], list[int]] = {}
     for film in np.flatnonzero(~np.all(np.isnan(known), axis=0)).tolist():
         groups.setdefault(tuple(float(values[film]) for name, values in columns.items() if name != "voltage"), []).append(film)
-    return [Shown(result, film := films[len(films) // 2], _called(result, columns, film, labels)) for films in groups.values()]
+        middle = [films[len(films) // 2] for films in groups.values()]
+    return [Shown(result, film, _called(columns, film, labels)) for film in middle]
 
 
-def _called(result: Sensitivity, columns: Mapping[str, Array], film: int, labels: Sequence[str]) -> str:
-    """What tells a film from others, and how far its life spreads."""
+def _called(columns: Mapping[str, Array], film: int, labels: Sequence[str]) -> str:
+    """What tells a film from others."""
     if "case" in columns:
         case = int(columns["case"][film])
-        parts = [labels[case]] if case < len(labels) and labels[case] else []
-    else:
-        several = bool(np.any(columns["temperature"] != columns["temperature"][0]))
-        pair = [float(columns[f"prestretch_{axis}"][film]) for axis in (1, 2)]
-        sides = " \N{MULTIPLICATION SIGN} ".join(map(number, pair[:1] if pair[0] == pair[1] else pair))
-        unit, factor = unit_for("V", float(columns["voltage"].max()))
-        share = columns.get("electrode_share")
-        parts = [degrees(float(columns["temperature"][film]))] if several else []
-        parts += [f"prestretch {sides}", *([] if share is None else [f"share {number(float(share[film]))}"])]
-        parts.append(f"{number(float(columns['voltage'][film]) * factor)} {unit}")
-    if isinstance(result, LifeShares):
-        parts.append(f"spread {number(float(result.spread[film]), 2)} decades")
-    return ", ".join(parts)
+        return labels[case] if case < len(labels) else ""
+    several = {name: bool(np.any(values != values[0])) for name, values in columns.items()}
+    pair = [float(columns[f"prestretch_{axis}"][film]) for axis in (1, 2)]
+    sides = " \N{MULTIPLICATION SIGN} ".join(map(number, pair[:1] if pair[0] == pair[1] else pair))
+    unit, factor = unit_for("V", float(columns["voltage"].max()))
+    parts = [degrees(float(columns["temperature"][film]))] if several["temperature"] else []
+    parts.append(f"prestretch {sides}")
+    if several.get("electrode_share"):
+        parts.append(f"share {number(float(columns['electrode_share'][film]))}")
+    return ", ".join([*parts, f"{number(float(columns['voltage'][film]) * factor)} {unit}"])
 
 
-def _rows(films: Sequence[Shown]) -> dict[str, bool]:
-    """The sources by name, the largest first and parts below what they are of; and whether each is a part."""
+def _rows(films: Sequence[Shown]) -> dict[str, str]:
+    """The sources by name, the largest first and parts below what they are of; and what each is a part of."""
     size: dict[str, float] = {}
     part_of: dict[str, str] = {}
     for shown in films:
@@ -116,22 +112,22 @@ def _rows(films: Sequence[Shown]) -> dict[str, bool]:
         for name, value in zip(names, values[:, shown.film].tolist(), strict=True):
             size[name] = max(size.get(name, 0.0), value)
     by_size = sorted(size, key=lambda name: -size[name])
-    rows: dict[str, bool] = {}
+    rows: dict[str, str] = {}
     for name in by_size:
         # a part whose whole is not drawn stands for itself
         if part_of.get(name, "") not in size:
-            rows[name] = False
-            rows |= {part: True for part in by_size if part_of.get(part) == name}
+            rows[name] = ""
+            rows |= dict.fromkeys((part for part in by_size if part_of.get(part) == name), name)
     return rows
 
 
-def _bars(axes: Axes, shown: Shown, rows: Mapping[str, bool]) -> None:
+def _bars(axes: Axes, shown: Shown, rows: Mapping[str, str]) -> None:
     """The bars of a film."""
     result, film, place = shown.result, shown.film, {name: row for row, name in enumerate(rows)}
     whisker: Any = {"capsize": 1.8, "elinewidth": 0.8, "capthick": 0.8, "ecolor": "black"}
     if not isinstance(result, LifeShares):
-        at = [place[name] for name in result.sources]
-        axes.barh(at, result.elasticity[:, film], height=1.6 * BAR, **TOTAL)
+        rows_of = [place[name] for name in result.sources]
+        axes.barh(rows_of, result.elasticity[:, film], height=1.6 * BAR, **TOTAL)
         return
     at = np.array([place[source.name] for source in result.sources], dtype=float)
     for shift, values, errors, look in (

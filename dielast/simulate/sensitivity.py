@@ -116,9 +116,7 @@ def sensitivity_of(design: Design, life: Floats, films: Table) -> Sensitivity:
     shares = variance_shares(logs[design.first], logs[design.second], exchanged[:, 0], exchanged[:, 1])
     used = np.concatenate((design.first, design.second, np.arange(design.draws, len(life))))
     censored = np.mean(~known[used], axis=0)
-    values = {
-        name: np.where(censored > 0, np.nan, getattr(shares, name)) for name in (field.name for field in fields(shares))
-    }
+    values = {name: np.where(censored > 0, np.nan, getattr(shares, name)) for name in (field.name for field in fields(shares))}
     spread = np.sqrt(values.pop("variance")) / LN10
     return LifeShares(films, design.sources, **values, spread=spread, censored=censored)
 

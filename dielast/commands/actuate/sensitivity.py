@@ -41,7 +41,8 @@ def with_sensitivity(
     """
     asked = [number for number, case in enumerate(cases) if case.recipe.sensitivity]
     if len({samples[number] is None for number in asked}) > 1:
-        raise InputError("all cases must have [uncertainty], or none: shares and derivatives do not go into one table", key=SENSITIVITY)
+        apart = "shares and derivatives do not go into one table"
+        raise InputError(f"all cases must have [uncertainty], or none: {apart}", key=SENSITIVITY)
     found = list(results)
     for number in asked:
         case, result, sample = cases[number], results[number], samples[number]

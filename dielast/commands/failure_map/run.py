@@ -24,7 +24,7 @@ from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.failure_map import FailureMap, assembled, plan_failure_map
-from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
+from dielast.simulate.lifetime import LifetimeLines, fit_lifetime
 from dielast.simulate.map_plan import MapPlan
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def voltages(axis: VoltageAxis) -> np.ndarray:
     return np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
 
 
-def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dict[str, Any]]:
+def headline(result: FailureMap, lines: LifetimeLines) -> dict[str, dict[str, Any]]:
     """How many cells fail in which way, and how straight the lines are."""
     modes = result.failure_mode
     failed = result.time_to_failure[np.isfinite(result.time_to_failure)]
@@ -168,5 +168,9 @@ def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dic
             "shortest_time_to_failure_s": float(failed.min()) if failed.size else None,
             "longest_time_to_failure_s": float(failed.max()) if failed.size else None,
         },
-        "fit": {"lines": len(lines), "least_r_squared": min(fitted) if fitted else None},
+        "fit": {
+            "lines": len(lines),
+            "least_r_squared": min(fitted) if fitted else None,
+            "not_drawn": lines.not_drawn() or None,
+        },
     }
