@@ -263,13 +263,15 @@ def notes(all_films: Sequence[Sequence[Drawn]], interval: str | None, left_out: 
     """What lines, bands, arrows and markers at zero mean, and which films are `left_out`."""
     films = [film for panel in all_films for film in panel]
     laws = [law for law in (EXPONENTIAL_LAW, POWER_LAW) if any(film.line.drawn_law == law for film in films)]
-    drawn = f"lines: {laws[0]} law" if len(laws) == 1 else "lines: exponential or inverse power law, whichever is closer"
+    drawn = f"lines: {laws[0]} law" if len(laws) == 1 else "lines: exponential or power law"
     first = [drawn] * bool(laws) + [f"bands: {interval}"] * (interval is not None)
+    lineless = any(film.line.points > 2 and not film.line.drawn_law for film in films)
     arrows = ["\N{UPWARDS ARROW} beyond the horizon (dotted)"] * any(film.open_above.any() for film in films)
     arrows += ["\N{DOWNWARDS ARROW} down to 0"] * any(np.any(film.down_to_zero & (film.time != 0)) for film in films)
     at_once = any(np.any(film.time == 0) for film in films)
     lines = [
         "; ".join(first),
+        "without a line: no law meets all points" if lineless else "",
         "bands open: " + ", ".join(arrows) if arrows else "",
         "markers at 0: fails at once" if at_once else "",
     ]

@@ -62,7 +62,7 @@ def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | 
             axes.set_xlabel(name)
         axes = all_axes[0]
         axes.set_yticks(range(len(rows)), [f"{whole}: {name}" if whole else name for name, whole in rows.items()])
-        axes.set_ylim(len(rows) - 0.5, -0.5)
+        axes.set_ylim(len(rows) - 0.4, -0.6)
         for each in all_axes:
             each.tick_params(axis="y", which="both", length=0)
         if shares:

@@ -27,8 +27,8 @@ class LifetimeLine(Result):
 
     And log10(time to failure in s) = `power_intercept` - `power_exponent` log10(V/1 V), over the same points.
 
-    Residuals are in decades. What fewer than two points cannot tell is NaN. `resolution` is the size of a marker, in decades, in a
-    figure of the whole map.
+    Residuals are in decades; `furthest` is how far off a point is at most from the exponential and from the power law, and
+    `resolution` the size of a marker in a figure of the whole map. What fewer than two points cannot tell is NaN.
     """
 
     temperature: float
@@ -43,6 +43,7 @@ class LifetimeLine(Result):
     power_intercept: float = np.nan
     power_rms_residual: float = np.nan
     power_r_squared: float = np.nan
+    furthest: tuple[float, float] = (np.nan, np.nan)
     resolution: float = np.inf
 
     @property
@@ -55,10 +56,9 @@ class LifetimeLine(Result):
 
     @property
     def drawn_law(self) -> str:
-        """The law that a figure draws, the closer one; empty where that misses its points by more than a marker's size (rms)."""
-        law = POWER_LAW if self.aic_difference > 0 else EXPONENTIAL_LAW
-        residual = self.power_rms_residual if law == POWER_LAW else self.rms_residual
-        return law if residual <= self.resolution else ""
+        """The law that a figure draws, the closer one; empty where that is further from a point than a marker's size."""
+        law, off = (POWER_LAW, self.furthest[1]) if self.aic_difference > 0 else (EXPONENTIAL_LAW, self.furthest[0])
+        return law if off <= self.resolution else ""
 
     def drawn(self, voltage: Floats) -> Floats:
         """Times to failure in s at voltages in V, any shape, by the law that is drawn."""
@@ -102,9 +102,8 @@ class LifetimeLines(tuple[LifetimeLine, ...]):
         missing = [line for line in there if not line.drawn_law]
         if not missing:
             return ""
-        least = min(min(line.rms_residual, line.power_rms_residual) for line in missing)
-        apart = f"both laws miss their points by more than a marker's size, by {least:.2g} decades (rms) or more"
-        return f"{len(missing)} of {len(there)} lines: {apart}"
+        off = max(line.furthest[line.aic_difference > 0] for line in missing)
+        return f"{len(missing)} of {len(there)} lines: no law meets all points, the closer one is up to {off:.2g} decades off"
 
     def to_frame(self) -> Frame:
         """The table as a data frame."""
@@ -123,8 +122,8 @@ def fit_lifetime(result: FailureMap) -> LifetimeLines:
             voltage, decades = result.voltage[used], np.log10(time[used])
             # a film that fails without a voltage follows no power of it
             powers = np.log10(voltage) if np.all(voltage > 0) else np.full(voltage.size, np.nan)
-            slope, intercept, residual, r_squared = _line(voltage, decades)
-            exponent, power_intercept, power_residual, power_r_squared = _line(powers, decades)
+            slope, intercept, residual, r_squared, furthest = _line(voltage, decades)
+            exponent, power_intercept, power_residual, power_r_squared, power_furthest = _line(powers, decades)
             lines.append(
                 LifetimeLine(
                     float(temperature),
@@ -139,20 +138,24 @@ def fit_lifetime(result: FailureMap) -> LifetimeLines:
                     power_intercept,
                     power_residual,
                     power_r_squared,
+                    (furthest, power_furthest),
                     resolution,
                 )
             )
     return LifetimeLines(lines)
 
 
-def _line(x: Floats, y: Floats) -> tuple[float, float, float, float]:
-    """Slope, intercept, rms residual and R^2 of the least-squares line of y over x, both (n,); NaN for fewer than two points."""
+def _line(x: Floats, y: Floats) -> tuple[float, float, float, float, float]:
+    """Slope, intercept, rms residual, R^2 and largest residual of the least-squares line of y over x, both (n,); NaN for fewer
+    than two points.
+    """
     if x.size < 2:
-        return (np.nan,) * 4
+        return (np.nan,) * 5
     centred = x - x.mean()
     slope = float(centred @ y / (centred @ centred))
     intercept = float(y.mean() - slope * x.mean())
     # a line through two points has no residual, but for rounding
     off = y - intercept - slope * x if x.size > 2 else np.zeros(2)
     spread = float(np.sum((y - y.mean()) ** 2))
-    return slope, intercept, float(np.sqrt(np.mean(off**2))), 1 - float(off @ off) / spread if spread > 0 else np.nan
+    r_squared = 1 - float(off @ off) / spread if spread > 0 else np.nan
+    return slope, intercept, float(np.sqrt(np.mean(off**2))), r_squared, float(np.abs(off).max())
