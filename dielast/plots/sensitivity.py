@@ -78,7 +78,7 @@ def _shown(result: Sensitivity, labels: Sequence[str]) -> list[Shown]:
     groups: dict[tuple[float, ...], list[int]] = {}
     for film in np.flatnonzero(~np.all(np.isnan(known), axis=0)).tolist():
         groups.setdefault(tuple(float(values[film]) for name, values in columns.items() if name != "voltage"), []).append(film)
-        middle = [films[len(films) // 2] for films in groups.values()]
+    middle = [films[len(films) // 2] for films in groups.values()]
     return [Shown(result, film, _called(columns, film, labels)) for film in middle]
 
 

@@ -17,7 +17,7 @@ UNITS = {"slope": "1/V", "intercept": "1", "rms_residual": "1", "r_squared": "1"
 POWER = ("power_exponent", "power_intercept", "power_rms_residual", "power_r_squared")
 EXPONENTIAL_LAW, POWER_LAW = "exponential", "inverse power"
 ROOM = 1.8  # factor by which a figure's axis of times goes beyond the shortest and the longest
-ROUNDING = 1e-9  # decades; no residual is known more exactly
+EXACT = 1e-6  # decades, about the tolerance that times are solved to: no residual is known more exactly
 MARKER = 3.5 / 150  # size of a marker over the height of the axes, both in points
 
 
@@ -51,7 +51,7 @@ class LifetimeLine(Result):
         """Akaike's criterion of the exponential law less that of the power law, n ln(sum of squares) of each, as both have as many
         constants: above 0 the power law is closer. NaN where one of them is not known, or two points do not tell them apart.
         """
-        residuals = np.maximum((self.rms_residual, self.power_rms_residual), ROUNDING)
+        residuals = np.maximum((self.rms_residual, self.power_rms_residual), EXACT)
         return float(2 * self.points * np.log(residuals[0] / residuals[1])) if self.points > 2 else np.nan
 
     @property

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.exchange import Exchange, Source
@@ -133,8 +132,6 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
 
     Raises `InputError` for anything wrong with the arguments.
     """
-    if "sample" in film:
-        raise InputError("it stands behind the material", argument="sample")
     design = sensitivity_design(material, sample, seed)
     film.setdefault("drawn_rtol", film.get("rtol", 1e-6))
     result, *drawn = solve_map(plan_failure_map(material, sample=design.sample, **film))
