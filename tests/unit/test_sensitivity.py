@@ -128,7 +128,7 @@ def test_a_film_that_does_not_creep_has_the_shares_of_its_damage_law() -> None:
 
 
 def test_parts_that_compensate_each_other_are_a_material_without_a_share() -> None:
-    """A film follows eps/mu: draws in which both are a factor larger have one life, and those with one of them exchanged have not."""
+    """A film follows eps/mu: draws in which both are a factor larger have one life; with one of them exchanged, they do not."""
     factors = 1 + 0.02 * stream(5, "test").standard_normal(120)
     members = [
         replace(CREEPING, equilibrium_modulus=f * 26e3, spectrum=replace_moduli(CREEPING.spectrum, f), permittivity=f * 4e-11)

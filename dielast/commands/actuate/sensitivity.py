@@ -13,7 +13,7 @@ from dielast.commands.simulation.bounds import drawn_film
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Simulation
 from dielast.commands.simulation.sensitivity import SENSITIVITY, design_of, warn_of_left_out
-from dielast.errors import InputError, in_a_draw
+from dielast.errors import in_a_draw
 from dielast.io.files import Inputs
 from dielast.io.table import Column
 from dielast.material.material import Material
@@ -35,14 +35,8 @@ def with_sensitivity(
     inputs: Inputs,
     execution: Execution,
 ) -> list[CaseResult]:
-    """The results with the sensitivity of the time to the first failure, in cases that ask for it.
-
-    Raises `InputError` where some of them have draws and others have none.
-    """
+    """The results with the sensitivity of the time to the first failure, in cases that ask for it."""
     asked = [number for number, case in enumerate(cases) if case.recipe.sensitivity]
-    if len({samples[number] is None for number in asked}) > 1:
-        apart = "shares and derivatives do not go into one table"
-        raise InputError(f"all cases must have [uncertainty], or none: {apart}", key=SENSITIVITY)
     found = list(results)
     for number in asked:
         case, result, sample = cases[number], results[number], samples[number]
