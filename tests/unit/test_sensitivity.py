@@ -85,7 +85,7 @@ def test_shares_are_those_of_the_closed_form(model: Model, inputs: Callable[...,
 
 
 def test_the_estimator_is_saltellis_and_jansens() -> None:
-    """The formulas of SALib 1.5, of which there is one for either order of a pair, with the variance that is unbiased."""
+    """The formulas of SALib 1.6, of which there is one for either order of a pair, with the variance that is unbiased."""
     pairs = 64
     one, other = np.pi * stream(3, "test").uniform(-1, 1, (2, pairs, 3, 1))
     found = shares_of(ishigami, one, other)
