@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,7 @@ from dielast.simulate.sensitivity import LifeShares, Sensitivity
 
 Array = NDArray[np.float64]
 MOST_PANELS = 6
+LONGEST_TITLE = 34  # characters in a line
 ROW = 0.24  # inches of a source
 FIRST: Any = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.7}
 TOTAL: Any = {"facecolor": COLOURS[2], "edgecolor": "black", "linewidth": 0.7}
@@ -46,20 +48,20 @@ def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | 
     with style():
         across = min(2, max(1, len(films)))
         down = -(-max(1, len(films)) // across)
-        figure = sheet(title, across, down * (0.75 + ROW * max(2, len(rows))) + 0.3)
+        figure = sheet(title, across, down * (0.95 + ROW * max(2, len(rows))) + 0.3)
         all_axes = grid(figure, max(1, len(films)), across, sharey=True, sharex=True)
         if not films:
             all_axes[0].text(0.5, 0.5, "no film is known well enough", transform=all_axes[0].transAxes, ha="center")
         for place, (axes, shown) in enumerate(zip(all_axes, films, strict=False)):
             _bars(axes, shown, rows)
-            axes.set_title(" ".join([f"({'abcdef'[place]})"] * (len(films) > 1) + [shown.title]), loc="left")
-            if isinstance(shown.result, LifeShares):
-                spread = f"spread {number(float(shown.result.spread[shown.film]), 2)} decades"
-                axes.text(0.97, 0.05, spread, transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
+            called = " ".join([f"({'abcdef'[place]})"] * (len(films) > 1) + [shown.title])
+            lines = [line for part in called.splitlines() for line in textwrap.wrap(part, LONGEST_TITLE)]
+            axes.set_title("\n".join(lines), loc="left", fontsize=7.5)
             axes.axvline(0, color="black", linewidth=0.7)
         name = "share of the variance of log life" if shares else "change of the life, % for 1 % of the number"
         for axes in all_axes[-across:]:
             axes.set_xlabel(name)
+            axes.tick_params(axis="x", labelbottom=True)
         axes = all_axes[0]
         axes.set_yticks(range(len(rows)), [f"{whole}: {name}" if whole else name for name, whole in rows.items()])
         axes.set_ylim(len(rows) - 0.4, -0.6)
@@ -79,14 +81,16 @@ def _shown(result: Sensitivity, labels: Sequence[str]) -> list[Shown]:
     for film in np.flatnonzero(~np.all(np.isnan(known), axis=0)).tolist():
         groups.setdefault(tuple(float(values[film]) for name, values in columns.items() if name != "voltage"), []).append(film)
     middle = [films[len(films) // 2] for films in groups.values()]
-    return [Shown(result, film, _called(columns, film, labels)) for film in middle]
+    spread = result.spread if isinstance(result, LifeShares) else None
+    return [Shown(result, film, _called(columns, film, labels, spread)) for film in middle]
 
 
-def _called(columns: Mapping[str, Array], film: int, labels: Sequence[str]) -> str:
-    """What tells a film from others."""
+def _called(columns: Mapping[str, Array], film: int, labels: Sequence[str], spread: Array | None) -> str:
+    """What tells a film from others, and the `spread` (films,) of its life in decades, if that is known."""
+    far = [] if spread is None else [f"spread {number(float(spread[film]), 2)} decades"]
     if "case" in columns:
         case = int(columns["case"][film])
-        return labels[case] if case < len(labels) else ""
+        return "\n".join([label for label in labels[case : case + 1] if label] + far)
     several = {name: bool(np.any(values != values[0])) for name, values in columns.items()}
     pair = [float(columns[f"prestretch_{axis}"][film]) for axis in (1, 2)]
     sides = " \N{MULTIPLICATION SIGN} ".join(map(number, pair[:1] if pair[0] == pair[1] else pair))
@@ -95,7 +99,7 @@ def _called(columns: Mapping[str, Array], film: int, labels: Sequence[str]) -> s
     parts.append(f"prestretch {sides}")
     if several.get("electrode_share"):
         parts.append(f"share {number(float(columns['electrode_share'][film]))}")
-    return ", ".join([*parts, f"{number(float(columns['voltage'][film]) * factor)} {unit}"])
+    return "\n".join([", ".join([*parts, f"{number(float(columns['voltage'][film]) * factor)} {unit}"]), *far])
 
 
 def _rows(films: Sequence[Shown]) -> dict[str, str]:

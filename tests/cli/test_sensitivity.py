@@ -27,7 +27,7 @@ field = "48 MV/m"
 """
 DRAWS = """
 [uncertainty]
-draws = 40
+draws = 20
 breakdown_field = { law = "normal", relative = "3 %" }
 thickness = "2 %"
 """

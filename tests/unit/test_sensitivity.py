@@ -50,8 +50,18 @@ def ishigami(x: Array) -> Array:
     return np.asarray(np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0]))
 
 
+def correlated(x: Array) -> Array:
+    """Standard normal inputs (2, pairs, sources, ...), the first two with correlation RHO."""
+    x[:, :, 1] = RHO * x[:, :, 0] + np.sqrt(1 - RHO**2) * x[:, :, 1]
+    return x
+
+
 SLOPES, SIGMA = np.array([3.0, 1.0, -0.5]), np.array([0.5, 2.0, 1.0])
 LINEAR = np.square(SLOPES * SIGMA) / np.sum(np.square(SLOPES * SIGMA))
+# the first two drawn together, with this correlation: Li et al., DOI 10.1021/jp9096919
+RHO = 0.6
+ALONE, SHARED = np.square(SLOPES * SIGMA), RHO * np.prod(SLOPES[:2] * SIGMA[:2])
+TOGETHER = ALONE.sum() + 2 * SHARED
 V1, V2, V13 = 0.5 * (1 + 0.1 * np.pi**4 / 5) ** 2, 49 / 8, 0.01 * np.pi**8 * (1 / 18 - 1 / 50)
 CASES: list[tuple[Model, Callable[[tuple[int, ...]], Array], Array, Array]] = [
     (
@@ -59,6 +69,12 @@ CASES: list[tuple[Model, Callable[[tuple[int, ...]], Array], Array, Array]] = [
         lambda shape: SIGMA[:, None] * stream(1, "test").standard_normal(shape),
         LINEAR,
         LINEAR,
+    ),
+    (
+        lambda x: np.einsum("s,ps...->p...", SLOPES, x),
+        lambda shape: SIGMA[:, None] * correlated(stream(6, "test").standard_normal(shape)),
+        (ALONE + np.array([SHARED, SHARED, 0.0])) / TOGETHER,
+        ALONE / TOGETHER,
     ),
     (
         ishigami,
@@ -69,7 +85,7 @@ CASES: list[tuple[Model, Callable[[tuple[int, ...]], Array], Array, Array]] = [
 ]
 
 
-@pytest.mark.parametrize(("model", "inputs", "first", "total"), CASES, ids=["linear", "ishigami"])
+@pytest.mark.parametrize(("model", "inputs", "first", "total"), CASES, ids=["linear", "correlated", "ishigami"])
 def test_shares_are_those_of_the_closed_form(model: Model, inputs: Callable[..., Array], first: Array, total: Array) -> None:
     """300 repetitions of 200 pairs: no bias beyond that of the ratio, of order 1/pairs, and honest standard errors."""
     repeats, pairs = 300, 200
@@ -234,7 +250,7 @@ def test_nothing_to_share_is_refused() -> None:
 def test_figures_show_films_by_their_largest_sources() -> None:
     members = [SILICONE, replace(SILICONE, damage=InversePower(81e6, 3600.0, 18.5))]
     sample = draw_sample(members, 20, thickness=NormalScatter(0.01))
-    film = {**CLAMPED, "prestretch": np.linspace(1.5, 1.9, 4), "temperature": [20.0, 30.0]}
+    film = {**CLAMPED, "prestretch": np.linspace(1.5, 1.9, 7)}
     for found in (
         life_sensitivity(SILICONE, sample, voltage=[9e3, 1e4, 1.1e4], **film),
         life_sensitivity(SILICONE, voltage=1e4, **film),
