@@ -13,7 +13,7 @@ from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecip
 from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult
-from dielast.commands.simulation.run import Columns, Simulation, report_of
+from dielast.commands.simulation.run import Columns, Known, Simulation, Solve, report_of
 from dielast.handover.breakdown_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table
@@ -130,21 +130,13 @@ class Films(Simulation):
 
         return drawn_film(case, sample, result)
 
-    def analysed(
-        self,
-        cases: Sequence[Case[ActuateRecipe]],
-        materials: Sequence[Material],
-        samples: Sequence[Sample | None],
-        results: Sequence[CaseResult],
-        inputs: Inputs,
-        execution: Execution,
-    ) -> Sequence[CaseResult]:
+    def analysed(self, known: Sequence[Known], solve: Solve) -> list[CaseResult]:
         """With the sensitivity of the time to failure, where it is asked for."""
-        if not any(case.recipe.sensitivity for case in cases):
-            return results
+        if not any(case.recipe.sensitivity for case, *_ in known):
+            return super().analysed(known, solve)
         from dielast.commands.actuate.sensitivity import with_sensitivity
 
-        return with_sensitivity(self, cases, materials, samples, results, inputs, execution)
+        return with_sensitivity(known, solve)
 
     def tables(self, recipe: ActuateRecipe, results: Sequence[CaseResult]) -> dict[str, Table]:
         """The table of events, and that of profiles."""

@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent
 
 Columns = Mapping[str, Floats]
+Known = tuple[Case[Any], Material, Sample | None, CaseResult]
+"""A case, its material, its draws if it has some, and its result."""
+Solve = Callable[[Case[Any], Sequence[Material], Floats], list[CaseResult]]
+"""Solves a case of each of several materials, with a factor (materials,) on the thickness."""
 
 
 class Simulation(ABC):
@@ -133,17 +137,9 @@ class Simulation(ABC):
         """The case that all draws solve, and the material of each."""
         return case, sample.materials
 
-    def analysed(
-        self,
-        cases: Sequence[Case[Any]],
-        materials: Sequence[Material],
-        samples: Sequence[Sample | None],
-        results: Sequence[CaseResult],
-        inputs: Inputs,
-        execution: Execution,
-    ) -> Sequence[CaseResult]:
-        """The results with what takes further runs of each case and of its draws."""
-        return results
+    def analysed(self, known: Sequence[Known], solve: Solve) -> list[CaseResult]:
+        """The results with what takes further runs of each case."""
+        return [result for _, _, _, result in known]
 
     def tables(self, recipe: Any, results: Sequence[CaseResult]) -> dict[str, Table]:
         """Further tables by file name."""
@@ -190,7 +186,11 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         samples = samples_of(cases, materials, inputs)
         written = bounded_cases(cases, samples, results, draws, execution)
         intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
-    written = simulation.analysed(cases, materials, samples, written, inputs, execution)
+
+    def further(case: Case[Any], drawn: Sequence[Material], factor: Floats) -> list[CaseResult]:
+        return solve_batches(simulation.batches([case] * len(drawn), drawn, inputs, factor), execution, "further runs")
+
+    written = simulation.analysed(list(zip(cases, materials, samples, written, strict=True)), further)
     matched = matches(recipe, seen, inputs, again)
     x, y, scales = axes_of(cases, seen[0], simulation.measured, simulation.time_scale)
 
