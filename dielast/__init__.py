@@ -84,6 +84,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.mechanics.stability import TimeScale as TimeScale
     from dielast.plots.mastercurve import plot_master_curve as plot_master_curve
+    from dielast.plots.sensitivity import plot_sensitivity as plot_sensitivity
     from dielast.plots.spectrum import plot_spectrum as plot_spectrum
     from dielast.relaxation.continuous import ContinuousSpectrum as ContinuousSpectrum, continuous_spectrum as continuous_spectrum
     from dielast.relaxation.creep import fit_creep as fit_creep
@@ -104,6 +105,11 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.simulate.lifetime import fit_lifetime as fit_lifetime
     from dielast.simulate.membrane import MembraneHistory as MembraneHistory, creep as creep, relax as relax
+    from dielast.simulate.sensitivity import (
+        LifeElasticities as LifeElasticities,
+        LifeShares as LifeShares,
+        life_sensitivity as life_sensitivity,
+    )
     from dielast.superposition.bootstrap import (
         MasterCurveDraws as MasterCurveDraws,
         bootstrap_master_curve as bootstrap_master_curve,

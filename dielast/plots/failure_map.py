@@ -1,4 +1,4 @@
-"""The figure of a failure map: time to failure over voltage with the exponential law, and the map over voltage and prestretch."""
+"""The figure of a failure map: time to failure over voltage with its law, and the map over voltage and prestretch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Time to failure over voltage for films of a failure map, with the exponential law and bands."""
+"""Time to failure over voltage for films of a failure map, with the exponential or the inverse power law and bands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import COLOURS, LINES, MARKERS, SHADE, degrees, log_axis, number, row_legend, spread_indices
 from dielast.simulate.failure_map import FailureMap
-from dielast.simulate.lifetime import LifetimeLine
+from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
 
 Array = NDArray[np.float64]
 Pair = tuple[int, int]
@@ -167,13 +167,13 @@ def _span(films: Sequence[Drawn], result: FailureMap, opened: bool) -> tuple[flo
     values = [np.array([result.horizon])] if opened else []
     for film in films:
         values += [film.time, film.low, film.high]
-        if np.isfinite(film.line.slope):
-            values.append(10 ** (film.line.intercept + film.line.slope * result.voltage[film.fails]))
+        if film.line.drawn_law:
+            values.append(film.line.drawn(result.voltage[film.fails]))
     joined = np.concatenate(values)
     positive = joined[np.isfinite(joined) & (joined > 0)]
     if not positive.size:
         return result.horizon / 1e3, result.horizon
-    return float(positive.min()) / 1.8, float(positive.max()) * 1.8 if not opened else 1.2 * float(positive.max())
+    return float(positive.min()) / ROOM, float(positive.max()) * ROOM if not opened else 1.2 * float(positive.max())
 
 
 def _limits(shown: tuple[float, float], above: int, below: int) -> tuple[float, float]:
@@ -207,10 +207,9 @@ def _times(axes: Axes, voltage: Array, factor: float, film: Drawn) -> None:
     # every so many, as one left out here and there would look like a film that lives on
     every = list(range(0, int(np.count_nonzero(fails)), max(1, -(-int(np.count_nonzero(fails)) // MOST_MARKERS))))
     axes.plot(voltage[fails] * factor, film.time[fails], linestyle="none", zorder=3, markevery=every, **film.marker)
-    if np.isfinite(film.line.slope):
-        span = voltage[fails][[0, -1]]
-        law = 10 ** (film.line.intercept + film.line.slope * span)
-        axes.plot(span * factor, law, linestyle=film.dashes, linewidth=0.9, color=film.colour)
+    if film.line.drawn_law:
+        along = np.linspace(voltage[fails][0], voltage[fails][-1], 2 if film.line.drawn_law == EXPONENTIAL_LAW else 50)
+        axes.plot(along * factor, film.line.drawn(along), linestyle=film.dashes, linewidth=0.9, color=film.colour)
 
 
 def _rows(axes: Axes, voltage: Array, films: Sequence[Drawn], above: int, below: int) -> None:
@@ -252,7 +251,7 @@ def legend(axes: Axes, films: Sequence[Drawn], note: str | None) -> None:
     """The films of a panel, and a `note` on the figure, below the axes: within them, long and short lives leave no corner free."""
     handles = []
     for film in films:
-        dashes: Any = film.dashes if np.isfinite(film.line.slope) else "none"
+        dashes: Any = film.dashes if film.line.drawn_law else "none"
         handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=film.label, **film.marker))
     # wider than the figure, a legend would upset its layout
     columns = 2 if len(films) > 1 and max(len(film.label) for film in films) <= LONGEST_BESIDE else 1
@@ -263,13 +262,16 @@ def legend(axes: Axes, films: Sequence[Drawn], note: str | None) -> None:
 def notes(all_films: Sequence[Sequence[Drawn]], interval: str | None, left_out: str | None) -> str | None:
     """What lines, bands, arrows and markers at zero mean, and which films are `left_out`."""
     films = [film for panel in all_films for film in panel]
-    fitted = any(np.isfinite(film.line.slope) for film in films)
-    first = ["lines: exponential law"] * fitted + [f"bands: {interval}"] * (interval is not None)
+    laws = [law for law in (EXPONENTIAL_LAW, POWER_LAW) if any(film.line.drawn_law == law for film in films)]
+    drawn = f"lines: {laws[0]} law" if len(laws) == 1 else "lines: exponential or power law"
+    first = [drawn] * bool(laws) + [f"bands: {interval}"] * (interval is not None)
+    lineless = any(film.line.points > 2 and not film.line.drawn_law for film in films)
     arrows = ["\N{UPWARDS ARROW} beyond the horizon (dotted)"] * any(film.open_above.any() for film in films)
     arrows += ["\N{DOWNWARDS ARROW} down to 0"] * any(np.any(film.down_to_zero & (film.time != 0)) for film in films)
     at_once = any(np.any(film.time == 0) for film in films)
     lines = [
         "; ".join(first),
+        "without a line: no law meets all points" if lineless else "",
         "bands open: " + ", ".join(arrows) if arrows else "",
         "markers at 0: fails at once" if at_once else "",
     ]

@@ -42,8 +42,9 @@ def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> lis
     """One line for each cell of `contents` (name -> bytes) that differs from the folder `golden` by more than `rtol`, or than the
     folder's tolerance for the cell.
 
-    Tables and `summary.toml` are compared; a table or a row on one side alone is a difference. Plots, digests and versions are
-    not compared. Raises `InputError` if there is nothing to compare with, or if the tolerances cannot be read.
+    Tables and `summary.toml` are compared; a table or a row on one side alone is a difference, and so is a column that only the
+    golden table has. Columns that it does not have, plots, digests and versions are not compared. Raises `InputError` if there is
+    nothing to compare with, or if the tolerances cannot be read.
     """
     expected = golden_files(golden)
     special = tolerances(golden, expected)
@@ -115,10 +116,12 @@ def _compared(name: str) -> bool:
 
 def _tables(name: str, content: bytes, golden: Path, usual: Tolerance, special: Mapping[str, Tolerance]) -> Iterator[str]:
     now, then = parse_csv(content, name), parse_csv(read_file(golden, str(golden)), str(golden))
-    if list(now) != list(then):
+    # a column that a later version adds takes nothing away
+    if [header for header in now if header in then] != list(then):
         yield f"{name}: columns {', '.join(now)}; golden {', '.join(then)}"
         return
-    for header, cells in now.items():
+    for header in then:
+        cells = now[header]
         if len(cells) != len(then[header]):
             yield f"{name}: {len(cells)} rows; golden {len(then[header])}"
             return

@@ -70,13 +70,8 @@ class FailureMap(TabularResult):
     def columns(self) -> Table:
         """One row for each cell: temperatures, then prestretches, then voltages."""
         slack = self.time_to_loss_of_tension
-        t, p, v = (index.ravel() for index in np.indices(self.failure_mode.shape))
         return [
-            Column("temperature", "degC", self.temperature[t]),
-            Column("prestretch_1", "1", self.prestretch[p, 0]),
-            Column("prestretch_2", "1", self.prestretch[p, 1]),
-            *(() if self.electrode_share is None else [Column("electrode_share", "1", self.electrode_share[p])]),
-            Column("voltage", "V", self.voltage[v]),
+            *failure_cells(self),
             *(Column(column_of(name), "s", time.ravel()) for name, time in self.times.items()),
             *([] if slack is None else [Column(column_of(LossOfTension.name), "s", slack.ravel())]),
             Column("time_to_failure", "s", self.time_to_failure.ravel()),
@@ -87,6 +82,18 @@ class FailureMap(TabularResult):
     def completed(self) -> bool:
         """Whether the numerics got through in every cell."""
         return bool(np.all(self.outcome == "completed"))
+
+
+def failure_cells(result: FailureMap) -> Table:
+    """Which film each row of a map's table is about, and its voltage."""
+    t, p, v = (index.ravel() for index in np.indices(result.failure_mode.shape))
+    return [
+        Column("temperature", "degC", result.temperature[t]),
+        Column("prestretch_1", "1", result.prestretch[p, 0]),
+        Column("prestretch_2", "1", result.prestretch[p, 1]),
+        *(() if result.electrode_share is None else [Column("electrode_share", "1", result.electrode_share[p])]),
+        Column("voltage", "V", result.voltage[v]),
+    ]
 
 
 def failure_map(

@@ -32,6 +32,8 @@ def results() -> dict[str, Any]:
         vhb, [VoltageStep(4e3), VoltageStep.hold(600.0)], thickness=5e-4, prestretch=1.9, relax=60.0, stop_at="end"
     )
     chart = dielast.failure_map(vhb, voltage=[3.5e3, 4e3], prestretch=[1.7, 1.9], thickness=5e-4, horizon=3600.0)
+    sample = dielast.draw_sample([vhb], 30, thickness=NormalScatter(0.02))
+    aged = {"voltage": 4e3, "prestretch": 1.9, "thickness": 5e-4, "horizon": 1e9}
     time = np.linspace(1.0, 20.0, 12)
     test = dielast.MeasuredTest("test", time, 1 + 0.1 * time, 3e4 * time**0.5, 20.0)
     film_of_few = dielast.read_material("example:tensile/start.toml")
@@ -49,7 +51,9 @@ def results() -> dict[str, Any]:
         "retardation": retardation,
         "material": vhb,
         "table law": ShiftTable(20.0, tuple(range(0, 60, 2)), tuple(np.linspace(3, -2, 30))),
-        "sample": dielast.draw_sample([vhb], 30, thickness=NormalScatter(0.02)),
+        "sample": sample,
+        "shares": dielast.life_sensitivity(vhb, sample, **aged),
+        "elasticities": dielast.life_sensitivity(vhb, **aged),
         "history": history,
         "film": film,
         "map": chart,

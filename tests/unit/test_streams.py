@@ -11,7 +11,7 @@ import numpy as np
 from dielast.numerics.random_streams import stream
 
 PACKAGE = Path(__file__).parents[2] / "dielast"
-NAMES = ("noise", "measurements", "model error", "material", "breakdown field", "thickness", "damage", "posterior")
+NAMES = ("noise", "measurements", "model error", "material", "breakdown field", "thickness", "damage", "posterior", "sensitivity")
 
 
 def test_no_two_streams_coincide() -> None:

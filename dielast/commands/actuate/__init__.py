@@ -7,6 +7,9 @@ ACTUATE = Command(
     package=__name__,
     help="Voltage history -> stretch of a prestretched film; breakdown, pull-in, loss of tension.",
     short_help="Voltage history -> stretch of a film, and its failure.",
-    files=("actuate.csv", "events.csv", "cycles.csv", "cases.csv", "profile.csv", "profile.png", "profile.svg", "profile.pdf"),
+    files=(
+        *("actuate.csv", "events.csv", "cycles.csv", "cases.csv"),
+        *(f"{name}.{form}" for name in ("profile", "sensitivity") for form in ("csv", "png", "svg", "pdf")),
+    ),
     can_share=True,
 )

@@ -22,7 +22,7 @@ from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSo
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
-from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
+from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem, shown
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.mechanics.criteria import END, names
@@ -182,6 +182,7 @@ class ActuateRecipe(SimulationRecipe):
     solver: FilmSolver = Field(FilmSolver(), description="How exactly the equations are solved.")
     stop: Stop = Field(Stop(), description="Where the simulation ends.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
+    sensitivity: bool = Field(False, description=SENSITIVITY_TEXT + " The time to failure is that of the first failure.")
 
     @property
     def electrical(self) -> bool:

@@ -13,7 +13,7 @@ from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecip
 from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult
-from dielast.commands.simulation.run import Columns, Simulation, report_of
+from dielast.commands.simulation.run import Columns, Known, Simulation, Solve, report_of
 from dielast.handover.breakdown_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table
@@ -132,10 +132,22 @@ class Films(Simulation):
 
         return drawn_film(case, sample, result)
 
+    def analysed(self, known: Sequence[Known], solve: Solve) -> list[CaseResult]:
+        """With the sensitivity of the time to failure, where it is asked for."""
+        if not any(case.recipe.sensitivity for case, *_ in known):
+            return super().analysed(known, solve)
+        from dielast.commands.actuate.sensitivity import with_sensitivity
+
+        return with_sensitivity(known, solve)
+
     def tables(self, recipe: ActuateRecipe, results: Sequence[CaseResult]) -> dict[str, Table]:
         """The table of events, and that of profiles."""
         profiles = [result.profile for result in results if result.profile is not None]
         more = {"profile.csv": profile_table(profiles)} if profiles else {}
+        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
+            from dielast.commands.simulation.sensitivity import SENSITIVITY, table_of
+
+            more[f"{SENSITIVITY}.csv"] = table_of(known)
         if recipe.uncertainty is None:
             return {"events.csv": event_columns([result.events or () for result in results])} | more
         from dielast.commands.simulation.bounds import bounded_event_columns
@@ -145,10 +157,20 @@ class Films(Simulation):
     def figures(
         self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
     ) -> dict[str, Callable[[], Any]]:
-        """The profile of the first film that has one at some time."""
+        """The profile of the first film that has one at some time, and what drives the life of all."""
+        more = {}
+        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
+
+            def driving() -> Any:
+                from dielast.commands.simulation.naming import labels, titled
+                from dielast.plots.sensitivity import plot_sensitivity
+
+                return plot_sensitivity(known, titled(cases[0].recipe.title, cases, materials), labels(cases, materials))
+
+            more["sensitivity"] = driving
         profiles = [result.profile for result in results if result.profile is not None]
         if not profiles:
-            return {}
+            return more
         shown = next((case for case, profile in enumerate(profiles) if profile["time [s]"].size), 0)
 
         def figure() -> Any:
@@ -161,7 +183,7 @@ class Films(Simulation):
             title = titled(first.title, [cases[shown]], [materials[shown]], which)
             return plot_profile(profiles, title, place)
 
-        return {"profile": figure}
+        return {"profile": figure, **more}
 
     def marks(self, recipe: ActuateRecipe, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
         """The events of a film in the figure."""
@@ -193,6 +215,10 @@ class Films(Simulation):
                     "stretch_1": [event.stretch_1 for event in first.values()],
                     "true_field_V_per_m": [event.true_field for event in first.values()],
                 }
+        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
+            from dielast.commands.simulation.sensitivity import headline_of
+
+            sections |= headline_of(known)
         return sections
 
 

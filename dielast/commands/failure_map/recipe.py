@@ -17,7 +17,7 @@ from dielast.commands.simulation.film_recipe import (
     Shares,
     prestretch_of,
 )
-from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
+from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.handover.material_file import MaterialFile, material_file
@@ -136,6 +136,7 @@ class FailureMapRecipe(RecipeBase):
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: MapSolver = Field(MapSolver(), description="How exactly the equations are solved.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
+    sensitivity: bool = Field(False, description=SENSITIVITY_TEXT)
 
     @classmethod
     def material_model(cls) -> type[MaterialFile]:

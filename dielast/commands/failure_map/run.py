@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -24,7 +24,7 @@ from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.failure_map import FailureMap, assembled, plan_failure_map
-from dielast.simulate.lifetime import LifetimeLine, fit_lifetime
+from dielast.simulate.lifetime import LifetimeLines, fit_lifetime
 from dielast.simulate.map_plan import MapPlan
 
 if TYPE_CHECKING:
@@ -42,10 +42,17 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         sample = sample_of(cases[0], material, inputs)
     temperatures = recipe.temperature or [material.reference_temperature]
     films = len(temperatures) * len(recipe.film.prestretch) * len(recipe.film.shares or (1,))
-    check_cells(films * voltages(recipe.voltage).size, 0 if sample is None else len(sample))
-    plan = _plan(recipe, material, sample)
+    design = None
+    if recipe.sensitivity:
+        from dielast.commands.simulation.sensitivity import design_of
+
+        design = design_of(material, sample, wanted)
+    solved = sample if design is None else design.sample
+    check_cells(films * voltages(recipe.voltage).size, 0 if solved is None else len(solved))
+    plan = _plan(recipe, material, solved)
     warn_of_map(recipe, material, plan)
-    result, *drawn = assembled(plan, solve(plan, fingerprint(cases[0], inputs), execution))
+    result, *every = assembled(plan, solve(plan, fingerprint(cases[0], inputs), execution))
+    drawn = every[: 0 if sample is None else len(sample)]
     warn_of_failures(recipe, material, result)
     lines = fit_lifetime(result)
 
@@ -77,14 +84,33 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         cells = bounded_map_columns(cells, drawn, wanted.level)
         fits = bounded_line_columns(fits, [fit_lifetime(each) for each in drawn], wanted.level)
         sections |= uncertainty_headline([wanted], [sample])
-    return Report({"failure-map.csv": cells, "fit.csv": fits}, sections, figure, failures=first_of_each(failures, "cells"))
+    tables, figures = {"failure-map.csv": cells, "fit.csv": fits}, {}
+    if design is not None:
+        from dielast.commands.simulation.sensitivity import SENSITIVITY, headline_of, table_of, warn_of_left_out
+        from dielast.simulate.sensitivity import sensitivity_of_map
+
+        found = [sensitivity_of_map(design, result, every)]
+        warn_of_left_out(found)
+        tables, sections = tables | {f"{SENSITIVITY}.csv": table_of(found)}, sections | headline_of(found)
+
+        def driving() -> Any:
+            from dielast.commands.simulation.naming import titled
+            from dielast.plots.sensitivity import plot_sensitivity
+
+            return plot_sensitivity(found, titled(recipe.title, cases, [material]))
+
+        figures = {SENSITIVITY: driving}
+    lost = first_of_each(failures, "cells")
+    return Report(tables, sections, figure, failures=lost, figures=figures)
 
 
 def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
     """The map that the recipe asks for; errors name the recipe's keys."""
     share, by_share = recipe.pull_in.timescale
     films, temperatures = recipe.film.prestretch, recipe.temperature or [material.reference_temperature]
-    with placed(partial(_in_recipe_terms, films=len(films), shares=len(recipe.film.shares or (1,)), temperatures=temperatures)):
+    keys = KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
+    shares = len(recipe.film.shares or (1,))
+    with placed(partial(_in_recipe_terms, films=len(films), shares=shares, temperatures=temperatures, keys=keys)):
         return plan_failure_map(
             material,
             voltage=voltages(recipe.voltage),
@@ -104,7 +130,7 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             rtol=recipe.solver.rtol,
             sample=sample,
-            drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,
+            drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set or recipe.uncertainty is None else None,
         )
 
 
@@ -113,10 +139,10 @@ def _share(result: FailureMap, film: int) -> str:
     return "" if result.electrode_share is None else f"electrode share {result.electrode_share[film]:g}, "
 
 
-def _in_recipe_terms(problem: Problem, films: int, shares: int, temperatures: Sequence[float]) -> Problem:
+def _in_recipe_terms(problem: Problem, films: int, shares: int, temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
     """A problem of the solver, whose cases are the films at one temperature after the other, with the recipe's key."""
     if problem.case is None or problem.argument != "prestretch":
-        return replace(problem, case=None).in_keys(KEYS)
+        return replace(problem, case=None).in_keys(keys)
     temperature, film = divmod(problem.case // shares, films)
     at = f"{temperatures[temperature]:g} degC: " if len(temperatures) > 1 else ""
     return Problem(at + problem.text, key=f"film.prestretch[{film}]")
@@ -129,7 +155,7 @@ def voltages(axis: VoltageAxis) -> np.ndarray:
     return np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
 
 
-def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dict[str, Any]]:
+def headline(result: FailureMap, lines: LifetimeLines) -> dict[str, dict[str, Any]]:
     """How many cells fail in which way, and how straight the lines are."""
     modes = result.failure_mode
     failed = result.time_to_failure[np.isfinite(result.time_to_failure)]
@@ -142,5 +168,9 @@ def headline(result: FailureMap, lines: Sequence[LifetimeLine]) -> dict[str, dic
             "shortest_time_to_failure_s": float(failed.min()) if failed.size else None,
             "longest_time_to_failure_s": float(failed.max()) if failed.size else None,
         },
-        "fit": {"lines": len(lines), "least_r_squared": min(fitted) if fitted else None},
+        "fit": {
+            "lines": len(lines),
+            "least_r_squared": min(fitted) if fitted else None,
+            "not_drawn": lines.not_drawn() or None,
+        },
     }

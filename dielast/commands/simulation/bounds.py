@@ -23,7 +23,7 @@ from dielast.sharing.batches import Batch, solve_batches
 from dielast.sharing.execution import Execution
 from dielast.simulate.events import UNITS, Event
 from dielast.simulate.failure_map import FailureMap
-from dielast.simulate.lifetime import LifetimeLine
+from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
 
 Band = tuple[Floats, Floats, Floats]
@@ -31,7 +31,7 @@ Band = tuple[Floats, Floats, Floats]
 SURVIVING = "surviving [1]"
 FAILURE = "failure"  # whatever happens first
 RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")  # towards a failure; all else grows
-LINE = ("slope", "intercept", "rms_residual", "r_squared")
+LINE = (*LINE_UNITS, *POWER)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -132,6 +132,7 @@ class SimulationRecipe(RecipeBase):
     """What every simulation has; `COLUMNS` are those of its result that can be drawn."""
 
     COLUMNS: ClassVar[tuple[str, ...]] = COLUMNS
+    ELSEWHERE: ClassVar = {"sensitivity": "relax and creep have no time to failure; actuate and failure-map take it"}
 
     material: InputFile = Field(description="A material file, written by spectrum or by hand.")
     temperature: Temperature | None = Field(None, description="Default: the material's reference temperature.")

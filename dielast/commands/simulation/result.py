@@ -10,6 +10,7 @@ from dielast.numerics.columns import Floats
 
 if TYPE_CHECKING:
     from dielast.simulate.events import Event
+    from dielast.simulate.sensitivity import Sensitivity
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,8 @@ class GivenUp:
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
     the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds, and
-    its `profile`, if it was asked for. `stated` are the headers of columns that are the same in every draw.
+    its `profile` and the `sensitivity` of its life, if they were asked for. `stated` are the headers of columns that are the same
+    in every draw.
     """
 
     temperature: float
@@ -51,3 +53,4 @@ class CaseResult:
     bounded_events: Sequence[BoundedEvent] = ()
     stated: tuple[str, ...] = ("time [s]",)
     profile: Mapping[str, Floats] | None = None
+    sensitivity: Sensitivity | None = None

@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent
 
 Columns = Mapping[str, Floats]
+Known = tuple[Case[Any], Material, Sample | None, CaseResult]
+"""A case, its material, its draws if it has some, and its result."""
+Solve = Callable[[Case[Any], Sequence[Material], Floats], list[CaseResult]]
+"""Solves a case of each of several materials, with a factor (materials,) on the thickness."""
 
 
 class Simulation(ABC):
@@ -133,6 +137,10 @@ class Simulation(ABC):
         """The case that all draws solve, and the material of each."""
         return case, sample.materials
 
+    def analysed(self, known: Sequence[Known], solve: Solve) -> list[CaseResult]:
+        """The results with what takes further runs of each case."""
+        return [result for _, _, _, result in known]
+
     def tables(self, recipe: Any, results: Sequence[CaseResult]) -> dict[str, Table]:
         """Further tables by file name."""
         return {}
@@ -170,6 +178,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
 
     written: Sequence[CaseResult] = results
     intervals: dict[str, dict[str, Any]] = {}
+    samples: Sequence[Sample | None] = [None] * len(cases)
     if any(case.recipe.uncertainty is not None for case in cases):
         from dielast.commands.simulation.bounds import bounded_cases
         from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
@@ -177,6 +186,11 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         samples = samples_of(cases, materials, inputs)
         written = bounded_cases(cases, samples, results, draws, execution)
         intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
+
+    def further(case: Case[Any], drawn: Sequence[Material], factor: Floats) -> list[CaseResult]:
+        return solve_batches(simulation.batches([case] * len(drawn), drawn, inputs, factor), execution, "further runs")
+
+    written = simulation.analysed(list(zip(cases, materials, samples, written, strict=True)), further)
     matched = matches(recipe, seen, inputs, again)
     x, y, scales = axes_of(cases, seen[0], simulation.measured, simulation.time_scale)
 
@@ -200,8 +214,8 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     )
     if (cycling := cycle_columns(results)) is not None:
         tables["cycles.csv"] = cycling
-    sections = simulation.headline(cases, results)
+    sections = simulation.headline(cases, written)
     if matched:
         sections["compare"] = compare_headline(matched)
-    more = simulation.figures(cases, materials, results)
+    more = simulation.figures(cases, materials, written)
     return Report(tables, sections | intervals, figure, failures=failures(results), figures=more)

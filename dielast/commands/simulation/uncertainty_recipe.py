@@ -10,6 +10,12 @@ from dielast.errors import InputError
 from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter, fewest_draws
 from dielast.recipe.fields import Area, Section, Share
 
+SENSITIVITY_TEXT = (
+    "Whether to write sensitivity.csv and its figure: what drives the time to failure. With [uncertainty], the share that each "
+    "source (spectrum, shift, springs, permittivity, breakdown field, thickness and so on, as far as the draws differ in it) has "
+    "in the variance of the log life, first-order and total, with standard errors; it takes as many films more as there are draws "
+    "for each source. Without, the derivative of the log life by the log of each number."
+)
 DrawCount = Annotated[int, Field(ge=2, le=100_000)]
 Level = Annotated[float, Field(gt=0, lt=1)]
 
