@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, Laboratory
+from dielast.calibration.experiment import Experiment
+from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.calibration.problem import Problem

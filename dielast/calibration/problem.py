@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dielast.calibration.experiment import Laboratory
+from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.parameters import ParameterSpace
 from dielast.calibration.scatter import Curves, Scatter

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, Laboratory
+from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
+from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Free
 from dielast.calibration.posterior import draw

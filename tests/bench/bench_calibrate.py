@@ -15,8 +15,8 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate, relax
-from dielast.calibration.experiment import Laboratory
 from dielast.calibration.fit import fit_material
+from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import likelihood_of
 from dielast.calibration.profiles import profiles_of
 from dielast.io.table import to_frame
