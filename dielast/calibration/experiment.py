@@ -68,8 +68,9 @@ class MeasuredTest(Result):
     """A test in which the stretch was prescribed: `time` in s, `stretch` and nominal `stress` in Pa, all (n,), times ascending.
 
     Time counts from the undeformed state at rest; a stretch other than 1 at time 0 was reached at once. `temperature` in degC.
-    Tests of one `specimen` share the factor by which its stress differs from the material's. Raises `InputError` for columns of
-    unequal length, for fewer than 3 points, for what is not finite and for times that do not ascend.
+    A voltage that electrodes on both faces hold from time 0 on is a `nominal_field`; the stress is that of the machine all the same.
+    Tests of one `specimen` share the factor by which its stress differs from the material's. A voltage on electrodes on both faces
+    is a `nominal_field`; `stress` is then that of the machine alone. Raises `InputError` for columns of unequal length, for fewer than 3 points, for what is not finite and for times that do not ascend.
     """
 
     name: str
@@ -79,6 +80,10 @@ class MeasuredTest(Result):
     temperature: float
     mode: Mode | str = Mode.UNIAXIAL
     specimen: str = ""
+    nominal_field: float = 0.0
+    """Of a constant voltage over the undeformed thickness, V/m."""
+    ramp_rate: float | None = None
+    """Of the ramp from rest to the first point, which is then held until its time, 1/s; None: a straight line leads there."""
     corner_time: Floats = field(init=False)
     corner_stretch: Floats = field(init=False)
     unit: ClassVar = "Pa"
@@ -92,17 +97,20 @@ class MeasuredTest(Result):
             raise InputError(f"{time.size} points: at least 3 are needed", argument=self.name)
         if not np.all(np.isfinite(time) & np.isfinite(stretch) & np.isfinite(stress)):
             raise InputError("every value must be finite", argument=self.name)
+        if not np.isfinite(self.nominal_field):
+            raise InputError("it must be finite", argument="nominal_field")
         if np.any(time < 0) or np.any(np.diff(time) <= 0):
             raise InputError("times must ascend from 0 s", argument=self.name)
         if np.any(stretch <= 0):
             raise InputError(f"a stretch of {stretch.min():g}: a number above 0 is needed (1 is undeformed)", argument=self.name)
-        if time[0] == 0 and stretch[0] != 1:  # what is measured at once is not what holds a moment later
+        # what is measured at once is not what holds a moment later
+        if time[0] == 0 and (stretch[0] != 1 or self.nominal_field):
             kept = corners(time, stretch)
             corner_time, corner_stretch = time[kept], stretch[kept]
             time, stretch, stress = time[1:], stretch[1:], stress[1:]
         else:
-            from_rest = np.concatenate(([0.0], time)), np.concatenate(([1.0], stretch))
-            history = from_rest if time[0] > 0 else (time, stretch)
+            before = self._before(float(time[0]), float(stretch[0]))
+            history = tuple(np.concatenate((ahead, own)) for ahead, own in zip(before, (time, stretch), strict=True))
             kept = corners(*history)
             corner_time, corner_stretch = (each[kept] for each in history)
         values = {
@@ -114,6 +122,20 @@ class MeasuredTest(Result):
         }
         for name, value in {**values, "corner_time": corner_time, "corner_stretch": corner_stretch}.items():
             object.__setattr__(self, name, value)
+
+    def _before(self, time: float, stretch: float) -> tuple[list[float], list[float]]:
+        """Times and stretches on the way to the first point."""
+        if time == 0:
+            return [], []
+        if self.ramp_rate is None:
+            return [0.0], [1.0]
+        if not self.ramp_rate > 0:
+            raise InputError(f"{self.ramp_rate:g} /s: a rate above 0 is needed", argument="ramp_rate")
+        lasts = abs(stretch - 1) / self.ramp_rate
+        if lasts > time:
+            late = f"at {self.ramp_rate:g} /s a stretch of {stretch:g} is reached after {lasts:g} s, but the first point is at {time:g} s"
+            raise InputError(late, argument="ramp_rate")
+        return ([0.0, lasts], [1.0, stretch]) if 0 < lasts < time else ([0.0], [1.0])
 
     @property
     def measured(self) -> Floats:

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.calibration.experiment import Experiment, MeasuredTest, SimulatedExperiment
-from dielast.errors import InputError
+from dielast.errors import DielastError, InputError
 from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
-from dielast.mechanics.load import Mode
+from dielast.mechanics.load import Mode, Step, Track
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.simulate.membrane import relax
 
 RTOL = 1e-5  # of the solver
 MOST = 6000  # branches that are followed together: what bounds the memory
@@ -30,7 +31,9 @@ class Laboratory:
     def __init__(self, tests: Sequence[Experiment], rtol: float = RTOL) -> None:
         self.tests, self.rtol = tuple(tests), rtol
         self.machine = {index: test for index, test in enumerate(self.tests) if isinstance(test, MeasuredTest)}
-        self.groups = {mode: [index for index, test in self.machine.items() if test.mode is mode] for mode in Mode}
+        self.electric = [index for index, test in self.machine.items() if test.nominal_field]
+        alone = [index for index in self.machine if index not in self.electric]
+        self.groups = {mode: [index for index in alone if self.machine[index].mode is mode] for mode in Mode}
         self.temperatures = np.unique([test.temperature for test in self.machine.values()])
 
     def answers(self, materials: Sequence[Material | None]) -> list[Floats]:
@@ -42,6 +45,8 @@ class Laboratory:
             for mode, members in self.groups.items():
                 if members:
                     self._carried(mode, members, springs, np.array(there), found)
+        for index in self.electric:
+            _under_voltage(self.machine[index], materials, there, self.rtol, found[index])
         for index, other in enumerate(self.tests):
             if index not in self.machine:
                 answering: SimulatedExperiment = other  # type: ignore[assignment]
@@ -130,6 +135,32 @@ class Springs:
             )
         joined = gathered([(each, each) for each in laws], np.ones((1, len(laws)), dtype=bool))
         return cls(modulus, rate, law, joined if len(laws) > 1 else laws[0], known)
+
+
+def _under_voltage(
+    test: MeasuredTest, materials: Sequence[Material | None], chosen: Sequence[int], rtol: float, found: Floats
+) -> None:
+    """Fill in the rows `found` (materials, n) of the `chosen` materials in a test under voltage, which couples the branches."""
+    used = [material for k in chosen if (material := materials[k]) is not None]
+    track = Step(stretch=Track(test.corner_time, test.corner_stretch))
+    try:
+        history = relax(
+            used,
+            [track],
+            mode=test.mode,
+            temperature=test.temperature,
+            times=test.time,
+            rtol=rtol,
+            nominal_field=test.nominal_field,
+        )
+    except DielastError:  # of one of them: it is to be known of which
+        if len(used) > 1:
+            for k in chosen:
+                _under_voltage(test, materials, [k], rtol, found)
+        return
+    for row, k in enumerate(chosen):
+        if history.outcome[row].completed:
+            found[k] = history.nominal_stress_1[row]
 
 
 def _filled(columns: Sequence[Floats]) -> Floats:

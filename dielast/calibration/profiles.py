@@ -93,8 +93,14 @@ def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[f
     fixed = np.zeros(start.shape, dtype=bool)
     fixed[np.arange(owner.size), owner] = True
     ends = minimise(likelihood.residuals, start, lower, upper, fixed=fixed, iterations=ITERATIONS, settled=PRECISE)
-    for j, x, cost, point in zip(owner.tolist(), value.tolist(), ends.cost.tolist(), ends.coordinates, strict=True):
-        found[j][x] = (cost, point)
+    cost, points = ends.cost.copy(), ends.coordinates.copy()
+    if (lost := np.flatnonzero(~np.isfinite(cost))).size:  # there the others may not follow, but stay
+        start[lost] = fit.coordinates
+        start[lost, owner[lost]] = value[lost]
+        again = minimise(likelihood.residuals, start[lost], lower, upper, fixed=fixed[lost], iterations=ITERATIONS, settled=PRECISE)
+        cost[lost], points[lost] = again.cost, again.coordinates
+    for j, x, own, point in zip(owner.tolist(), value.tolist(), cost.tolist(), points, strict=True):
+        found[j][x] = (own, point)
 
 
 def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: float, decisive: float, unseen: bool) -> Profile:
