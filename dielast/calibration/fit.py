@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dielast.calibration.estimate import estimate
 from dielast.calibration.experiment import Experiment
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.calibration.problem import Problem
-from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, estimate
+from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter
 from dielast.calibration.smoothness import smooth_branches
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
@@ -133,7 +134,7 @@ def fit_space(
     state = _State(np.clip(start, lower, upper)[0])
 
     def look(what: str, curves: Curves, scatter: Scatter) -> Callable[[int, Floats, Floats], None]:
-        total = sum(float(place[-1]) for place in curves.places) / (2 * scatter.length)
+        total = sum(float(place[-1]) for place in curves.places) / scatter.piece
 
         def seen(iteration: int, cost: Floats, at: Floats) -> None:
             best = int(np.argmin(cost))

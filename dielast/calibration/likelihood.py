@@ -13,19 +13,19 @@ of other parameters are from those of the fit. Its curvature there gives the cov
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from dielast.calibration.estimate import pieces_of
 from dielast.calibration.fit import Fit, known_beforehand
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import Problem, root_of, weights_of
-from dielast.calibration.scatter import Whitening
+from dielast.calibration.scatter import covariance_of
 from dielast.numerics.columns import Cases, Flags, Floats
 
 SEEN = 1e-8  # of the largest information about any parameter: less is rounding
-FEWEST = 3.0  # independent pieces of curves that the scatter is taken to be known from
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +69,7 @@ def likelihood_of(fit: Fit) -> Likelihood:
     # what rests on a bound is not where least squares would have it
     seen = ~fit.at_bound & (size > np.sqrt(SEEN) * float(np.max(size, initial=0.0)))
     basis, _ = np.linalg.qr(slopes[:, seen] / size[seen])
-    whole = Whitening(curves, fit.scatter).covariance() * np.outer(weight, weight)
+    whole = covariance_of(curves, fit.scatter) * np.outer(weight, weight)
     inside = whole @ basis
     crossed = basis @ inside.T - basis @ (basis.T @ inside) @ basis.T  # P M (1 - P)
     root = np.linalg.cholesky(whole - crossed - crossed.T)
@@ -82,8 +82,8 @@ def likelihood_of(fit: Fit) -> Likelihood:
 
     told = whiten @ fit.slopes
     information = told.T @ told
-    lengths = sum(float(place[-1]) for place in curves.places) / fit.scatter.length
-    pieces = max(lengths + len(curves.places) - int(np.count_nonzero(seen)), FEWEST)
+    alone = replace(fit.scatter, noise=np.zeros_like(fit.scatter.noise), specimen=0.0)
+    pieces = pieces_of(covariance_of(curves, alone) * np.outer(weight, weight), basis)
     covariance = _covariance(information + known, ~fit.at_bound)
     return Likelihood(fit, residuals, information, covariance, pieces)
 

@@ -32,7 +32,7 @@ from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import likelihood_of
 from dielast.calibration.parameters import parameter_space
 from dielast.calibration.ranking import predicted
-from dielast.calibration.scatter import Curves, Scatter, Whitening, noise_of, specimen_factors
+from dielast.calibration.scatter import Curves, Scatter, Whitening, covariance_of, noise_of, specimen_factors
 from dielast.calibration.stability import stabilities
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
@@ -147,7 +147,7 @@ def test_scatter_is_whitened_and_found_again() -> None:
     scatter = Scatter(np.full(4, 0.01), 0.03, 0.3, 0.05)
     curves = Curves((model,) * 4, (model,) * 4, (place,) * 4, np.array([0, 0, 1, 2]))
     whiten = Whitening(curves, scatter)
-    covariance = whiten.covariance()
+    covariance = covariance_of(curves, scatter)
     assert np.allclose(
         whiten(np.linalg.cholesky(covariance).T) @ whiten(np.linalg.cholesky(covariance).T).T, np.eye(240), atol=1e-6
     )
