@@ -1,5 +1,7 @@
-"""How large the scatter of measured curves is: that of the greatest restricted likelihood (Patterson and Thompson 1971, DOI
-10.1093/biomet/58.3.545), in which the parameters of the linearised model are left out.
+"""The scatter of measured curves. How the model's error goes along a curve is that of the greatest restricted likelihood (Patterson
+and Thompson 1971, DOI 10.1093/biomet/58.3.545), in which the parameters of the linearised model are left out. Close points, whose
+likelihood that mostly is, tell little of how large the error is: that follows from the sum of squares that the fit has left, which
+is expected to be the trace of what the covariance leaves beside the parameters.
 
 Along a curve the covariance is (share^2 K + noise^2) times the levels. The eigenvectors of the correlation K turn it into numbers
 for all shares at once, and a specimen's factor is one rank more (Woodbury).
@@ -22,25 +24,24 @@ from dielast.calibration.scatter import (
     noise_of,
     specimen_factors,
 )
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.columns import Floats
 
 SHARES = 0.002 * 3.0 ** np.arange(0, 5.5, 0.5)  # of the model's error, that are tried
 LENGTHS = (0.03, 0.1, 0.3, 1.0)  # of its correlation, that are tried
 STEADY = (0.03, 0.2, 0.6)  # shares of the level's square that are the same along a curve, that are tried
 USUAL_ERROR = 0.03  # of springs and branches along a curve
 KNOWN_AS_FROM = 4.0  # specimens, and pieces of curves, from which what is usual is taken to be known
-USUAL = -KNOWN_AS_FROM * (2 * np.log(SHARES) + np.square(USUAL_ERROR / SHARES))
-"""Twice the logarithm of a scaled inverse chi-square prior of the model's error, as if so many pieces were known already."""
+SEEN = 1e-4  # of the largest effect: less is rounding
 MOST_POINTS = 80  # of a curve, evenly chosen, which tell the scatter
 
 
 def estimate(
-    curves: Curves, differences: Floats, jacobian: Floats, precision: Floats, stated_specimen: float | None, known: Scatter | None
+    curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, precision: Floats, specimen: float, stated: bool
 ) -> Scatter:
-    """The scatter that differences (n,) from a fitted model show, whose `jacobian` (n, p) and prior `precision` (p, p) say what the
-    fit has taken out of them. `stated_specimen` is the scatter of specimens, if that is known; `known` is an earlier estimate.
+    """The scatter that differences (n,) show from a model that was fitted with this `weight` (n,); its `jacobian` (n, p) and prior
+    `precision` (p, p) say what the fit has taken out of them. The scatter of specimens is `specimen` if that is `stated`, and else
+    so far.
     """
-    specimen = stated_specimen if stated_specimen is not None else USUAL_SCATTER if known is None else known.specimen
     noise = noise_of(curves, curves.split(differences))
     found, best = Scatter(noise, FIRST_SHARE, FIRST_LENGTH, specimen), -np.inf
     few = _Few.of(curves, differences, jacobian)
@@ -50,11 +51,12 @@ def estimate(
         spectra = [np.linalg.eigh(trial.correlation(place)) for place in few.curves.places]
         for steady, own in zip(STEADY, noises, strict=True):
             trial = replace(trial, noise=own, steady=steady)
-            likelihood = _restricted(few, trial, spectra, precision) + USUAL
+            likelihood = _restricted(few, trial, spectra, precision)
             if float(np.max(likelihood)) > best:
-                best, share = float(np.max(likelihood)), _vertex(np.log(SHARES), likelihood)
-                found = replace(trial, model_error=float(np.exp(share)))
-    if stated_specimen is None:
+                best, found = float(np.max(likelihood)), trial
+    left = Left.of(curves, found, weight, jacobian)
+    found = replace(found, model_error=left.size(differences))
+    if not stated:
         factors = specimen_factors(curves, found, differences)
         # a scaled inverse chi-square prior: as if so many specimens with the usual scatter were known already
         total = KNOWN_AS_FROM * USUAL_SCATTER**2 + float(np.sum((factors - factors.mean()) ** 2))
@@ -114,21 +116,59 @@ def _restricted(few: _Few, scatter: Scatter, spectra: list[tuple[Floats, Floats]
     return np.asarray(-(whole[:, 0, 0] - np.sum(np.square(along) / roots, axis=1) + determined))
 
 
-def _vertex(place: Floats, height: Floats) -> float:
-    """Where the parabola through the highest point and its neighbours is highest; evenly spaced places (k,)."""
-    top = int(np.argmax(height))
-    if not 0 < top < place.size - 1:
-        return float(place[top])
-    before, here, after = height[top - 1 : top + 2]
-    return float(place[top] + 0.5 * (place[1] - place[0]) * (before - after) / (before - 2 * here + after))
+def basis_of(columns: Floats) -> Floats:
+    """An orthonormal basis (n, q) of what `columns` (n, p) span."""
+    size = np.linalg.norm(columns, axis=0)
+    seen = size > SEEN * float(np.max(size, initial=0.0))
+    vectors, values, _ = np.linalg.svd(columns[:, seen] / size[seen], full_matrices=False)
+    return np.asarray(vectors[:, values > SEEN * values[0]])
 
 
-def pieces_of(covariance: Floats, basis: Floats) -> float:
-    """How many independent numbers of one variance tell as much of that variance as what is known beforehand, and differences of a
-    `covariance` (n, n), of which a fit has taken out an orthonormal `basis` (n, p) (Satterthwaite 1946, DOI 10.2307/3002019).
+@dataclass(frozen=True, slots=True, eq=False)
+class Left:
+    """What is left of weighted differences beside the parameters and the factors of specimens, which the orthonormal `basis` (n, q)
+    spans; `expected` is the sum of squares there of a model's error of size 1, and that scatters as the squares of so many
+    independent `pieces` do (Satterthwaite 1946, DOI 10.2307/3002019).
     """
-    crossed = covariance @ basis
-    inside = basis.T @ crossed
-    first = float(np.trace(covariance) - np.trace(inside))
-    second = float(np.sum(np.square(covariance)) - 2 * np.sum(np.square(crossed)) + np.sum(np.square(inside)))
-    return KNOWN_AS_FROM + (first**2 / max(second, 1e-300) if first > 0 else 0.0)
+
+    curves: Curves
+    scatter: Scatter
+    weight: Floats
+    basis: Floats
+    expected: float
+    pieces: float
+
+    @classmethod
+    def of(cls, curves: Curves, scatter: Scatter, weight: Floats, jacobian: Floats) -> Left:
+        """Of differences with a `weight` (n,) from a model of the `jacobian` (n, p)."""
+        factors = [
+            np.concatenate([values if k == one else 0 * values for k, values in zip(curves.specimen, curves.model, strict=True)])
+            for one in np.unique(curves.specimen)
+        ]
+        basis = basis_of(weight[:, None] * np.column_stack((jacobian, *factors)))
+        first, second = 0.0, 0.0
+        inside, crossed = np.zeros((2, basis.shape[1], basis.shape[1]))
+        parts = zip(curves.places, curves.levels(scatter.steady), curves.split(weight), curves.split(basis.T), strict=True)
+        for place, level, own, vectors in parts:
+            block = scatter.correlation(place) * np.outer(own * level, own * level)
+            turned = block @ vectors.T
+            first, second = first + float(np.trace(block)), second + float(np.sum(np.square(block)))
+            inside, crossed = inside + vectors @ turned, crossed + turned.T @ turned
+        first = max(first - float(np.trace(inside)), 0.0)
+        second += float(np.sum(np.square(inside)) - 2 * np.trace(crossed))
+        return cls(curves, scatter, weight, basis, first, first**2 / second if first > 0 and second > 0 else 0.0)
+
+    @property
+    def known(self) -> float:
+        """From how many pieces the size of the model's error is known, those that are known beforehand among them."""
+        return KNOWN_AS_FROM + self.pieces
+
+    def size(self, differences: Floats) -> float:
+        """The size of the model's error that differences (n,) show, with what is usual as a scaled inverse chi-square prior."""
+        levels = self.curves.levels(self.scatter.steady)
+        noise = self.weight * np.concatenate([k * level for k, level in zip(self.scatter.noise, levels, strict=True)])
+        weighted = self.weight * differences
+        left = float(weighted @ weighted - np.sum(np.square(self.basis.T @ weighted)))
+        left -= float(noise @ noise - np.sum(np.square(self.basis * noise[:, None])))
+        shown = max(left, 0.0) / self.expected if self.expected > 0 else 0.0
+        return float(np.sqrt((self.pieces * shown + KNOWN_AS_FROM * USUAL_ERROR**2) / self.known))

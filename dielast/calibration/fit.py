@@ -12,7 +12,7 @@ from dielast.calibration.experiment import Experiment
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
-from dielast.calibration.problem import Problem
+from dielast.calibration.problem import Problem, weights_of
 from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter
 from dielast.calibration.smoothness import smooth_branches
 from dielast.errors import InputError, NumericsError
@@ -86,6 +86,8 @@ class Fit(Result):
 
 def starts_of(space: ParameterSpace, count: int) -> Floats:
     """Coordinates (count, p) to start from: the stated ones, and points of a Sobol sequence within the bounds."""
+    if count == 1:
+        return space.start[None]
     from scipy.stats import qmc
 
     lower, upper = space.bounds
@@ -144,6 +146,10 @@ def fit_space(
 
         return seen
 
+    def shown(curves: Curves, before: Scatter, slopes: Floats) -> Scatter:
+        weight, stated = np.concatenate(weights_of(curves, before)), specimen_scatter is not None
+        return estimate(curves, curves.differences, weight, slopes, known_beforehand(problem), before.specimen, stated)
+
     finished, ends = True, np.zeros(1)
     try:
         found = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=look("starts", curves, scatter))
@@ -154,7 +160,7 @@ def fit_space(
         for _ in range(ROUNDS):
             curves = problem.curves(at)
             slopes = slopes_at(problem, at)
-            scatter = estimate(curves, curves.differences, slopes, known_beforehand(problem), specimen_scatter, scatter)
+            scatter = shown(curves, scatter, slopes)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, at))
             again: Solutions = minimise(
                 problem.weighted(curves, scatter), at[None], lower, upper, watch=look("refined", curves, scatter)
@@ -167,7 +173,7 @@ def fit_space(
         raise KeyboardInterrupt
     slopes = slopes_at(problem, at)
     if finished:
-        scatter = estimate(curves, curves.differences, slopes, known_beforehand(problem), specimen_scatter, scatter)
+        scatter = shown(curves, scatter, slopes)
     return Fit(problem, at, scatter, curves, slopes, ends, finished)
 
 

@@ -13,12 +13,13 @@ of other parameters are from those of the fit. Its curvature there gives the cov
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.special import fdtri
 
-from dielast.calibration.estimate import pieces_of
+from dielast.calibration.estimate import Left, basis_of
 from dielast.calibration.fit import Fit, known_beforehand
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import Problem, root_of, weights_of
@@ -55,9 +56,7 @@ class Likelihood:
 
     def threshold(self, level: float) -> float:
         """By how much the sum of squares rises at the ends of an interval of this level, the scatter being estimated."""
-        from scipy.stats import f as ratio
-
-        return float(ratio.ppf(level, 1, self.pieces))
+        return float(fdtri(1.0, self.pieces, level))
 
 
 def likelihood_of(fit: Fit) -> Likelihood:
@@ -65,10 +64,8 @@ def likelihood_of(fit: Fit) -> Likelihood:
     problem, curves = fit.problem, fit.curves
     weight = np.concatenate(weights_of(curves, fit.scatter))
     slopes = weight[:, None] * fit.slopes
-    size = np.linalg.norm(slopes, axis=0)
     # what rests on a bound is not where least squares would have it
-    seen = ~fit.at_bound & (size > np.sqrt(SEEN) * float(np.max(size, initial=0.0)))
-    basis, _ = np.linalg.qr(slopes[:, seen] / size[seen])
+    basis = basis_of(slopes[:, ~fit.at_bound])
     whole = covariance_of(curves, fit.scatter) * np.outer(weight, weight)
     inside = whole @ basis
     crossed = basis @ inside.T - basis @ (basis.T @ inside) @ basis.T  # P M (1 - P)
@@ -82,8 +79,7 @@ def likelihood_of(fit: Fit) -> Likelihood:
 
     told = whiten @ fit.slopes
     information = told.T @ told
-    alone = replace(fit.scatter, noise=np.zeros_like(fit.scatter.noise), specimen=0.0)
-    pieces = pieces_of(covariance_of(curves, alone) * np.outer(weight, weight), basis)
+    pieces = Left.of(curves, fit.scatter, weight, fit.slopes[:, ~fit.at_bound]).known
     covariance = _covariance(information + known, ~fit.at_bound)
     return Likelihood(fit, residuals, information, covariance, pieces)
 
