@@ -9,6 +9,7 @@ for all shares at once, and a specimen's factor is one rank more (Woodbury).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -85,7 +86,7 @@ class _Few:
         return cls(Curves(values, model, places, curves.specimen), columns)
 
 
-def _restricted(few: _Few, scatter: Scatter, spectra: list[tuple[Floats, Floats]], precision: Floats) -> Floats:
+def _restricted(few: _Few, scatter: Scatter, spectra: Sequence[tuple[Floats, Floats]], precision: Floats) -> Floats:
     """Twice the restricted log-likelihood (shares,) of a scatter with each of the `SHARES`, but for a constant; `spectra` are the
     eigenvalues and eigenvectors of the correlation along each curve.
     """

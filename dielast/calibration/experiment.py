@@ -68,9 +68,9 @@ class MeasuredTest(Result):
     """A test in which the stretch was prescribed: `time` in s, `stretch` and nominal `stress` in Pa, all (n,), times ascending.
 
     Time counts from the undeformed state at rest; a stretch other than 1 at time 0 was reached at once. `temperature` in degC.
-    A voltage that electrodes on both faces hold from time 0 on is a `nominal_field`; the stress is that of the machine all the same.
-    Tests of one `specimen` share the factor by which its stress differs from the material's. A voltage on electrodes on both faces
-    is a `nominal_field`; `stress` is then that of the machine alone. Raises `InputError` for columns of unequal length, for fewer than 3 points, for what is not finite and for times that do not ascend.
+    A voltage that electrodes on both faces hold from time 0 on is a `nominal_field`; the stress is that of the machine all the
+    same. Tests of one `specimen` share the factor by which its stress differs from the material's. Raises `InputError` for columns
+    of unequal length, for fewer than 3 points, for what is not finite and for times that do not ascend.
     """
 
     name: str
@@ -110,9 +110,9 @@ class MeasuredTest(Result):
             time, stretch, stress = time[1:], stretch[1:], stress[1:]
         else:
             before = self._before(float(time[0]), float(stretch[0]))
-            history = tuple(np.concatenate((ahead, own)) for ahead, own in zip(before, (time, stretch), strict=True))
-            kept = corners(*history)
-            corner_time, corner_stretch = (each[kept] for each in history)
+            corner_time, corner_stretch = np.append(before[0], time), np.append(before[1], stretch)
+            kept = corners(corner_time, corner_stretch)
+            corner_time, corner_stretch = corner_time[kept], corner_stretch[kept]
         values = {
             "time": time,
             "stretch": stretch,
@@ -133,8 +133,8 @@ class MeasuredTest(Result):
             raise InputError(f"{self.ramp_rate:g} /s: a rate above 0 is needed", argument="ramp_rate")
         lasts = abs(stretch - 1) / self.ramp_rate
         if lasts > time:
-            late = f"at {self.ramp_rate:g} /s a stretch of {stretch:g} is reached after {lasts:g} s, but the first point is at {time:g} s"
-            raise InputError(late, argument="ramp_rate")
+            late = f"at {self.ramp_rate:g} /s a stretch of {stretch:g} is reached after {lasts:g} s"
+            raise InputError(f"{late}, but the first point is at {time:g} s", argument="ramp_rate")
         return ([0.0, lasts], [1.0, stretch]) if 0 < lasts < time else ([0.0], [1.0])
 
     @property

@@ -66,7 +66,7 @@ class Laboratory:
         carrying = modulus > 0
         test = np.broadcast_to(np.arange(len(tests))[:, None], modulus.shape)
         place, which = _alike(test[carrying], law[carrying], rate[carrying])
-        own_test, own_law, own_rate = (values[carrying][place] for values in (test, law, rate))
+        own_test, own_law, own_rate = test[carrying][place], law[carrying][place], rate[carrying][place]
         stress = np.empty((place.size, time.shape[1]))
         for first in range(0, place.size, MOST):
             part = slice(first, first + MOST)

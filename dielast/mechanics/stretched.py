@@ -5,7 +5,8 @@ The viscous stretch of a branch then follows from the history of the stretch, it
     dx/dt = f p(Lambda(t) - x) / (3 tau),    s = sum mu p / lambda,
 
 Lambda = 2 ln lambda, x = 2 ln xi, f = `Symmetry.flow` (Sec. 3 of DOI 10.1115/1.4030850). So materials that differ in moduli, or in
-some of their branches alone, have the other branches in common. Where axis 2 is held at stretch 1 the flow is that of `elimination`.
+some of their branches alone, have the other branches in common. Where axis 2 is held at stretch 1, the flow is that of
+`elimination`.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ class Histories:
     @property
     def spans(self) -> int:
         """Between the corners."""
-        return self.time.shape[1] - 1
+        return int(self.time.shape[1]) - 1
 
     def lasts(self, cases: Cases, index: Cases) -> Floats:
         """How long spans last."""
@@ -171,11 +172,11 @@ def elastic(symmetry: Symmetry, log_squared: Floats) -> tuple[Floats, Floats]:
 def carried(
     law: SpringLaw, rate: Floats, symmetry: Symmetry | None, histories: Histories, times: Floats, stretch: Floats, rtol: float
 ) -> Floats:
-    """The nominal stress (cases, k) over the shear modulus that branches carry in axis 1 at `times` (cases, k) in s above 0, when the
+    """The nominal stress (cases, k) over the shear modulus that branches carry in axis 1 at `times` (cases, k) in s, when the
     `stretch` is (cases, k); NaN where a branch cannot follow its history. A `rate` of 0 is that of a spring.
 
-    `symmetry` is that of the load, None where axis 2 is held; `law` acts on arrays (..., 1, cases). `rtol` bounds the local relative
-    error of the viscous stretches.
+    `symmetry` is that of the load, None where axis 2 is held; `law` acts on arrays (..., 1, cases). `rtol` bounds the local
+    relative error of the viscous stretches.
     """
     count, (rows, lasting) = rate.size, (2 if symmetry is None else 1, histories.time[:, -1])
     viscous = np.zeros((rows, count, times.shape[1]))

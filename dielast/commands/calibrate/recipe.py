@@ -40,8 +40,8 @@ class TestData(TextTable):
     )
     ramp_rate: StrainRate | None = Field(
         None,
-        description="Of the ramp from rest to the first point of a table with times, which is then held until its time; left out: a "
-        "straight line leads there.",
+        description="Of the ramp from rest to the first point of a table with times, which is then held until its time; left out: "
+        "a straight line leads there.",
     )
     voltage: Voltage | None = Field(
         None, description="Constant, between electrodes on both faces of the specimen from the start on; needs specimen.thickness."

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment
+from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.fit import MANY, Watch
 from dielast.calibration.parameters import Free
 from dielast.calibration.profiles import Verdict
 from dielast.calibration.ranking import Prediction, predicted
-from dielast.calibration.result import Calibration, calibrate
+from dielast.calibration.result import Calibration, calibrate, range_of
 from dielast.calibration.stability import Stability, stabilities
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
@@ -24,6 +24,7 @@ from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
+from dielast.material.checks import BEYOND_TESTS, LONGER
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -105,7 +106,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
 
         return plot_calibration(best, recipe.title)
 
-    return Report(tables, headline(ranked), figure, files, failures)
+    return Report(tables, headline(ranked), figure, files, failures, interrupted=not best.fit.finished)
 
 
 def watcher(execution: Execution) -> Watch | None:
@@ -165,11 +166,33 @@ def _warn(best: Candidate) -> None:
             side, end = ("least", profile.lower) if profile.verdict is Verdict.LOWER else ("most", profile.upper)
             unit = "" if parameter.unit == "1" else f" {parameter.unit}"
             warn(f"of {parameter.name} these tests tell a bound only: at {side} {float(parameter.value(end)):.4g}{unit}")
+    warn_of_tests_beyond(result)
     if fit.same_share < MANY:
         warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit: there may be a better one; raise fit.starts")
     for stability in best.stability:
         if not stability.holds:
             warn(stability.said)
+
+
+def warn_of_tests_beyond(result: Calibration) -> None:
+    """Warn of tests to validate that go on for longer, or further, than any that was fitted: the model is extrapolated there."""
+    known = range_of(result.fit)
+    measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
+    if known is None:
+        return
+    late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
+    if late:
+        last, longest = max(test.time[-1] for test in late), known.time[1]
+        lasting = f"goes on to {last:.4g} s, the fitted tests to {longest:.4g} s"
+        warn(f"test {late[0].name}{_and_more(late)} {lasting}: what relaxes more slowly is not known from these")
+    far = [test for test in measured if test.largest_invariant > known.largest_invariant * (1 + BEYOND_TESTS)]
+    if far:
+        reach = f"goes to I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests to {known.largest_invariant:.4g}"
+        warn(f"test {far[0].name}{_and_more(far)} {reach}: the springs are extrapolated")
+
+
+def _and_more(tests: Sequence[object]) -> str:
+    return f" (and {len(tests) - 1} more)" if len(tests) > 1 else ""
 
 
 def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
