@@ -31,7 +31,8 @@ SHARES = 0.002 * 3.0 ** np.arange(0, 5.5, 0.5)  # of the model's error, that are
 LENGTHS = (0.03, 0.1, 0.3, 1.0)  # of its correlation, that are tried
 STEADY = (0.03, 0.2, 0.6)  # shares of the level's square that are the same along a curve, that are tried
 USUAL_ERROR = 0.03  # of springs and branches along a curve
-KNOWN_AS_FROM = 4.0  # specimens, and pieces of curves, from which what is usual is taken to be known
+KNOWN_AS_FROM = 4.0  # specimens from which the usual scatter of specimens is taken to be known
+LIKE_PIECES = 2.0  # of curves, from which the usual error is taken to be known
 SEEN = 1e-4  # of the largest effect: less is rounding
 MOST_POINTS = 80  # of a curve, evenly chosen, which tell the scatter
 
@@ -162,7 +163,7 @@ class Left:
     @property
     def known(self) -> float:
         """From how many pieces the size of the model's error is known, those that are known beforehand among them."""
-        return KNOWN_AS_FROM + self.pieces
+        return LIKE_PIECES + self.pieces
 
     def size(self, differences: Floats) -> float:
         """The size of the model's error that differences (n,) show, with what is usual as a scaled inverse chi-square prior."""
@@ -172,4 +173,4 @@ class Left:
         left = float(weighted @ weighted - np.sum(np.square(self.basis.T @ weighted)))
         left -= float(noise @ noise - np.sum(np.square(self.basis * noise[:, None])))
         shown = max(left, 0.0) / self.expected if self.expected > 0 else 0.0
-        return float(np.sqrt((self.pieces * shown + KNOWN_AS_FROM * USUAL_ERROR**2) / self.known))
+        return float(np.sqrt((self.pieces * shown + LIKE_PIECES * USUAL_ERROR**2) / self.known))
