@@ -16,7 +16,7 @@ from dielast.calibration.likelihood import Likelihood, prior_alone
 from dielast.numerics.columns import Floats
 
 DECISIVE = 0.999  # level at which an end of the range is ruled out: by chance in one of a thousand
-NEAR = np.array((0.5, 1.1))  # of the half width of an interval of the level asked for, and of the decisive one, to be looked at
+NEAR, BEYOND = 0.5, 1.07  # of the half widths of the interval asked for and of the decisive one, at which a profile is looked at
 FAR = np.array((0.2, 0.45, 0.7, 1.0))  # shares of the way to a bound, where that is not enough
 ITERATIONS = 6
 PRECISE = 1e-4  # relative change of a sum of squares with which a point of a profile is done
@@ -50,7 +50,8 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     fit = likelihood.fit
     at, (lower, upper) = fit.coordinates, fit.space.bounds
     threshold, decisive = likelihood.threshold(level), likelihood.threshold(DECISIVE)
-    near = np.sqrt(np.concatenate((NEAR**2 * threshold, NEAR**2 * decisive)))
+    inner, outer = BEYOND * np.sqrt(threshold), BEYOND * np.sqrt(decisive)
+    near = np.array((NEAR / BEYOND * inner, inner, np.sqrt(inner * outer), outer))
     error, size = likelihood.standard_error, fit.coordinates.size
     places: list[list[float]] = [[] for _ in range(size)]
     found: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (0.0, at)} for j in range(size)]
