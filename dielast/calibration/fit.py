@@ -68,6 +68,11 @@ class Fit(Result):
         return float(np.mean(self.start_cost <= least + SAME * max(least, 100.0)))
 
     @property
+    def start_misfit(self) -> Floats:
+        """The misfit (starts,) at which each start ended over that of the best, ascending; infinite where nothing follows."""
+        return np.sort(np.sqrt(self.start_cost / max(float(np.min(self.start_cost)), 1e-300)))
+
+    @property
     def aic(self) -> float:
         """Akaike's criterion, to compare laws that were fitted to the same tests.
 

@@ -168,7 +168,9 @@ def _warn(best: Candidate) -> None:
             warn(f"of {parameter.name} these tests tell a bound only: at {side} {float(parameter.value(end)):.4g}{unit}")
     warn_of_tests_beyond(result)
     if fit.same_share < MANY:
-        warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit: there may be a better one; raise fit.starts")
+        median = float(np.median(fit.start_misfit))
+        others = f"the misfit of the median one is {median:.3g} times that" if np.isfinite(median) else "many cannot be followed"
+        warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit, {others}: raise fit.starts")
     for stability in best.stability:
         if not stability.holds:
             warn(stability.said)
@@ -210,6 +212,8 @@ def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
             "r_squared": explained,
             "starts": int(fit.start_cost.size),
             "starts_in_the_best": fit.same_share,
+            "median_start_over_best": float(np.median(fit.start_misfit)),
+            "worst_start_over_best": float(fit.start_misfit[-1]),
             "finished": fit.finished,
         },
         "scatter": {
