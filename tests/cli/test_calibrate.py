@@ -71,6 +71,11 @@ def test_a_test_that_cannot_be_followed_is_named_and_the_others_are_kept(dielast
     assert done.returncode == 3
     assert "r.toml: test fast: the material cannot follow it; it is left out" in done.stderr
     assert parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")["test"] == ["hold"]
+    electric = TEST.replace("[[test]]", '[[test]]\nvoltage = "6 kV"')
+    (tmp_path / "r.toml").write_text(HEAD.replace("example:tensile/start.toml", "short.toml") + electric + FREE + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "none")
+    assert done.returncode == 2
+    assert "short.toml: test hold is under voltage: state [dielectric] permittivity" in done.stderr
 
 
 def test_an_interrupt_keeps_the_best_so_far_and_exits_130(dielast: Run, tmp_path: Path) -> None:

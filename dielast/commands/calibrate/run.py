@@ -19,7 +19,7 @@ from dielast.calibration.stability import Stability, stabilities
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import NumericsError, warn
+from dielast.errors import InputError, NumericsError, warn
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
@@ -53,6 +53,7 @@ class Candidate:
     calibration: Calibration
     prediction: Prediction | None
     stability: tuple[Stability, ...]
+    interrupted: bool = False
 
 
 def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
@@ -60,6 +61,11 @@ def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
     materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
     at = next(iter(materials.values())).reference_temperature
     tests, further = read_tests(recipe.test, inputs, at, "test"), read_tests(recipe.validate_, inputs, at, "validate")
+    electric = [test.name for test in (*tests, *further) if isinstance(test, MeasuredTest) and test.nominal_field]
+    for name, material in materials.items():
+        if electric and material.dielectric is None:
+            needed = f"test {electric[0]} is under voltage: state [dielectric] permittivity"
+            raise InputError(needed, file=name)
     return Asked(tests, further, materials, free_of(recipe.free, materials, inputs))
 
 
@@ -73,19 +79,25 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     several = len(asked.materials) > 1
     candidates: list[Candidate] = []
     failures: list[str] = []
+    interrupted = False
     for name, material in asked.materials.items():
         try:
             candidates.append(_candidate(recipe, asked, name, material, several, watch))
         except NumericsError as error:
             failures.append(f"{name}: {error}")
-        if candidates and not candidates[-1].calibration.fit.finished:
+        except KeyboardInterrupt:  # before there is anything of this one
+            if not candidates:
+                raise
+            interrupted = True
+        if interrupted or (candidates and candidates[-1].interrupted):
+            interrupted = True
             break
     if not candidates:
         raise NumericsError(*failures)
-    ranked = sorted(candidates, key=_error_of)
+    ranked = _ranked(candidates)
     best = ranked[0].calibration
     failures += [f"test {name}: the material cannot follow it; it is left out" for name in best.not_followed]
-    if not best.fit.finished:
+    if interrupted:
         failures.append("interrupted: the best so far is written, without what would have come after it")
     _warn(ranked[0])
     members = best.materials
@@ -106,7 +118,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
 
         return plot_calibration(best, recipe.title)
 
-    return Report(tables, headline(ranked), figure, files, failures, interrupted=not best.fit.finished)
+    return Report(tables, headline(ranked), figure, files, failures, interrupted=interrupted)
 
 
 def watcher(execution: Execution) -> Watch | None:
@@ -140,17 +152,21 @@ def _candidate(
         watch=watch,
     )
     across = options.cross_validation if options.cross_validation is not None else several
-    prediction = predicted(result.fit) if across and result.fit.finished else None
+    prediction, interrupted = None, not result.fit.finished
+    try:
+        prediction = predicted(result.fit) if across and result.fit.finished else None
+    except KeyboardInterrupt:
+        interrupted = True
     reached = [float(np.max(test.stretch)) for test in asked.tests if test.stretch is not None]
     furthest = options.stable_up_to or max(reached, default=STRETCHED)
-    return Candidate(name, result, prediction, stabilities(result.material, furthest))
+    return Candidate(name, result, prediction, stabilities(result.material, furthest), interrupted)
 
 
-def _error_of(candidate: Candidate) -> float:
-    """What laws are ranked by: the error of tests predicted from the others, or that of the fit."""
-    if candidate.prediction is not None:
-        return candidate.prediction.rms_relative_error
-    return candidate.calibration.total(True)[0]
+def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best first: by the error of tests predicted from the others, or by that of the fit where one has no such prediction."""
+    foreseen = [each.prediction.rms_relative_error for each in candidates if each.prediction is not None]
+    errors = foreseen if len(foreseen) == len(candidates) else [each.calibration.total(True)[0] for each in candidates]
+    return [candidates[k] for k in np.argsort(errors, kind="stable")]
 
 
 def _warn(best: Candidate) -> None:
