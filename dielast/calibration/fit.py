@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, Laboratory
+from dielast.calibration.estimate import estimate
+from dielast.calibration.experiment import Experiment
+from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
-from dielast.calibration.problem import Problem
-from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, estimate
+from dielast.calibration.problem import Problem, weights_of
+from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter
 from dielast.calibration.smoothness import smooth_branches
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
@@ -66,6 +68,11 @@ class Fit(Result):
         return float(np.mean(self.start_cost <= least + SAME * max(least, 100.0)))
 
     @property
+    def start_misfit(self) -> Floats:
+        """The misfit (starts,) at which each start ended over that of the best, ascending; infinite where nothing follows."""
+        return np.sort(np.sqrt(self.start_cost / max(float(np.min(self.start_cost)), 1e-300)))
+
+    @property
     def aic(self) -> float:
         """Akaike's criterion, to compare laws that were fitted to the same tests.
 
@@ -84,6 +91,8 @@ class Fit(Result):
 
 def starts_of(space: ParameterSpace, count: int) -> Floats:
     """Coordinates (count, p) to start from: the stated ones, and points of a Sobol sequence within the bounds."""
+    if count == 1:
+        return space.start[None]
     from scipy.stats import qmc
 
     lower, upper = space.bounds
@@ -132,7 +141,7 @@ def fit_space(
     state = _State(np.clip(start, lower, upper)[0])
 
     def look(what: str, curves: Curves, scatter: Scatter) -> Callable[[int, Floats, Floats], None]:
-        total = sum(float(place[-1]) for place in curves.places) / (2 * scatter.length)
+        total = sum(float(place[-1]) for place in curves.places) / scatter.piece
 
         def seen(iteration: int, cost: Floats, at: Floats) -> None:
             best = int(np.argmin(cost))
@@ -141,6 +150,10 @@ def fit_space(
                 watch(what, iteration + 1, MOST_ITERATIONS, scatter.model_error * float(np.sqrt(cost[best] / max(total, 1e-12))))
 
         return seen
+
+    def shown(curves: Curves, before: Scatter, slopes: Floats) -> Scatter:
+        weight, stated = np.concatenate(weights_of(curves, before)), specimen_scatter is not None
+        return estimate(curves, curves.differences, weight, slopes, known_beforehand(problem), before.specimen, stated)
 
     finished, ends = True, np.zeros(1)
     try:
@@ -152,7 +165,7 @@ def fit_space(
         for _ in range(ROUNDS):
             curves = problem.curves(at)
             slopes = slopes_at(problem, at)
-            scatter = estimate(curves, curves.differences, slopes, known_beforehand(problem), specimen_scatter, scatter)
+            scatter = shown(curves, scatter, slopes)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, at))
             again: Solutions = minimise(
                 problem.weighted(curves, scatter), at[None], lower, upper, watch=look("refined", curves, scatter)
@@ -165,7 +178,7 @@ def fit_space(
         raise KeyboardInterrupt
     slopes = slopes_at(problem, at)
     if finished:
-        scatter = estimate(curves, curves.differences, slopes, known_beforehand(problem), specimen_scatter, scatter)
+        scatter = shown(curves, scatter, slopes)
     return Fit(problem, at, scatter, curves, slopes, ends, finished)
 
 

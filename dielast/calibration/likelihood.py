@@ -17,15 +17,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.special import fdtri
 
+from dielast.calibration.estimate import Left, basis_of
 from dielast.calibration.fit import Fit, known_beforehand
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import Problem, root_of, weights_of
-from dielast.calibration.scatter import Whitening
+from dielast.calibration.scatter import covariance_of
 from dielast.numerics.columns import Cases, Flags, Floats
 
 SEEN = 1e-8  # of the largest information about any parameter: less is rounding
-FEWEST = 3.0  # independent pieces of curves that the scatter is taken to be known from
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,9 +56,7 @@ class Likelihood:
 
     def threshold(self, level: float) -> float:
         """By how much the sum of squares rises at the ends of an interval of this level, the scatter being estimated."""
-        from scipy.stats import f as ratio
-
-        return float(ratio.ppf(level, 1, self.pieces))
+        return float(fdtri(1.0, self.pieces, level))
 
 
 def likelihood_of(fit: Fit) -> Likelihood:
@@ -65,11 +64,9 @@ def likelihood_of(fit: Fit) -> Likelihood:
     problem, curves = fit.problem, fit.curves
     weight = np.concatenate(weights_of(curves, fit.scatter))
     slopes = weight[:, None] * fit.slopes
-    size = np.linalg.norm(slopes, axis=0)
     # what rests on a bound is not where least squares would have it
-    seen = ~fit.at_bound & (size > np.sqrt(SEEN) * float(np.max(size, initial=0.0)))
-    basis, _ = np.linalg.qr(slopes[:, seen] / size[seen])
-    whole = Whitening(curves, fit.scatter).covariance() * np.outer(weight, weight)
+    basis = basis_of(slopes[:, ~fit.at_bound])
+    whole = covariance_of(curves, fit.scatter) * np.outer(weight, weight)
     inside = whole @ basis
     crossed = basis @ inside.T - basis @ (basis.T @ inside) @ basis.T  # P M (1 - P)
     root = np.linalg.cholesky(whole - crossed - crossed.T)
@@ -82,8 +79,7 @@ def likelihood_of(fit: Fit) -> Likelihood:
 
     told = whiten @ fit.slopes
     information = told.T @ told
-    lengths = sum(float(place[-1]) for place in curves.places) / fit.scatter.length
-    pieces = max(lengths + len(curves.places) - int(np.count_nonzero(seen)), FEWEST)
+    pieces = Left.of(curves, fit.scatter, weight, fit.slopes[:, ~fit.at_bound]).known
     covariance = _covariance(information + known, ~fit.at_bound)
     return Likelihood(fit, residuals, information, covariance, pieces)
 

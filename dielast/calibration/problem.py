@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dielast.calibration.experiment import Laboratory
+from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.parameters import ParameterSpace
 from dielast.calibration.scatter import Curves, Scatter
@@ -76,7 +76,7 @@ def weights_of(curves: Curves, scatter: Scatter) -> list[Floats]:
     found = []
     for k, (level, place) in enumerate(zip(curves.levels(), curves.places, strict=True)):
         spacing = np.gradient(place) if place.size > 1 else np.ones(1)
-        independent = np.maximum(spacing, 0.0) / (2 * scatter.length) + 1e-6
+        independent = np.maximum(spacing, 0.0) / scatter.piece + 1e-6
         together = int(np.count_nonzero(curves.specimen == curves.specimen[k]))
         total = variance + scatter.noise[k] ** 2
         found.append(np.sqrt(independent / (total * (1 + shared * (together - 1)))) / level)

@@ -15,8 +15,8 @@ from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, prior_alone
 from dielast.numerics.columns import Floats
 
-DECISIVE = 10.83  # rise of the sum of squares by which an end of the range is ruled out: by chance in one of a thousand
-NEAR = np.array((0.9, 1.7, 2.7, 4.2))  # standard errors from the fit, at which a profile is looked at
+DECISIVE = 0.99  # level at which an end of the range is ruled out: by chance in one of a hundred, if it were the truth
+NEAR, BEYOND = 0.5, 1.07  # of the half widths of the interval asked for and of the decisive one, at which a profile is looked at
 FAR = np.array((0.2, 0.45, 0.7, 1.0))  # shares of the way to a bound, where that is not enough
 ITERATIONS = 6
 PRECISE = 1e-4  # relative change of a sum of squares with which a point of a profile is done
@@ -49,13 +49,16 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     """The profile of each parameter, with its interval of this `level` and its verdict."""
     fit = likelihood.fit
     at, (lower, upper) = fit.coordinates, fit.space.bounds
+    threshold, decisive = likelihood.threshold(level), likelihood.threshold(DECISIVE)
+    inner, outer = BEYOND * np.sqrt(threshold), BEYOND * np.sqrt(decisive)
+    near = np.array((NEAR / BEYOND * inner, inner, np.sqrt(inner * outer), outer))
     error, size = likelihood.standard_error, fit.coordinates.size
     places: list[list[float]] = [[] for _ in range(size)]
     found: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (0.0, at)} for j in range(size)]
     for j in range(size):
         for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
             if room > 0:
-                steps = NEAR * error[j] if np.isfinite(error[j]) and NEAR[-1] * error[j] < room else FAR * room
+                steps = near * error[j] if np.isfinite(error[j]) and near[-1] * error[j] < room else FAR * room
                 places[j] += (at[j] + side * steps).tolist()
     _solve(likelihood, places, found)
     for j in range(size):
@@ -64,13 +67,12 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
             own = [x for x in found[j] if side * (x - at[j]) > 0]
             reached = max((abs(x - at[j]) for x in own), default=0.0)
             rise = max((found[j][x][0] for x in own), default=0.0)
-            if own and rise < DECISIVE and reached < room * (1 - 1e-9):
+            if own and rise < decisive and reached < room * (1 - 1e-9):
                 places[j] += (at[j] + side * (reached + FAR * (room - reached))).tolist()
     if any(places):
         _solve(likelihood, places, found)
-    threshold = likelihood.threshold(level)
     unseen = prior_alone(fit.problem, likelihood.information)
-    return [_profile(found[j], float(at[j]), threshold, bool(unseen[j])) for j in range(size)]
+    return [_profile(found[j], float(at[j]), threshold, decisive, bool(unseen[j])) for j in range(size)]
 
 
 def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[float, tuple[float, Floats]]]) -> None:
@@ -92,12 +94,20 @@ def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[f
     fixed = np.zeros(start.shape, dtype=bool)
     fixed[np.arange(owner.size), owner] = True
     ends = minimise(likelihood.residuals, start, lower, upper, fixed=fixed, iterations=ITERATIONS, settled=PRECISE)
-    for j, x, cost, point in zip(owner.tolist(), value.tolist(), ends.cost.tolist(), ends.coordinates, strict=True):
-        found[j][x] = (cost, point)
+    cost, points = ends.cost.copy(), ends.coordinates.copy()
+    if (lost := np.flatnonzero(~np.isfinite(cost))).size:  # there the others may not follow, but stay
+        start[lost] = fit.coordinates
+        start[lost, owner[lost]] = value[lost]
+        again = minimise(likelihood.residuals, start[lost], lower, upper, fixed=fixed[lost], iterations=ITERATIONS, settled=PRECISE)
+        cost[lost], points[lost] = again.cost, again.coordinates
+    for j, x, own, point in zip(owner.tolist(), value.tolist(), cost.tolist(), points, strict=True):
+        found[j][x] = (own, point)
 
 
-def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: float, unseen: bool) -> Profile:
-    """The profile through what was found, with `at` the coordinate of the fit."""
+def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: float, decisive: float, unseen: bool) -> Profile:
+    """The profile through what was found, with `at` the coordinate of the fit; its rise ends the interval at the `threshold`, and
+    rules out an end of the range where it is `decisive`.
+    """
     place = np.array(sorted(found))
     cost = np.array([found[x][0] for x in place.tolist()])
     points = np.array([found[x][1] for x in place.tolist()])
@@ -105,8 +115,8 @@ def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: flo
     best = at
     lower, upper = _crossing(place[::-1], rise[::-1], best, threshold), _crossing(place, rise, best, threshold)
     below, above = rise[place < best], rise[place > best]
-    closed_below = bool(np.any(below >= DECISIVE)) and np.isfinite(lower)
-    closed_above = bool(np.any(above >= DECISIVE)) and np.isfinite(upper)
+    closed_below = bool(np.any(below >= decisive)) and np.isfinite(lower)
+    closed_above = bool(np.any(above >= decisive)) and np.isfinite(upper)
     if unseen:
         verdict = Verdict.UNDETERMINED
     elif closed_below and closed_above:

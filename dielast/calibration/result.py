@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, Laboratory
+from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
+from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Free
 from dielast.calibration.posterior import draw
@@ -22,6 +23,7 @@ from dielast.mechanics.load import Mode
 from dielast.numerics.columns import Floats
 
 LEVEL = 0.9
+PARTS = 16  # into which the scatter about a draw is divided
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -282,26 +284,25 @@ def compare_tests(
     fit: Fit, likelihood: Likelihood, draws: Floats, validate: Sequence[Experiment], level: float
 ) -> tuple[Comparison, ...]:
     """The fitted tests and those to `validate` beside the model, with bands of what a further specimen would give."""
-    from scipy.stats import norm
+    from scipy.special import stdtrit
 
     tests = (*fit.problem.laboratory.tests, *validate)
-    laboratory = Laboratory(tests)
-    answers = laboratory.answers([fit.material, *fit.space.materials(draws)])
-    width = float(norm.ppf(0.5 * (1 + level)))
+    answers = Laboratory(tests).answers([fit.material, *fit.space.materials(draws)])
+    # Student's, as the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
+    width = float(stdtrit(likelihood.pieces, 0.5 * (1 + level)))
+    parts = stdtrit(likelihood.pieces, (np.arange(PARTS) + 0.5) / PARTS)
     scatter, noise = fit.scatter, float(np.mean(fit.scatter.noise))
     found = []
     for k, (test, answer) in enumerate(zip(tests, answers, strict=True)):
         model, drawn = answer[0], answer[1:]
         whole = np.sqrt((1 - scatter.steady) * np.square(model) + scatter.steady * np.mean(np.square(model)))
-        variance = np.square(whole) * (scatter.model_error**2 + noise**2) + np.square(scatter.specimen * model)
-        middle, spread = model, np.sqrt(variance)
-        if len(drawn) > 2:
-            with np.errstate(invalid="ignore"):
-                variance = variance + np.nanvar(drawn, axis=0)
-            spread = np.sqrt(variance)
-        found.append(
-            Comparison(test, k < len(fit.problem.laboratory.tests), model, middle - width * spread, middle + width * spread)
-        )
+        spread = np.sqrt(np.square(whole) * (scatter.model_error**2 + noise**2) + np.square(scatter.specimen * model))
+        lower, upper = model - width * spread, model + width * spread
+        drawn = drawn[np.all(np.isfinite(drawn), axis=1)]
+        if len(drawn) > 2 and np.all(np.isfinite(model)):
+            scattered = (drawn[:, None] + parts[:, None] * spread).reshape(-1, model.size)
+            lower, upper = np.quantile(scattered, (0.5 * (1 - level), 0.5 * (1 + level)), axis=0)
+        found.append(Comparison(test, k < len(fit.problem.laboratory.tests), model, lower, upper))
     return tuple(found)
 
 

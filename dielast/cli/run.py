@@ -27,6 +27,7 @@ from dielast.sharing.execution import NOTHING_KEPT, Execution
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
+INTERRUPTED = 130
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,8 @@ def run(kind: str, path: Path, options: Options) -> int:
     for line in summary.get("unfinished", ()):
         print(f"{path}: {line}", file=sys.stderr)
     mismatch = _compare(files, options) if options.golden is not None else 0
+    if "interrupted" in summary:
+        return INTERRUPTED
     return UNFINISHED if "unfinished" in summary else mismatch
 
 

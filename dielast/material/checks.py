@@ -133,6 +133,7 @@ def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
 
 
 BEYOND_TESTS = 0.05  # of the largest I1 of the tests, by which they may be left without a word
+LONGER = 2.0  # times as long as the longest test a material may be used without a word
 UNTESTED = 0.1  # of the way to it, that a mode without tests may go
 
 
@@ -244,13 +245,35 @@ def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> N
 def warn_of_use(material: Material, temperature: ArrayLike) -> None:
     """Warn of temperatures (degC, any shape) that look wrong, or that the material's shift law was not measured at."""
     warn_of_temperature(temperature, "the temperature is")
+    values = np.atleast_1d(np.asarray(temperature, dtype=float))
+    if material.calibrated is not None:
+        low, high = material.calibrated.temperature
+        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
+        if outside.size:
+            worst, span = float(outside[0]), f"at {low:g}" if low == high else f"from {low:g} to {high:g}"
+            warn(f"the material was calibrated by tests {span} degC: at {worst:g} degC it is extrapolated")
     if material.measured_temperature is not None:
         low, high = material.measured_temperature
-        values = np.atleast_1d(np.asarray(temperature, dtype=float))
         outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
         if outside.size:
             worst = float(outside[np.argmax(np.maximum(low - outside, outside - high))])
             warn(f"the shift law was measured from {low:g} to {high:g} degC: at {worst:g} degC it is extrapolated")
+
+
+def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike) -> None:
+    """Warn of times in s at temperatures in degC, both (k,), that are longer than the tests that a material was calibrated by, as
+    the shift law has it for the hottest of these.
+    """
+    known = material.calibrated
+    values, heat = np.atleast_1d(np.asarray(time, dtype=float)), np.atleast_1d(np.asarray(temperature, dtype=float))
+    if known is None or not values.size:
+        return
+    tested = known.time[1] / 10 ** float(material.shift.log10_shift_factor(np.array(known.temperature[1])))
+    longest = tested * 10 ** np.asarray(material.shift.log10_shift_factor(heat))
+    k = int(np.argmax(values / longest))
+    if values[k] > LONGER * longest[k]:
+        lasting = f"{values[k]:.3g} s at {heat[k]:g} degC are longer than the tests that the material was calibrated by"
+        warn(f"{lasting}, which tell of {longest[k]:.3g} s there: slower branches are not known")
 
 
 @dataclass(frozen=True, slots=True)

@@ -106,8 +106,11 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     axes.set_title(
         typeset(f"{name}, {test.temperature:.4g} degC: {number(error, 2)} %"), fontsize=6.5, loc="left", parse_math=False
     )
-    if test.rest == 0:
-        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    seen = factor * (np.concatenate((test.measured, comparison.model)) + test.rest)
+    least, most = float(np.nanmin(seen)), float(np.nanmax(seen))
+    low, high = axes.get_ylim()  # a band that leaves the figure is wide enough to be told so
+    low, high = max(low, least - (most - least)), min(high, most + (most - least))
+    axes.set_ylim(min(0.0, low) if test.rest == 0 else low, high)
 
 
 def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
@@ -117,7 +120,15 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     near = _window(profile, threshold)
     factor, unit = (KILO, "kPa") if parameter.unit == "Pa" and parameter.scale is None else (1.0, parameter.unit)
     x, y = factor * parameter.value(profile.coordinate[near]), profile.rise[near]
-    axes.plot(x, y, "o-", color=COLOURS[0], markersize=2.2, linewidth=0.9)
+    # between the points as the ends of the interval are found: straight in the root, which changes its sign at the fit
+    fine = np.unique(
+        np.append(profile.coordinate[near], np.linspace(profile.coordinate[near[0]], profile.coordinate[near[-1]], 200))
+    )
+    fit = float(calibration.fit.coordinates[k])
+    root = np.sqrt(np.clip(y, 0.0, 1e6)) * np.sign(profile.coordinate[near] - fit)
+    between = np.interp(fine, profile.coordinate[near], root)
+    axes.plot(factor * parameter.value(fine), np.square(between), "-", color=COLOURS[0], linewidth=0.9)
+    axes.plot(x, y, "o", color=COLOURS[0], markersize=2.2)
     axes.axhline(threshold, color=COLOURS[1], linestyle="--", linewidth=0.8)
     for end in (profile.lower, profile.upper):
         if np.isfinite(end):

@@ -22,7 +22,7 @@ class Specimen(Section):
 
     @model_validator(mode="after")
     def _whole_section(self) -> Specimen:
-        if (self.width is None) != (self.thickness is None):
+        if self.width is not None and self.thickness is None:
             raise InputError("width and thickness go together: a force acts on the section that they make")
         return self
 

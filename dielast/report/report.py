@@ -33,6 +33,8 @@ class Report:
     failures: Sequence[str] = ()
     figures: Mapping[str, Callable[[], Figure]] = field(default_factory=dict)
     """Further ones by name."""
+    interrupted: bool = False
+    """Whether Ctrl-C ended the run early, and this is what it had come to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,8 @@ def summarise(kind: str, report: Report, inputs: Inputs, source: Source, warning
         summary["warnings"] = list(warnings)
     if report.failures:
         summary["unfinished"] = list(report.failures)
+    if report.interrupted:
+        summary["interrupted"] = True
     for section, values in report.headline.items():
         summary[section] = {key: rounded(value) for key, value in values.items() if _known(value)}
     recipe = () if source.content is None else ((source.name, sha256(source.content)),)

@@ -13,8 +13,10 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.material.material import Material
 from dielast.material.springs import SpringLaw
-from dielast.mechanics.cases import numbers
+from dielast.mechanics.cases import numbers, spread
+from dielast.mechanics.course import Piece
 from dielast.mechanics.history import case_count, pieces
+from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Mode, Step
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
@@ -108,6 +110,7 @@ def simulate(
     rtol: float = 1e-6,
     internal: bool = False,
     cycles: str | Sequence[int] | None = None,
+    nominal_field: ArrayLike | None = None,
 ) -> MembraneHistory:
     """What a membrane at rest does under `steps` of stretch (`relax`), of nominal stress or dead load (`creep`), or of both.
 
@@ -120,6 +123,9 @@ def simulate(
     the `cycles` are kept in full: "all", "last", or their numbers from 1; by default all up to 100, or else 1, 2, 5, 10, 20 and so
     on, and the last. `internal` keeps the viscous stretches. In uniaxial mode the result has a `relaxation_modulus`, nominal stress
     over (stretch - 1), in Pa.
+
+    A `nominal_field` in V/m, a voltage over the undeformed thickness, acts from the start on between electrodes on both faces; the
+    nominal stress is what the machine then holds.
 
     `rtol` bounds the local relative error of stretches (not of stretch - 1), of viscous stretches, and of stresses above 1e-4 of
     the equilibrium modulus. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome in the
@@ -138,10 +144,17 @@ def simulate(
     check_tolerance(rtol)
     if not isinstance(points_per_decade, int) or points_per_decade < 1:
         raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
-    cases = case_count(steps, temperature, np.zeros(len(materials)))
+    field = np.zeros(1) if nominal_field is None else numbers(nominal_field, "nominal_field")
+    cases = case_count(steps, temperature, np.zeros(len(materials)), field)
     temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
-    points = Points.of(materials, temperature, rtol, with_dielectric=False)
+    electric = bool(np.any(field))
+    for entry in materials if electric else ():
+        if not entry.permittivity:
+            raise InputError(f"{entry.name!r} has no permittivity, which a specimen under voltage needs", argument="material")
+    points = Points.of(materials, temperature, rtol, with_dielectric=electric)
     history = pieces(steps, mode, cases)
+    if electric:
+        history.insert(0, _switched_on(history[0], spread(field, "nominal_field", cases)))
     check_reach(points, history)
     wanted = Wanted.of(times, cases, points_per_decade, cycles, internal)
     check_cycles(wanted.cycles, history)
@@ -164,6 +177,11 @@ def simulate(
         points=points,
         cycles=meter.collect(),
     )
+
+
+def _switched_on(first: Piece, field: Floats) -> Piece:
+    """A nominal field (cases,) in V/m at once, before the `first` piece of a history: what that holds is as it was at rest."""
+    return Ramp(first.controls, (None, None, field), np.zeros_like(field))
 
 
 def _prescribing(

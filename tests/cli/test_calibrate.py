@@ -39,12 +39,18 @@ QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
         (HEAD + '[[test]]\nmode = "uniaxial"\n' + FREE, "test[0]: either file (a table) or recipe (of relax, creep or actuate)"),
         (HEAD + '[[test]]\nfile = "true.csv"\ncolumns = { stress = "true_stress" }\n' + FREE, "nominal stress is needed"),
         (HEAD + '[[test]]\nfile = "back.csv"\n' + FREE, "back.csv: line 4: time 1 s does not come after 2 s"),
+        (
+            HEAD + TEST.replace(SPECIMEN, 'voltage = "6 kV"') + FREE,
+            "a field needs the undeformed",
+        ),
+        (HEAD + '[[test]]\nfile = "good.csv"\nramp_rate = "1 %/s"\n' + FREE, "but the first point is at 1 s"),
         (HEAD + '[[test]]\nrecipe = "plain.toml"\n' + FREE, "[[compare]] with what was measured is needed"),
     ],
 )
 def test_mistakes_are_said(recipe: str, message: str, dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "true.csv").write_text("time [s],stretch,true_stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
     (tmp_path / "back.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n1,1.3,5\n")
+    (tmp_path / "good.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
     (tmp_path / "plain.toml").write_text('kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\nstretch = 2.0\n')
     (tmp_path / "r.toml").write_text(recipe)
     done = dielast("calibrate", "r.toml")
@@ -65,6 +71,39 @@ def test_a_test_that_cannot_be_followed_is_named_and_the_others_are_kept(dielast
     assert done.returncode == 3
     assert "r.toml: test fast: the material cannot follow it; it is left out" in done.stderr
     assert parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")["test"] == ["hold"]
+    electric = TEST.replace("[[test]]", '[[test]]\nvoltage = "6 kV"')
+    (tmp_path / "r.toml").write_text(HEAD.replace("example:tensile/start.toml", "short.toml") + electric + FREE + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "none")
+    assert done.returncode == 2
+    assert "short.toml: test hold is under voltage: state [dielectric] permittivity" in done.stderr
+
+
+def test_an_interrupt_keeps_the_best_so_far_and_exits_130(dielast: Run, tmp_path: Path) -> None:
+    press = """
+import dielast.calibration.result as module
+kept = module.profiles_of
+def press(*_):
+    raise KeyboardInterrupt
+module.profiles_of = press
+"""
+    (tmp_path / "r.toml").write_text(HEAD + TEST + FREE + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "none", prelude=press, fresh=True)
+    assert done.returncode == 130
+    assert "r.toml: interrupted: the best so far is written, without what would have come after it" in done.stderr
+    assert tomllib.loads((tmp_path / "r/summary.toml").read_text())["interrupted"] is True
+    assert read_material(tmp_path / "r/material.toml").equilibrium_modulus > 0
+
+
+def test_a_history_that_is_not_told_and_tests_beyond_the_others_are_warned_of(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "late.csv").write_text("time [s],stretch,stress [kPa]\n900,2,40\n1800,2,36\n36000,2,33\n")
+    late = '[[validate]]\nfile = "late.csv"\n'
+    (tmp_path / "r.toml").write_text(HEAD + TEST + late + FREE + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    assert "late.csv: the first point is at 900 s and a stretch of 2: a straight line from rest leads there" in done.stderr
+    assert "test late goes on to 3.6e+04 s" in done.stderr
+    (tmp_path / "r.toml").write_text(HEAD + TEST + late + 'ramp_rate = "10 %/s"\n' + FREE + QUICK)
+    assert "straight line" not in dielast("calibrate", "r.toml", "--plot", "none").stderr
 
 
 def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from dielast.commands.simulation.comparison_recipe import Cell
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
-from dielast.recipe.fields import InputFile, Section, Share, StrainRate, Temperature
+from dielast.recipe.fields import InputFile, Section, Share, StrainRate, Temperature, Voltage
 from dielast.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 
 ROLES = {"time": TIME, "stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
@@ -38,6 +38,14 @@ class TestData(TextTable):
     rate: StrainRate | None = Field(
         None, description="Of the stretch, up and down, for a table without times: they follow from the stretches, from rest on."
     )
+    ramp_rate: StrainRate | None = Field(
+        None,
+        description="Of the ramp from rest to the first point of a table with times, which is then held until its time; left out: "
+        "a straight line leads there.",
+    )
+    voltage: Voltage | None = Field(
+        None, description="Constant, between electrodes on both faces of the specimen from the start on; needs specimen.thickness."
+    )
     specimen_id: str | None = Field(
         None, min_length=1, description="Tests of one specimen share the factor by which its stress differs; left out: its own."
     )
@@ -49,11 +57,20 @@ class TestData(TextTable):
             raise InputError("either file (a table) or recipe (of relax, creep or actuate) is needed")
         if self.recipe is not None and (other := sorted(self.model_fields_set - {"recipe", "specimen_id", "label"})):
             raise InputError(f"{', '.join(other)}: the recipe of a test states that itself")
+        if self.rate is not None and self.ramp_rate is not None:
+            raise InputError("is that of the first ramp in a table with times, rate is for one without", key="ramp_rate")
         if self.rate is not None and self.columns.time is not None:
             raise InputError("columns.time and rate both say when: one of them is needed", key="rate")
         if self.rate is not None and self.rate <= 0:
             raise InputError("a rate above 0 is needed: it is that of loading and, downwards, of unloading", key="rate")
+        if self.voltage is not None and (self.specimen is None or self.specimen.thickness is None):
+            raise InputError('a field needs the undeformed thickness: specimen = { thickness = "0.5 mm" }', key="voltage")
         return self
+
+    @property
+    def nominal_field(self) -> float:
+        """The voltage over the undeformed thickness in V/m."""
+        return 0.0 if self.voltage is None or self.specimen is None else self.voltage / (self.specimen.thickness or 1.0)
 
 
 def _value(value: Any) -> Any:

@@ -9,21 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment
+from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.fit import MANY, Watch
 from dielast.calibration.parameters import Free
 from dielast.calibration.profiles import Verdict
 from dielast.calibration.ranking import Prediction, predicted
-from dielast.calibration.result import Calibration, calibrate
+from dielast.calibration.result import Calibration, calibrate, range_of
 from dielast.calibration.stability import Stability, stabilities
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import NumericsError, warn
+from dielast.errors import InputError, NumericsError, warn
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
+from dielast.material.checks import BEYOND_TESTS, LONGER
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -52,6 +53,7 @@ class Candidate:
     calibration: Calibration
     prediction: Prediction | None
     stability: tuple[Stability, ...]
+    interrupted: bool = False
 
 
 def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
@@ -59,6 +61,11 @@ def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
     materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
     at = next(iter(materials.values())).reference_temperature
     tests, further = read_tests(recipe.test, inputs, at, "test"), read_tests(recipe.validate_, inputs, at, "validate")
+    electric = [test.name for test in (*tests, *further) if isinstance(test, MeasuredTest) and test.nominal_field]
+    for name, material in materials.items():
+        if electric and material.dielectric is None:
+            needed = f"test {electric[0]} is under voltage: state [dielectric] permittivity"
+            raise InputError(needed, file=name)
     return Asked(tests, further, materials, free_of(recipe.free, materials, inputs))
 
 
@@ -72,19 +79,25 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     several = len(asked.materials) > 1
     candidates: list[Candidate] = []
     failures: list[str] = []
+    interrupted = False
     for name, material in asked.materials.items():
         try:
             candidates.append(_candidate(recipe, asked, name, material, several, watch))
         except NumericsError as error:
             failures.append(f"{name}: {error}")
-        if candidates and not candidates[-1].calibration.fit.finished:
+        except KeyboardInterrupt:  # before there is anything of this one
+            if not candidates:
+                raise
+            interrupted = True
+        if interrupted or (candidates and candidates[-1].interrupted):
+            interrupted = True
             break
     if not candidates:
         raise NumericsError(*failures)
-    ranked = sorted(candidates, key=_error_of)
+    ranked = _ranked(candidates)
     best = ranked[0].calibration
     failures += [f"test {name}: the material cannot follow it; it is left out" for name in best.not_followed]
-    if not best.fit.finished:
+    if interrupted:
         failures.append("interrupted: the best so far is written, without what would have come after it")
     _warn(ranked[0])
     members = best.materials
@@ -105,7 +118,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
 
         return plot_calibration(best, recipe.title)
 
-    return Report(tables, headline(ranked), figure, files, failures)
+    return Report(tables, headline(ranked), figure, files, failures, interrupted=interrupted)
 
 
 def watcher(execution: Execution) -> Watch | None:
@@ -139,17 +152,21 @@ def _candidate(
         watch=watch,
     )
     across = options.cross_validation if options.cross_validation is not None else several
-    prediction = predicted(result.fit) if across and result.fit.finished else None
+    prediction, interrupted = None, not result.fit.finished
+    try:
+        prediction = predicted(result.fit) if across and result.fit.finished else None
+    except KeyboardInterrupt:
+        interrupted = True
     reached = [float(np.max(test.stretch)) for test in asked.tests if test.stretch is not None]
     furthest = options.stable_up_to or max(reached, default=STRETCHED)
-    return Candidate(name, result, prediction, stabilities(result.material, furthest))
+    return Candidate(name, result, prediction, stabilities(result.material, furthest), interrupted)
 
 
-def _error_of(candidate: Candidate) -> float:
-    """What laws are ranked by: the error of tests predicted from the others, or that of the fit."""
-    if candidate.prediction is not None:
-        return candidate.prediction.rms_relative_error
-    return candidate.calibration.total(True)[0]
+def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best first: by the error of tests predicted from the others, or by that of the fit where one has no such prediction."""
+    foreseen = [each.prediction.rms_relative_error for each in candidates if each.prediction is not None]
+    errors = foreseen if len(foreseen) == len(candidates) else [each.calibration.total(True)[0] for each in candidates]
+    return [candidates[k] for k in np.argsort(errors, kind="stable")]
 
 
 def _warn(best: Candidate) -> None:
@@ -165,11 +182,35 @@ def _warn(best: Candidate) -> None:
             side, end = ("least", profile.lower) if profile.verdict is Verdict.LOWER else ("most", profile.upper)
             unit = "" if parameter.unit == "1" else f" {parameter.unit}"
             warn(f"of {parameter.name} these tests tell a bound only: at {side} {float(parameter.value(end)):.4g}{unit}")
+    warn_of_tests_beyond(result)
     if fit.same_share < MANY:
-        warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit: there may be a better one; raise fit.starts")
+        median = float(np.median(fit.start_misfit))
+        others = f"the misfit of the median one is {median:.3g} times that" if np.isfinite(median) else "many cannot be followed"
+        warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit, {others}: raise fit.starts")
     for stability in best.stability:
         if not stability.holds:
             warn(stability.said)
+
+
+def warn_of_tests_beyond(result: Calibration) -> None:
+    """Warn of tests to validate that go on for longer, or further, than any that was fitted: the model is extrapolated there."""
+    known = range_of(result.fit)
+    measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
+    if known is None:
+        return
+    late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
+    if late:
+        last, longest = max(test.time[-1] for test in late), known.time[1]
+        lasting = f"goes on to {last:.4g} s, the fitted tests to {longest:.4g} s"
+        warn(f"test {late[0].name}{_and_more(late)} {lasting}: what relaxes more slowly is not known from these")
+    far = [test for test in measured if test.largest_invariant > known.largest_invariant * (1 + BEYOND_TESTS)]
+    if far:
+        reach = f"goes to I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests to {known.largest_invariant:.4g}"
+        warn(f"test {far[0].name}{_and_more(far)} {reach}: the springs are extrapolated")
+
+
+def _and_more(tests: Sequence[object]) -> str:
+    return f" (and {len(tests) - 1} more)" if len(tests) > 1 else ""
 
 
 def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
@@ -187,6 +228,8 @@ def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
             "r_squared": explained,
             "starts": int(fit.start_cost.size),
             "starts_in_the_best": fit.same_share,
+            "median_start_over_best": float(np.median(fit.start_misfit)),
+            "worst_start_over_best": float(fit.start_misfit[-1]),
             "finished": fit.finished,
         },
         "scatter": {

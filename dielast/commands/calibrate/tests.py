@@ -11,7 +11,7 @@ import numpy as np
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
-from dielast.errors import InputError, Mistakes, located, placed
+from dielast.errors import InputError, Mistakes, located, placed, warn
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.numerics.columns import Flags, Floats
@@ -82,7 +82,20 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     kept = _thinned(time, stretch)
     at = temperature if test.temperature is None else test.temperature
     with located(file=test.file):
-        return MeasuredTest(name, time[kept], stretch[kept], stress[kept], at, test.mode, test.specimen_id or name)
+        specimen = test.specimen_id or name
+        made = MeasuredTest(
+            name, time[kept], stretch[kept], stress[kept], at, test.mode, specimen, test.nominal_field, test.ramp_rate
+        )
+    if test.ramp_rate is None and test.rate is None and begins_late(made):
+        began = f"the first point is at {made.time[0]:g} s and a stretch of {made.stretch[0]:g}"
+        warn(f"{test.file}: {began}: a straight line from rest leads there; was it a ramp and a hold? state ramp_rate")
+    return made
+
+
+def begins_late(test: MeasuredTest) -> bool:
+    """Whether most of the way of a test lies before its first point, and not at once."""
+    reach = float(np.max(np.abs(test.stretch - 1)))
+    return test.corner_time[0] == 0 and test.corner_stretch[0] == 1 and abs(float(test.stretch[0]) - 1) > 0.5 * reach > 0
 
 
 def _quantity(table: MeasuredTable, test: TestData, quantity: str, rows: Flags) -> Floats:

@@ -25,6 +25,7 @@ from dielast.material.checks import (
     warn_of_elongation,
     warn_of_falling_tension,
     warn_of_field,
+    warn_of_lasting,
     warn_of_leak,
     warn_of_material,
     warn_of_paces,
@@ -137,6 +138,7 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
     warn_of_material(material)
     warn_of_use(material, plan.temperature)
+    warn_of_lasting(material, plan.temperature, np.full(len(plan.temperature), recipe.horizon))
     known = plan.breakdown_field[np.isfinite(plan.breakdown_field)]
     warn_of_breakdown(known)
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
@@ -185,7 +187,10 @@ def _warn_of_use(materials: Sequence[Material], results: Sequence[CaseResult]) -
     """Warn of the temperatures that the materials are used at."""
     for one in {id(material): material for material in materials}.values():
         asked = zip(materials, results, strict=True)
-        warn_of_use(one, [result.temperature for material, result in asked if material is one])
+        own = [result for material, result in asked if material is one]
+        warn_of_use(one, [result.temperature for result in own])
+        lasting = [float(np.max(result.columns["time [s]"], initial=0.0)) for result in own]
+        warn_of_lasting(one, [result.temperature for result in own], lasting)
 
 
 def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResult], modes: Sequence[str | None]) -> None:

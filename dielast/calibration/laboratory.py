@@ -1,0 +1,179 @@
+"""What materials answer in the tests of a calibration, all tests and all materials at once.
+
+Where the stretch is prescribed every branch is on its own (`mechanics.stretched`), and the stress is linear in the moduli: a branch
+that several materials share, as those do that a derivative compares, is followed once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dielast.calibration.experiment import Experiment, MeasuredTest, SimulatedExperiment
+from dielast.errors import DielastError, InputError
+from dielast.material.material import Material
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
+from dielast.mechanics.load import Mode, Step, Track
+from dielast.mechanics.stretched import Histories, carried
+from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.simulate.membrane import relax
+
+RTOL = 1e-5  # of the solver
+MOST = 6000  # branches that are followed together: what bounds the memory
+SYMMETRIES = {Mode.UNIAXIAL: UNIAXIAL, Mode.EQUIBIAXIAL: EQUIBIAXIAL, Mode.PURE_SHEAR: None}
+
+
+class Laboratory:
+    """All tests of a calibration, and what materials answer in them."""
+
+    def __init__(self, tests: Sequence[Experiment], rtol: float = RTOL) -> None:
+        self.tests, self.rtol = tuple(tests), rtol
+        self.machine = {index: test for index, test in enumerate(self.tests) if isinstance(test, MeasuredTest)}
+        self.electric = [index for index, test in self.machine.items() if test.nominal_field]
+        alone = [index for index in self.machine if index not in self.electric]
+        self.groups = {mode: [index for index in alone if self.machine[index].mode is mode] for mode in Mode}
+        self.temperatures = np.unique([test.temperature for test in self.machine.values()])
+
+    def answers(self, materials: Sequence[Material | None]) -> list[Floats]:
+        """What each material gives in each test: arrays (materials, n), NaN for a material that cannot follow a test."""
+        found = [np.full((len(materials), test.measured.size), np.nan) for test in self.tests]
+        there = [k for k, material in enumerate(materials) if material is not None]
+        if self.machine and there:
+            springs = Springs.of([material for material in materials if material is not None], self.temperatures)
+            for mode, members in self.groups.items():
+                if members:
+                    self._carried(mode, members, springs, np.array(there), found)
+        for index in self.electric:
+            _under_voltage(self.machine[index], materials, there, self.rtol, found[index])
+        for index, other in enumerate(self.tests):
+            if index not in self.machine:
+                answering: SimulatedExperiment = other  # type: ignore[assignment]
+                found[index] = answering.answers(materials)
+        return found
+
+    def _carried(self, mode: Mode, members: Sequence[int], springs: Springs, there: Cases, found: list[Floats]) -> None:
+        """Fill in the tests `members`, all of one mode, for the materials that are `there`."""
+        tests = [self.machine[index] for index in members]
+        corner_time, corner_stretch = (
+            _filled([getattr(test, name) for test in tests]) for name in ("corner_time", "corner_stretch")
+        )
+        time, stretch = (_filled(columns) for columns in ([test.time for test in tests], [test.followed for test in tests]))
+        at = np.searchsorted(self.temperatures, [test.temperature for test in tests])
+        modulus, rate = springs.modulus[:, at], springs.rate[:, at]  # (materials, tests, springs)
+        law = np.broadcast_to(springs.law[:, None], modulus.shape)
+        carrying = modulus > 0
+        test = np.broadcast_to(np.arange(len(tests))[:, None], modulus.shape)
+        place, which = _alike(test[carrying], law[carrying], rate[carrying])
+        own_test, own_law, own_rate = test[carrying][place], law[carrying][place], rate[carrying][place]
+        stress = np.empty((place.size, time.shape[1]))
+        for first in range(0, place.size, MOST):
+            part = slice(first, first + MOST)
+            k = own_test[part]
+            stress[part] = carried(
+                springs.laws.take(own_law[part]),
+                own_rate[part],
+                SYMMETRIES[mode],
+                Histories(corner_time[k], corner_stretch[k]),
+                time[k],
+                stretch[k],
+                self.rtol,
+            )
+        every = np.full(modulus.shape, -1, dtype=np.intp)
+        every[carrying] = which
+        for row, index in enumerate(members):
+            size = tests[row].measured.size
+            whole = np.zeros((there.size, size))
+            for spring in range(modulus.shape[2]):
+                some = every[:, row, spring] >= 0
+                whole[some] += modulus[some, row, spring, None] * stress[every[some, row, spring], :size]
+            found[index][there] = np.where(springs.known[:, None] & np.isfinite(whole).all(axis=1, keepdims=True), whole, np.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Springs:
+    """The springs of materials at temperatures: `modulus` in Pa and `rate` = 1/(3 tau) in 1/s, both (materials, temperatures,
+    springs), the equilibrium spring first; `law` (materials, springs) of the `laws`, which act on arrays (..., 1, laws); and which
+    materials are `known` (materials,) at all temperatures.
+    """
+
+    modulus: Floats
+    rate: Floats
+    law: Cases
+    laws: SpringLaw
+    known: Flags
+
+    @classmethod
+    def of(cls, materials: Sequence[Material], temperature: Floats) -> Springs:
+        """The springs at temperatures (k,) in degC."""
+        most = max(len(material.spectrum) for material in materials)
+        modulus, rate = np.zeros((2, len(materials), temperature.size, most + 1))
+        law, known = np.zeros((len(materials), most + 1), dtype=np.intp), np.ones(len(materials), dtype=bool)
+        numbers: dict[tuple[object, ...], int] = {}
+        laws: list[SpringLaw] = []
+
+        def number(spring: SpringLaw) -> int:
+            key = (type(spring), *spring.values().values())
+            if key not in numbers:
+                numbers[key] = len(laws)
+                laws.append(spring)
+            return numbers[key]
+
+        for row, material in enumerate(materials):
+            count, place = len(material.spectrum), material.reference_temperature
+            law[row, 0], law[row, 1:] = number(material.equilibrium_law), number(material.nonequilibrium_law)
+            try:
+                rate[row, :, 1 : count + 1] = 1 / (3 * material.relaxation_time(temperature))
+                modulus[row, :, 0] = material.equilibrium_modulus * material.equilibrium_scaling.factor(temperature, place)
+                factor = material.nonequilibrium_scaling.factor(temperature, place)
+            except InputError:  # beyond a table
+                known[row] = False
+                continue
+            modulus[row, :, 1 : count + 1] = np.multiply.outer(
+                np.broadcast_to(factor, temperature.shape), material.spectrum.shear_modulus
+            )
+        joined = gathered([(each, each) for each in laws], np.ones((1, len(laws)), dtype=bool))
+        return cls(modulus, rate, law, joined if len(laws) > 1 else laws[0], known)
+
+
+def _under_voltage(
+    test: MeasuredTest, materials: Sequence[Material | None], chosen: Sequence[int], rtol: float, found: Floats
+) -> None:
+    """Fill in the rows `found` (materials, n) of the `chosen` materials in a test under voltage, which couples the branches."""
+    used = [material for k in chosen if (material := materials[k]) is not None]
+    track = Step(stretch=Track(test.corner_time, test.corner_stretch))
+    try:
+        history = relax(
+            used,
+            [track],
+            mode=test.mode,
+            temperature=test.temperature,
+            times=test.time,
+            rtol=rtol,
+            nominal_field=test.nominal_field,
+        )
+    except DielastError:  # of one of them: it is to be known of which
+        if len(used) > 1:
+            for k in chosen:
+                _under_voltage(test, materials, [k], rtol, found)
+        return
+    for row, k in enumerate(chosen):
+        if history.outcome[row].completed:
+            found[k] = history.nominal_stress_1[row]
+
+
+def _filled(columns: Sequence[Floats]) -> Floats:
+    """Columns as rows of one array (columns, k), filled up with their last value."""
+    size = max(column.size for column in columns)
+    return np.array([np.append(column, np.full(size - column.size, column[-1])) for column in columns])
+
+
+def _alike(test: Cases, law: Cases, rate: Floats) -> tuple[Cases, Cases]:
+    """Where each different set of the numbers (k,) first stands, (u,), and which of them each is, (k,)."""
+    order = np.lexsort((rate, law, test))
+    columns = [values[order] for values in (test, law, rate)]
+    new = np.append(True, np.any([values[1:] != values[:-1] for values in columns], axis=0))
+    which = np.empty(order.size, dtype=np.intp)
+    which[order] = np.cumsum(new) - 1
+    return order[new], which
