@@ -252,6 +252,10 @@ def warn_of_use(material: Material, temperature: ArrayLike) -> None:
         if outside.size:
             worst, span = float(outside[0]), f"at {low:g}" if low == high else f"from {low:g} to {high:g}"
             warn(f"the material was calibrated by tests {span} degC: at {worst:g} degC it is extrapolated")
+    away = values[np.abs(values - material.reference_temperature) > MARGIN]
+    if away.size and len(material.spectrum) and not material.shift.depends_on_temperature:
+        as_at = f"at {float(away[0]):g} degC it relaxes as at {material.reference_temperature:g} degC"
+        warn(f"the material has no shift law, {as_at}: state [shift] in the material file")
     if material.measured_temperature is not None:
         low, high = material.measured_temperature
         outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
