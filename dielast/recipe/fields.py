@@ -89,6 +89,17 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
+class NamedQuantity(Quantity):
+    """Marks quantities that are known by what the recipe calls them: a list is read as pairs of its text and the number."""
+
+    def read_many(self, value: Any) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
+        """Each entry of a list, or the one there is, and its number; raises `InputError`."""
+        numbers = _one_or_more(value, self.read, self.dimension.name)
+        texts = [" ".join(entry.split()) for entry in (value if isinstance(value, list) else [value])]
+        return tuple(zip(texts, numbers, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
 class Numbers:
     """Marks a bare number or a list of them, optionally bounded, read as a tuple."""
 
@@ -143,6 +154,7 @@ class OneOf:
 
 Time = Annotated[float, Quantity(units.TIME, at_least=0.0, within=units.TIMES)]
 PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0, within=units.TIMES)]
+NamedTimes = Annotated[tuple[tuple[str, float], ...], NamedQuantity(units.TIME, above=0.0, within=units.TIMES, many=True)]
 RelaxationTime = Annotated[float, Quantity(units.TIME, above=0.0)]
 Temperature = Annotated[float, Quantity(units.TEMPERATURE, above=-units.ZERO_CELSIUS)]
 TemperatureDifference = Annotated[float, Quantity(units.TEMPERATURE_DIFFERENCE, above=0.0)]

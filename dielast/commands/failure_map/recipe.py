@@ -22,7 +22,7 @@ from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import InputFile, PositiveTime, Section, Temperatures, Time, Voltage, Voltages
+from dielast.recipe.fields import InputFile, NamedTimes, PositiveTime, Section, Temperatures, Time, Voltage, Voltages
 
 Value = TypeVar("Value")
 
@@ -106,6 +106,23 @@ class VoltageAxis(Section):
         return values
 
 
+class StretchSection(Section):
+    """At which times a map has the stretch of its films."""
+
+    at: NamedTimes = Field(
+        description="Since the voltage began to come on, within the horizon; columns are called after them, such as "
+        "relative_stretch_1 after 1 h."
+    )
+
+    @field_validator("at")
+    @classmethod
+    def _differ(cls, at: tuple[tuple[str, float], ...]) -> tuple[tuple[str, float], ...]:
+        for number, (name, time) in enumerate(at):
+            if (same := next((other for other, earlier in at[:number] if earlier == time), None)) is not None:
+                raise InputError(f'"{name}" is as long as "{same}": each time stands there once')
+        return at
+
+
 class MapSolver(FilmSolver):
     """How exactly the equations of a map are solved."""
 
@@ -132,6 +149,7 @@ class FailureMapRecipe(RecipeBase):
     horizon: PositiveTime = Field(description="How long the voltage stays on; what lives longer survives.")
     film: MapFilm = Field(description="The films and what is done to them before the voltage.")
     voltage: VoltageAxis = Field(description="The axis of voltages.")
+    stretch: StretchSection | None = Field(None, description="The stretch of the films: the operating map.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: MapSolver = Field(MapSolver(), description="How exactly the equations are solved.")
@@ -151,4 +169,11 @@ class FailureMapRecipe(RecipeBase):
     def _on_in_time(self) -> Self:
         if self.voltage.ramp > self.horizon:
             raise InputError(f"{self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s", key="voltage.ramp")
+        return self
+
+    @model_validator(mode="after")
+    def _seen_in_time(self) -> Self:
+        for name, time in () if self.stretch is None else self.stretch.at:
+            if time > self.horizon:
+                raise InputError(f'"{name}" is longer than the horizon of {self.horizon:g} s', key="stretch.at")
         return self

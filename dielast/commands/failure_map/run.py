@@ -102,6 +102,7 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             width=recipe.film.weights[1],
             breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
             rtol=recipe.solver.rtol,
             sample=sample,
             drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,
