@@ -27,8 +27,9 @@ CLOSER = 0.1  # of a bracket about an edge: how far trials lie on both sides of 
 
 @dataclass(slots=True, eq=False)
 class EdgedRoots:
-    """The search for the roots of columns (k,): trials so far, their arguments, `value` (NaN where a trial has none), how they ended
-    (`kind`), and the logarithm of how long they lasted over how long they were to last, (k, trials) each; NaN is no trial.
+    """The search for the roots of columns (k,), which begins with trials of the arguments `first` (k, some). Of the trials so far
+    it knows the `argument`, the `value` (NaN where a trial has none), how they ended (`kind`), and the logarithm of how long they
+    `lasted` over how long they were to last, (k, trials) each; NaN is no trial.
 
     A root is found where a value is no larger than `tolerance` (k,), an edge where the bracket about it is narrower than `gap`
     (relative). `slope` (k,) is what the square of the argument changes by with the value, where it is known beforehand.
@@ -151,11 +152,12 @@ class EdgedRoots:
         edge = np.where((edge > low) & (edge < high), edge, np.nan)
         about = np.stack((edge - wide, edge, edge + wide), axis=1)
         spaced = low[:, None] + WITHIN * (high - low)[:, None]
-        chosen = np.where(
-            np.isnan(about), spaced, np.clip(about, low[:, None] + 0.01 * wide[:, None], high[:, None] - 0.01 * wide[:, None])
-        )
+        margin = 0.01 * wide
+        about = np.clip(about, (low + margin)[:, None], (high - margin)[:, None])
+        chosen = np.where(np.isnan(about), spaced, about)
         chosen[:, 1] = np.where(np.isfinite(inside), inside, chosen[:, 1])
-        return np.asarray(np.sort(chosen, axis=1))
+        chosen.sort(axis=1)
+        return chosen
 
     def _over(self) -> Flags:
         """Trials (k, trials) that came to zero."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -139,10 +139,10 @@ def design(
     level: float = 0.9,
     failure_probability: float = FAILURE_PROBABILITY,
 ) -> Design:
-    """The voltage that takes each film to a `relative_stretch` of axis 1, or to an `area_strain`, `at` a time in s after it came and
-    stayed, and how long up to the `horizon` in s the film lives under it. Every combination of `prestretch` (a number each, or a
-    pair), `electrode_share`, `thickness` in m, `temperature` in degC and goal is a film; the rest as in `failure_map`. A passive
-    part that goes slack ends a film, too.
+    """The voltage that takes each film to a `relative_stretch` of axis 1, or to an `area_strain`, `at` a time in s after it came
+    and stayed, and how long up to the `horizon` in s the film lives under it. Every combination of `prestretch` (a number each,
+    or a pair), `electrode_share`, `thickness` in m, `temperature` in degC and goal is a film; the rest as in `failure_map`. A
+    passive part that goes slack ends a film, too.
 
     With a `sample`, also what its draws tell: bounds of this `level`, and the life that a share `failure_probability` does not
     reach. Raises `InputError` for anything wrong with the arguments.
@@ -266,7 +266,7 @@ def designed(
     """The design from all of its films, solved in any order, and from their draws."""
     place = np.argsort(np.concatenate([part.films for part in solved]))
 
-    def whole(name: str) -> NDArray[np.generic]:
+    def whole(name: str) -> NDArray[Any]:
         return np.asarray(np.concatenate([getattr(part, name) for part in solved])[place])
 
     state, goal = whole("state"), plan.goal
@@ -313,8 +313,8 @@ def _best_first(result: Design) -> Design:
     # of films that live as long, first the one that fails less often, and then the one that takes a lower voltage
     keys = [result.voltage, probability, np.where(yes, -result.life, -result.largest), ~yes, result.target]
     order = np.lexsort([np.where(np.isnan(key), np.inf, key) for key in keys])
-    names = ("temperature", "prestretch", "thickness", "target")
-    names += ("voltage", "time_to_failure", "failure_mode", "reached", "largest")
+    films, results = ("temperature", "prestretch", "thickness", "target"), ("voltage", "time_to_failure", "failure_mode", "largest")
     share = None if result.electrode_share is None else result.electrode_share[order]
     drawn = None if result.drawn is None else result.drawn.take(order)
-    return replace(result, **{name: getattr(result, name)[order] for name in names}, electrode_share=share, drawn=drawn)
+    ordered = {name: getattr(result, name)[order] for name in (*films, *results, "reached")}
+    return replace(result, **ordered, electrode_share=share, drawn=drawn)

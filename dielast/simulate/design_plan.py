@@ -34,8 +34,10 @@ Names = NDArray[np.object_]
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DesignPlan(Result):
     """Films of a `grid` and their `goal`, each (films,) at a `temperature` in degC, of a `prestretch` (films, 2), an undeformed
-    `thickness` in m, and an `electrode_share` where they have a passive part; `voltage` (films,) is what the draws of each film live under, NaN where there is none,
-    and `slope` (films,) what its square changes by with the logarithm of the stretch: both follow from the films of the material.
+    `thickness` in m, and an `electrode_share` where they have a passive part.
+
+    `voltage` (films,) is what the draws of each film live under, NaN where there is none, and `slope` (films,) what its square
+    changes by with the logarithm of the stretch: both follow from the films of the material.
     """
 
     grid: FilmGrid
@@ -146,7 +148,7 @@ def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
     goal, every = plan.goal.take(of), np.arange(films.size)
     if not films.size:
         nothing = np.zeros(0)
-        return Designed(films, films, *[nothing] * 4, nothing.astype(object), 0)
+        return Designed(films, films, nothing, nothing, nothing, nothing, np.zeros(0, dtype=object), 0)
     part = Group(group.film.take(columns), films, group.watched.take(columns), group.thickness[columns], group.rtol)
     search = EdgedRoots(plan.voltage[of][:, None], _tolerance(goal, group.rtol), slope=plan.slope[of])
     lives = _tried(plan, part, goal, every, plan.voltage[of], plan.horizon)

@@ -34,6 +34,11 @@ class DesignFilm(GridFilm):
 
     thickness: Thicknesses = Field(description="Undeformed; a list is an axis of the grid.")  # type: ignore[assignment]
 
+    @property
+    def thicknesses(self) -> tuple[float, ...]:
+        """The values of the axis."""
+        return self.thickness  # type: ignore[return-value]
+
 
 class GoalSection(Section):
     """What each film is to reach: a relative stretch, or an area strain."""

@@ -78,7 +78,7 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
 def _films(recipe: DesignRecipe) -> int:
     """How many films there are."""
     film, goal = recipe.film, recipe.goal.relative_stretch or recipe.goal.area_strain or ()
-    return len(recipe.temperature or (1,)) * len(film.thickness) * len(film.prestretch) * len(film.shares or (1,)) * len(goal)  # type: ignore[arg-type]
+    return len(recipe.temperature or (1,)) * len(film.thicknesses) * len(film.prestretch) * len(film.shares or (1,)) * len(goal)
 
 
 def _chunk(films: int, execution: Execution) -> int:
@@ -111,14 +111,14 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
     film, goal = recipe.film, recipe.goal
     temperatures = recipe.temperature or [material.reference_temperature]
     targets = len(goal.relative_stretch or goal.area_strain or ())
-    sizes = (len(temperatures), len(film.thickness), len(film.prestretch), len(film.shares or (1,)), targets)  # type: ignore[arg-type]
+    sizes = (len(temperatures), len(film.thicknesses), len(film.prestretch), len(film.shares or (1,)), targets)
     with placed(partial(_in_recipe_terms, sizes=sizes, temperatures=temperatures)):
         return plan_design(
             material,
             at=goal.at,
             horizon=goal.horizon,
             prestretch=np.array(film.prestretch),
-            thickness=np.array(film.thickness),
+            thickness=np.array(film.thicknesses),
             relative_stretch=goal.relative_stretch,
             area_strain=goal.area_strain,
             temperature=np.array(temperatures),
@@ -141,7 +141,7 @@ def _in_recipe_terms(problem: Problem, sizes: Sequence[int], temperatures: Seque
     """A problem of the solver, whose cases are the films of the grid, with the recipe's key."""
     if problem.case is None or problem.argument != "prestretch":
         return replace(problem, case=None).in_keys(GOAL_KEYS)
-    place = np.unravel_index(problem.case, sizes)
+    place = [int(index) for index in np.unravel_index(problem.case, sizes)]
     at = f"{temperatures[place[0]]:g} degC: " if len(temperatures) > 1 else ""
     return Problem(at + problem.text, key=f"film.prestretch[{place[2]}]")
 

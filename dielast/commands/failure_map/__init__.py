@@ -8,6 +8,6 @@ FAILURE_MAP = Command(
     recipe="FailureMapRecipe",
     help="Time to breakdown and to pull-in over voltage, prestretch and temperature.",
     short_help="Voltages, prestretches -> time to failure.",
-    files=("failure-map.csv", "fit.csv"),
+    files=("failure-map.csv", "fit.csv", "operating-map.png", "operating-map.svg", "operating-map.pdf"),
     can_share=True,
 )

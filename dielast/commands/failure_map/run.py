@@ -59,6 +59,12 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         title = titled(recipe.title, cases, [material])
         return plot_failure_map(result, lines, title, bounds, interval_label([recipe]))
 
+    def operating_map() -> Any:
+        from dielast.commands.simulation.naming import titled
+        from dielast.plots.operating_map import plot_operating_map
+
+        return plot_operating_map(result, titled(recipe.title, cases, [material]))
+
     unfinished = np.argwhere(result.outcome != "completed")
     failures = [
         (
@@ -77,7 +83,9 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         cells = bounded_map_columns(cells, drawn, wanted.level)
         fits = bounded_line_columns(fits, [fit_lifetime(each) for each in drawn], wanted.level)
         sections |= uncertainty_headline([wanted], [sample])
-    return Report({"failure-map.csv": cells, "fit.csv": fits}, sections, figure, failures=first_of_each(failures, "cells"))
+    more = {"operating-map": operating_map} if result.relative_stretch else {}
+    tables = {"failure-map.csv": cells, "fit.csv": fits}
+    return Report(tables, sections, figure, failures=first_of_each(failures, "cells"), figures=more)
 
 
 def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
