@@ -22,7 +22,8 @@ NEAREST = 4  # values that an interpolation takes
 GROWTH = 1.5  # of the argument from one round to the next, at most, while all values are below zero
 DOWNWARDS = np.array((0.0, 0.5, 0.75, 0.93))  # of the lowest argument beyond zero, while no value is below zero
 WITHIN = np.array((0.25, 0.5, 0.75))  # of a bracket that interpolation does not help to divide
-CLOSER = 0.1  # of a bracket about an edge: how far trials lie on both sides of where the edge is expected
+CLOSER = np.array((-0.15, -0.02, 0.02, 0.15))  # of a bracket about an edge: how far trials lie from where the edge is expected
+SPACED = np.array((0.2, 0.4, 0.6, 0.8))  # of such a bracket, as long as nothing is expected
 
 
 @dataclass(slots=True, eq=False)
@@ -117,7 +118,7 @@ class EdgedRoots:
         bottom, top = np.where(has_low, low, 0.0), np.where(has_high, high, np.inf)
         inside = self._interpolated(bottom, top)
         known = np.isfinite(inside)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(all="ignore"):
             # upwards: a little beyond what is expected, so that the root lies between values
             upwards = np.where(known, np.clip(1.02 * inside, 1.02 * low, GROWTH * low), GROWTH * low)
             rows.append((is_open & has_low & ~has_high, np.stack((upwards, 1.2 * upwards), axis=1)))
@@ -138,8 +139,8 @@ class EdgedRoots:
         return columns[new], arguments[new]
 
     def _about_the_edge(self, low: Floats, high: Floats, inside: Floats) -> Floats:
-        """Three arguments within brackets (k,) whose upper end ended short of zero: about where trials are expected to last just
-        long enough, by the two that came nearest to that, or evenly spaced; one where the root is expected if that is `inside`.
+        """Arguments (k, 5) within brackets (k,) whose upper end ended short of zero: about where trials are expected to last just
+        long enough, by the two that came nearest to that, or evenly spaced; and where the root is expected, if that is `inside`.
         """
         ended = np.where(self.kind == SHORT, self.argument, np.inf)
         order = np.argsort(ended, axis=1, kind="stable")[:, :2]
@@ -148,16 +149,13 @@ class EdgedRoots:
             first, second = np.take_along_axis(ended, order, axis=1).T
             lasted, shorter = np.take_along_axis(np.where(np.isinf(self.lasted), np.nan, self.lasted), order, axis=1).T
             edge = first - lasted * (second - first) / (shorter - lasted)
-        wide = CLOSER * (high - low)
+        width = (high - low)[:, None]
         edge = np.where((edge > low) & (edge < high), edge, np.nan)
-        about = np.stack((edge - wide, edge, edge + wide), axis=1)
-        spaced = low[:, None] + WITHIN * (high - low)[:, None]
-        margin = 0.01 * wide
-        about = np.clip(about, (low + margin)[:, None], (high - margin)[:, None])
-        chosen = np.where(np.isnan(about), spaced, about)
-        chosen[:, 1] = np.where(np.isfinite(inside), inside, chosen[:, 1])
-        chosen.sort(axis=1)
-        return chosen
+        about = np.where(np.isnan(edge)[:, None], low[:, None] + SPACED * width, edge[:, None] + CLOSER * width)
+        about = np.clip(about, low[:, None] + 1e-3 * width, high[:, None] - 1e-3 * width)
+        root = np.where(np.isfinite(inside), inside, about[:, 0])
+        trials: Floats = np.concatenate((about, root[:, None]), axis=1)
+        return trials
 
     def _over(self) -> Flags:
         """Trials (k, trials) that came to zero."""
@@ -167,7 +165,7 @@ class EdgedRoots:
         """The smallest argument that came to zero (k,); without one, that of a trial that ended short; infinite without any."""
         over = np.min(np.where(self._over(), self.argument, np.inf), axis=1, initial=np.inf)
         short = np.min(np.where(self.kind == SHORT, self.argument, np.inf), axis=1, initial=np.inf)
-        return np.where(np.isfinite(over), over, short)
+        return np.asarray(np.where(np.isfinite(over), over, short))
 
     def _values(self) -> Floats:
         """The values (k, trials), infinite where there is none."""

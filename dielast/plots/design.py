@@ -31,7 +31,8 @@ from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
 
 Array = NDArray[np.float64]
 MOST_LINES = 7
-ROW = 0.045  # of the height of the axes: the marks of a line beyond the times shown
+ROW = 0.045  # of the height of the axes: the marks of a line below the times shown
+ABOVE = 1.5  # times the horizon: the marks of a line, and of the next one times that
 CROSSES: Mapping[str, str] = {FAILS_FIRST: "x", OUT_OF_REACH: "+"}
 
 
@@ -53,7 +54,7 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
     """Voltage and life over the goal, where there are several, or else over what films differ in most, a line for the rest.
 
     With draws, the voltage has bars of the `interval`, and the life is the one that a `share` of films does not reach; a thick line
-    is the longest life of all films for each goal. Films that live longer than the horizon are at its line, and those that do
+    is the longest life of all films for each goal. Films that live longer than the horizon are above its line, and those that do
     not reach the goal are crosses at the foot.
     """
     along, others = _axes(result)
@@ -75,14 +76,17 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
             look: Any = {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "linewidth": 1.1}
             look |= {"marker": MARKERS[index % len(MARKERS)], "markerfacecolor": "white"}
             _voltages(left, along, result, films, factor, look)
-            _lives(right, along, result, life, films, look, ROW * (index + 1))
+            _lives(right, along, result, life, films, look, index)
             if others:
                 label = ", ".join(axis.texts[int(films[0])] for axis in others)
                 handles.append(Line2D([], [], label=label, **look))
         left.set_ylabel(f"voltage [{unit}]")
         name = "time to failure" if result.drawn is None else f"life that {number(100 * share)} % of films do not reach"
         right.set_ylabel(f"{name} [s]")
-        _time_axis(right, result, life)
+        _time_axis(right, result, life, len(shown))
+        if np.isnan(result.voltage).all():
+            left.set_yticks([])
+            left.text(0.5, 0.5, "no film reaches the goal", transform=left.transAxes, ha="center", va="center")
         for label, place in zip("ab", (left, right), strict=True):
             place.set_xlabel(along.label)
             place.set_title(f"({label})", loc="left")
@@ -128,15 +132,15 @@ def _voltages(axes: Axes, along: _Axis, result: Design, films: NDArray[np.intp],
         axes.vlines(along.values[films][known], low[known], high[known], color=look["color"], linewidth=1.0)
 
 
-def _lives(axes: Axes, along: _Axis, result: Design, life: Array, films: NDArray[np.intp], look: Any, up: float) -> None:
+def _lives(axes: Axes, along: _Axis, result: Design, life: Array, films: NDArray[np.intp], look: Any, index: int) -> None:
     place, time = along.values[films], life[films]
     axes.plot(place, np.where(np.isfinite(time), np.maximum(time, 1e-12), np.nan), **look)
     lasts = np.isposinf(time)
-    axes.plot(place[lasts], np.full(int(lasts.sum()), result.horizon), **{**look, "marker": "^", "linestyle": "none"})
+    axes.plot(place[lasts], np.full(int(lasts.sum()), result.horizon * ABOVE ** (index + 1)), **look | {"linestyle": "none"})
     for reason, cross in CROSSES.items():
         lost = result.reached[films] == reason
         at = {"transform": axes.get_xaxis_transform(), "linestyle": "none", "marker": cross, "color": look["color"]}
-        axes.plot(place[lost], np.full(int(lost.sum()), up), markersize=4.0, **at)
+        axes.plot(place[lost], np.full(int(lost.sum()), ROW * (index + 1)), markersize=4.0, **at)
 
 
 def _frontier(axes: Axes, along: _Axis, life: Array, horizon: float) -> None:
@@ -146,11 +150,12 @@ def _frontier(axes: Axes, along: _Axis, life: Array, horizon: float) -> None:
     axes.plot(along.levels, longest, color="0.4", alpha=2 * SHADE, linewidth=5.0, solid_capstyle="round", zorder=1)
 
 
-def _time_axis(axes: Axes, result: Design, life: Array) -> None:
+def _time_axis(axes: Axes, result: Design, life: Array, lines: int) -> None:
     known = life[np.isfinite(life) & (life > 0)]
     low = min(float(known.min(initial=np.inf)), result.horizon / 10)
     axes.set_yscale("log")
-    axes.set_ylim(low / 3, result.horizon * 2)
+    lasting_on = lines + 1 if np.any(np.isposinf(life)) else 1
+    axes.set_ylim(low / 4, result.horizon * ABOVE**lasting_on)
     log_axis(axes, "y")
     axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
 
@@ -160,8 +165,9 @@ def _marks(result: Design, along: _Axis, interval: str | None, left_out: int) ->
     plain: Any = {"color": "0.35", "linestyle": "none"}
     marks = []
     if np.any(np.isposinf(result.life)):
-        label = f"longer than {lasting(result.horizon)} (dotted)"
-        marks.append(Line2D([], [], marker="^", markerfacecolor="white", label=label, **plain))
+        marks.append(
+            Line2D([], [], color="0.5", linestyle=":", linewidth=0.8, label=f"above: longer than {lasting(result.horizon)}")
+        )
     for reason, cross in CROSSES.items():
         if np.any(result.reached == reason):
             marks.append(Line2D([], [], marker=cross, label=reason.removeprefix("no: "), **plain))

@@ -1,4 +1,4 @@
-"""The operating map: time to failure over voltage and prestretch as bands of grey and colour, with lines of equal stretch on top."""
+"""The operating map: time to failure over voltage and prestretch as bands of colour, with lines of equal stretch on top."""
 
 from __future__ import annotations
 
@@ -36,8 +36,9 @@ from dielast.simulate.failure_map import FailureMap
 
 Array = NDArray[np.float64]
 # times in s between which a band is: of the second, minute, hour, day and year
-TIMES = tuple(10.0**power for power in range(-12, 1)) + (10.0, 60.0, 600.0, 3600.0, 6 * 3600.0, 86400.0, 7 * 86400.0, 30 * 86400.0)
-TIMES += tuple(365.25 * 86400.0 * 10**power for power in range(9))
+DAY, YEAR = 86400.0, 365.25 * 86400.0
+SHORT_TIMES = [10.0**power for power in range(-12, 2)]
+TIMES = (*SHORT_TIMES, 60.0, 600.0, 3600.0, DAY / 4, DAY, 7 * DAY, 30 * DAY, *(YEAR * 10**power for power in range(9)))
 MOST_BANDS = 9
 MOST_PANELS = 4
 MOST_LINES = 7
@@ -121,7 +122,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
         bar = figure.colorbar(
             ScalarMappable(norm, shown), ax=list(axes), pad=0.02, aspect=28, spacing="uniform", label="time to failure"
         )
-        bar.set_ticks(np.log10(levels), labels=[lasting(level) for level in levels])
+        bar.set_ticks(np.log10(levels).tolist(), labels=[lasting(level) for level in levels])
         bar.ax.tick_params(which="both", length=0)
     white = Patch(facecolor=SURVIVES, edgecolor="black", linewidth=0.5, label=f"lives longer than {lasting(result.horizon)}")
     line = Line2D([], [], color="black", linewidth=1.0, label="relative stretch")
@@ -146,7 +147,7 @@ def _decades(time: Array, mode: NDArray[np.str_], levels: Array) -> Any:
     little below the first.
     """
     if not levels.size:
-        return np.ma.masked_all(time.shape)
+        return np.ma.masked_invalid(np.full(time.shape, np.nan))
     low, high = np.log10(levels[[0, -1]])
     with np.errstate(divide="ignore"):
         decades = np.where(mode == "none", high + 1.0, np.log10(time))
@@ -159,7 +160,7 @@ def _stretch_levels(stretch: Array) -> Array:
     if known.size < 2 or np.ptp(known) <= 1e-9:
         return np.zeros(0)
     ticks = np.asarray(MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(float(known.min()), float(known.max())))
-    return ticks[(ticks > known.min()) & (ticks < known.max())]
+    return np.asarray(ticks[(ticks > known.min()) & (ticks < known.max())])
 
 
 def _stretch_lines(axes: Axes, voltage: Array, prestretch: Array, stretch: Array) -> None:

@@ -66,7 +66,8 @@ class Quantity:
         number = units.parse(value, self.dimension)
         name, unit = self.dimension.name, self.dimension.unit
         if self.above is not None and number <= self.above:
-            raise InputError(f"{shown(value)}: {name} above {self.above:g} {unit} is needed")
+            above = f"{self.above:g}" if unit == "1" else f"{self.above:g} {unit}"
+            raise InputError(f"{shown(value)}: {name} above {above} is needed")
         if self.at_least is not None and number < self.at_least:
             raise InputError(f"{shown(value)}: {name} of at least {self.at_least:g} {unit} is needed")
         if self.within is not None and number != 0 and not self.within[0] <= abs(number) <= self.within[1]:

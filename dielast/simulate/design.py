@@ -17,7 +17,7 @@ from dielast.material.material import Material
 from dielast.material.scatter import fewest_draws, interval
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
-from dielast.numerics.edged_roots import EDGE, FOUND, OPEN
+from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
 from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
 from dielast.simulate.goal import Goal
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from dielast.material.scatter import Sample
 
 YES, FAILS_FIRST, OUT_OF_REACH = "yes", "no: fails first", "no: out of reach"
+CREEPS, LIMITED = "creeps there without voltage", "beyond the limit of its springs"
 FAILURE_PROBABILITY = 0.05
 Bounds = tuple[Floats, Floats]
 
@@ -57,9 +58,9 @@ class Design(TabularResult):
 
     `reached` says whether a voltage does that: yes; "no: fails first" where under every voltage that would, the film fails before,
     as `failure_mode` says; "no: out of reach" where none would, or the film creeps there without; or unfinished, where the
-    numerics gave up. `voltage` in V is the one that does, and the film then fails at `time_to_failure` in s, NaN where not within
-    the `horizon`. `largest` is how far a film comes at that time, at most where it does not reach its goal. The `rounds` are those
-    of the search.
+    numerics gave up; and `because` of what, where none does. `voltage` in V is the one that does, and the film then fails at
+    `time_to_failure` in s, NaN where not within the `horizon`. `largest` is how far a film comes at that time, at most where it
+    does not reach its goal. The `rounds` are those of the search.
     """
 
     temperature: Floats
@@ -74,6 +75,7 @@ class Design(TabularResult):
     time_to_failure: Floats
     failure_mode: NDArray[np.str_]
     reached: NDArray[np.str_]
+    because: NDArray[np.str_]
     largest: Floats
     rounds: int
     drawn: Drawn | None = None
@@ -271,6 +273,8 @@ def designed(
 
     state, goal = whole("state"), plan.goal
     reached = np.select([state == FOUND, state == EDGE, state == OPEN], [YES, FAILS_FIRST, UNFINISHED], OUT_OF_REACH)
+    mode = whole("mode").astype(str)
+    because = np.select([state == FOUND, state == LOW, state == FAR], ["", CREEPS, LIMITED], mode)
     result = Design(
         plan.temperature,
         plan.prestretch,
@@ -282,8 +286,9 @@ def designed(
         plan.horizon,
         plan.voltage,
         whole("time"),
-        whole("mode").astype(str),
+        mode,
         reached,
+        because,
         goal.reached(whole("missed")),
         max(part.rounds for part in solved),
         _drawn(plan, drawn, level, failure_probability) if plan.grid.draws else None,
@@ -313,8 +318,9 @@ def _best_first(result: Design) -> Design:
     # of films that live as long, first the one that fails less often, and then the one that takes a lower voltage
     keys = [result.voltage, probability, np.where(yes, -result.life, -result.largest), ~yes, result.target]
     order = np.lexsort([np.where(np.isnan(key), np.inf, key) for key in keys])
-    films, results = ("temperature", "prestretch", "thickness", "target"), ("voltage", "time_to_failure", "failure_mode", "largest")
+    names = ["temperature", "prestretch", "thickness", "target", "voltage", "time_to_failure"]
+    names += ["failure_mode", "reached", "because", "largest"]
     share = None if result.electrode_share is None else result.electrode_share[order]
     drawn = None if result.drawn is None else result.drawn.take(order)
-    ordered = {name: getattr(result, name)[order] for name in (*films, *results, "reached")}
+    ordered = {name: getattr(result, name)[order] for name in names}
     return replace(result, **ordered, electrode_share=share, drawn=drawn)

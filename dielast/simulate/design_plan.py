@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
 from dielast.numerics.integrate import Status
 from dielast.simulate.events import first_of
@@ -115,9 +115,11 @@ def solve_films(plan: DesignPlan, first: int, end: int) -> Designed:
     group, columns = plan.part(first, end)
     films = group.films[columns]
     goal = plan.goal.take(films)
-    part = Group(group.film.take(columns), films, group.watched.take(columns), group.thickness[columns], group.rtol)
-    about, beyond = voltage_about(part, goal, plan.grid.controls)
-    search = EdgedRoots(about[:, None] * SPREAD, _tolerance(goal, group.rtol))
+    part = _part(group, columns)
+    pair = paired(np.arange(films.size))
+    about, limited = voltage_about(_part(part, pair), goal.take(pair), plan.grid.controls)
+    search = EdgedRoots(about[: films.size, None] * SPREAD, _tolerance(goal, group.rtol))
+    beyond = limited[: films.size]
     short, rounds = _search(plan, part, goal, search, beyond)
     state = np.where(beyond, FAR, search.state)
     found = np.flatnonzero(state == FOUND)
@@ -149,7 +151,7 @@ def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
     if not films.size:
         nothing = np.zeros(0)
         return Designed(films, films, nothing, nothing, nothing, nothing, np.zeros(0, dtype=object), 0)
-    part = Group(group.film.take(columns), films, group.watched.take(columns), group.thickness[columns], group.rtol)
+    part = _part(group, columns)
     search = EdgedRoots(plan.voltage[of][:, None], _tolerance(goal, group.rtol), slope=plan.slope[of])
     lives = _tried(plan, part, goal, every, plan.voltage[of], plan.horizon)
     search.note(every, lives.voltage, lives.value, lives.kind, np.log(lives.time / goal.at))
@@ -157,6 +159,12 @@ def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
     state = search.state
     voltage = np.where(state == FOUND, search.root, np.where(state == OPEN, np.nan, np.inf))
     return Designed(films, state, voltage, plan.slope[of], lives.value, lives.time, lives.mode, rounds)
+
+
+def _part(group: Group, columns: Cases) -> Group:
+    """Some films of a group."""
+    taken = group.film.take(columns), group.films[columns], group.watched.take(columns), group.thickness[columns]
+    return Group(*taken, group.rtol)
 
 
 def _tolerance(goal: Goal, rtol: float) -> Floats:

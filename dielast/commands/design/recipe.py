@@ -37,7 +37,7 @@ class DesignFilm(GridFilm):
     @property
     def thicknesses(self) -> tuple[float, ...]:
         """The values of the axis."""
-        return self.thickness  # type: ignore[return-value]
+        return self.thickness
 
 
 class GoalSection(Section):

@@ -195,6 +195,6 @@ def _nearest(result: Design, film: int) -> dict[str, Any]:
     """The film that comes nearest to a goal that none reaches."""
     return {
         "nearest": film_of(result, film),
-        "because": str(result.failure_mode[film]),
+        "because": str(result.because[film]),
         f"largest_{result.goal}": float(result.largest[film]),
     }
