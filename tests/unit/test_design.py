@@ -66,7 +66,7 @@ def test_an_elastic_film_without_prestress(law: Any) -> None:
     "film",
     [
         {"prestretch": [1.6, 1.8, 2.0]},
-        {"prestretch": [1.7, 1.9], "boundary": "frame", "electrode_share": 0.3},
+        {"prestretch": 1.9, "boundary": "frame", "electrode_share": 0.3},
         {"prestretch": [[1.7, 1.9], [2.5, 1.2]], "boundary": "strip", "electrode_share": 0.5},
         {"prestretch": [[1.7, 1.9], [2.5, 1.2]], "boundary": ("dead-load", "clamped")},
     ],

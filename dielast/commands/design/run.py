@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -169,13 +170,14 @@ def headline(result: Design) -> dict[str, dict[str, Any]]:
         "rounds": result.rounds,
     }
     sections: dict[str, dict[str, Any]] = {"design": counts}
-    for number, target in enumerate(sorted(set(result.target.tolist()))):
-        name = "best" if np.ptp(result.target) == 0 else f"best_for_{target:g}"
-        first = int(np.flatnonzero(result.target == target)[0])
-        if reached[first] == YES:
-            sections[name] = _best(result, first)
-        elif number == 0 or reached[first] != YES:
-            sections[name] = {"film": "none reaches the goal", **_nearest(result, first)}
+    goals, temperatures = (sorted(set(values.tolist())) for values in (result.target, result.temperature))
+    for target, temperature in product(goals, temperatures):
+        said = f"{100 * target:g}_percent" if result.goal == AREA_STRAIN else f"{target:g}"
+        goal = f"_for_{said}" if len(goals) > 1 else ""
+        at = f"_at_{temperature:g}_degC" if len(temperatures) > 1 else ""
+        # films are in order, the best one first
+        first = int(np.flatnonzero((result.target == target) & (result.temperature == temperature))[0])
+        sections[f"best{goal}{at}"] = _best(result, first) if reached[first] == YES else _nearest(result, first)
     return sections
 
 
@@ -194,6 +196,7 @@ def _best(result: Design, film: int) -> dict[str, Any]:
 def _nearest(result: Design, film: int) -> dict[str, Any]:
     """The film that comes nearest to a goal that none reaches."""
     return {
+        "film": "none reaches the goal",
         "nearest": film_of(result, film),
         "because": str(result.because[film]),
         f"largest_{result.goal}": float(result.largest[film]),
