@@ -22,6 +22,7 @@ The words of this package:
 - span: a part of a course in which the load is smooth, with its value and its rate in closed form.
 - stride: one time step of the integrator, of all cases that advance together; every case has a step size of its own.
 - event: breakdown, pull-in, damage or loss of tension, where its criterion is met; a predicted failure is a result, not an error.
+- goal: a stretch, or an area, that a film of a design is to reach at a time under a constant voltage.
 - draw: the material, or the film, made anew with random noise or scatter; intervals are quantiles of the draws' results.
 - batch: cases of equal histories that one process solves together; a chunk is the same of a failure map's cells.
 """
@@ -97,6 +98,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.relaxation.oscillation import fit_oscillation as fit_oscillation
     from dielast.relaxation.reduce import Reduction as Reduction, reduce_spectrum as reduce_spectrum
     from dielast.simulate.actuate import ActuationHistory as ActuationHistory, actuate as actuate
+    from dielast.simulate.design import Design as Design, design as design
     from dielast.simulate.failure_map import (
         FailureMap as FailureMap,
         failure_map as failure_map,

@@ -20,6 +20,8 @@ from matplotlib.legend import Legend
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
+from dielast import units
+
 # Okabe and Ito's colours, ordered so that neighbours differ in lightness too: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (9, 2)), (0, (1, 3)))
@@ -141,10 +143,7 @@ def degrees(temperature: float) -> str:
 
 def lasting(seconds: float, digits: int = 3) -> str:
     """A time as a label says it, in the largest unit of which it is at least one."""
-    for unit, name in ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), *SECONDS):
-        if seconds >= unit * (1 - 1e-9):
-            return f"{number(seconds / unit, digits)} {name}"
-    return f"{number(seconds, digits)} s"
+    return typeset(units.lasting(seconds, digits))
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], title: str | None = None) -> Legend:

@@ -66,7 +66,8 @@ class Quantity:
         number = units.parse(value, self.dimension)
         name, unit = self.dimension.name, self.dimension.unit
         if self.above is not None and number <= self.above:
-            raise InputError(f"{shown(value)}: {name} above {self.above:g} {unit} is needed")
+            above = f"{self.above:g}" if unit == "1" else f"{self.above:g} {unit}"
+            raise InputError(f"{shown(value)}: {name} above {above} is needed")
         if self.at_least is not None and number < self.at_least:
             raise InputError(f"{shown(value)}: {name} of at least {self.at_least:g} {unit} is needed")
         if self.within is not None and number != 0 and not self.within[0] <= abs(number) <= self.within[1]:
@@ -86,6 +87,17 @@ class Quantity:
         marks = {QUANTITY: name.split(" ", 1)[1], UNIT: self.dimension.unit}
         quantity = {"type": "string", "description": text, "examples": [example], **marks}
         return {"anyOf": [quantity, {"type": "array", "items": quantity, "minItems": 1}]} if self.many else quantity
+
+
+@dataclass(frozen=True, slots=True)
+class NamedQuantity(Quantity):
+    """Marks quantities that are known by what the recipe calls them: a list is read as pairs of its text and the number."""
+
+    def read_many(self, value: Any) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
+        """Each entry of a list, or the one there is, and its number; raises `InputError`."""
+        numbers = _one_or_more(value, self.read, self.dimension.name)
+        texts = [" ".join(entry.split()) for entry in (value if isinstance(value, list) else [value])]
+        return tuple(zip(texts, numbers, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +155,7 @@ class OneOf:
 
 Time = Annotated[float, Quantity(units.TIME, at_least=0.0, within=units.TIMES)]
 PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0, within=units.TIMES)]
+NamedTimes = Annotated[tuple[tuple[str, float], ...], NamedQuantity(units.TIME, above=0.0, within=units.TIMES, many=True)]
 RelaxationTime = Annotated[float, Quantity(units.TIME, above=0.0)]
 Temperature = Annotated[float, Quantity(units.TEMPERATURE, above=-units.ZERO_CELSIUS)]
 TemperatureDifference = Annotated[float, Quantity(units.TEMPERATURE_DIFFERENCE, above=0.0)]

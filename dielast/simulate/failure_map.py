@@ -7,30 +7,29 @@ solved in chunks of cells that know nothing of each other, and assembled; no res
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.errors import InputError, in_a_draw
+from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
-from dielast.mechanics.criteria import failures_of
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.film import REASONS
-from dielast.simulate.map_plan import Cells, MapPlan, column_of, groups_of, solve_cells
-from dielast.simulate.setup import MESH_RTOL, FilmSetup, Setup, set_up
+from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
+from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
+from dielast.simulate.setup import MESH_RTOL, FilmSetup
+from dielast.units import lasting
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
-
-DRAWN_RTOL = 5e-4  # of draws, unless it is stated: their times are then exact to 0.1 %, commonly far less than they differ by
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -43,6 +42,9 @@ class FailureMap(TabularResult):
     (prestretches,) in V/m. Of films with a passive part there is one for each prestretch and `electrode_share` (prestretches,),
     the shares running faster, and their passive parts go slack at `time_to_loss_of_tension`; what is later holds for films that do
     not wrinkle.
+
+    `relative_stretch` is the stretch over that after the prestretch at the times `stretch_at` in s, by their names: arrays (1,
+    temperatures, prestretches, voltages), or (2, ...) of films whose axes differ, NaN where the film failed before.
     """
 
     temperature: Floats
@@ -56,6 +58,8 @@ class FailureMap(TabularResult):
     outcome: NDArray[np.str_]
     electrode_share: Floats | None = None
     time_to_loss_of_tension: Floats | None = None
+    stretch_at: Mapping[str, float] = field(default_factory=dict)
+    relative_stretch: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
     def time_to_breakdown(self) -> Floats:
@@ -76,6 +80,11 @@ class FailureMap(TabularResult):
             *([] if slack is None else [Column(column_of(LossOfTension.name), "s", slack.ravel())]),
             Column("time_to_failure", "s", self.time_to_failure.ravel()),
             Column("failure_mode", None, self.failure_mode.ravel().tolist()),
+            *(
+                Column(f"relative_stretch_{axis} after {name}", "1", along.ravel())
+                for name, stretch in self.relative_stretch.items()
+                for axis, along in enumerate(stretch, start=1)
+            ),
         ]
 
     @property
@@ -114,6 +123,7 @@ def failure_map(
     width: float | tuple[float | None, float | None] | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
+    stretch_at: Mapping[str, float] | ArrayLike = (),
     rtol: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
 ) -> FailureMap:
@@ -122,7 +132,8 @@ def failure_map(
 
     `prestretch` (np,) is equibiaxial, or (np, 2); `temperature` (nt,) in degC, the reference temperature by default;
     `breakdown_field` in V/m, one or one for each prestretch, or over prestretch, the material's by default; `electrode_share` is a
-    number or an axis of the map as well; the rest as in `actuate`. Both times are found where both happen. `progress` is called
+    number or an axis of the map as well; the rest as in `actuate`. `stretch_at` are times in s at which the relative stretch is
+    wanted, or times by their names. Both times are found where both happen. `progress` is called
     with the numbers of cells solved and of all cells. Raises `InputError` for anything wrong with the arguments.
     """
     plan = plan_failure_map(
@@ -142,6 +153,7 @@ def failure_map(
         width=width,
         breakdown_field=breakdown_field,
         pull_in_timescale=pull_in_timescale,
+        stretch_at=stretch_at,
         rtol=rtol,
     )
     return solve_map(plan, progress)[0]
@@ -175,6 +187,7 @@ def plan_failure_map(
     width: float | tuple[float | None, float | None] | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
+    stretch_at: Mapping[str, float] | ArrayLike = (),
     rtol: float = 1e-6,
     sample: Sample | None = None,
     drawn_rtol: float | None = None,
@@ -182,23 +195,19 @@ def plan_failure_map(
     """Check the arguments of `failure_map`, and stretch and relax its films; with a `sample`, also those of all its draws, solved
     to `drawn_rtol`, by default a loose one.
     """
-    volts = _axis(voltage, "voltage")
+    volts = axis_of(voltage, "voltage")
     if not np.all(volts >= 0):
         raise InputError(f"{volts.min():g} V: it must not be negative", argument="voltage")
-    pairs = np.asarray(prestretch, dtype=float)
-    pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
-    pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
-    if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:
-        raise InputError("the prestretches of a map must be a list of numbers or of pairs, and not empty", argument="prestretch")
-    shares = None if electrode_share is None else _axis(electrode_share, "electrode_share")
+    pairs = prestretches_of(prestretch)
+    shares = None if electrode_share is None else axis_of(electrode_share, "electrode_share")
     if shares is not None:
         pairs, shares = np.repeat(pairs, shares.size, axis=0), np.tile(shares, len(pairs))
-    temperatures = _axis(material.reference_temperature if temperature is None else temperature, "temperature")
+    temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
     if not (np.isfinite(horizon) and horizon > 0):
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
     if not 0 <= ramp <= horizon:
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
-    films = temperatures.size * len(pairs)
+    asked = _asked(stretch_at, horizon)
     if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
         given, of_each = (
             np.asarray(breakdown_field, dtype=float).reshape(-1),
@@ -211,54 +220,34 @@ def plan_failure_map(
             )
         given = np.repeat(given, of_each) if given.size > 1 else given
         breakdown_field = np.tile(np.broadcast_to(given, (len(pairs),)), temperatures.size)
-
-    weights = force if isinstance(force, tuple) else (force, None)
-    for axis, weight in enumerate(weights[:2]):
-        if weight is not None and np.any(pairs[:, axis] != 1):
-            stated = "the weight stretches it: a prestretch of 1 says so"
-            raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
     film = FilmSetup(
         thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary, mesh_rtol=mesh_rtol, force=force, width=width
     )
-
-    def laid_out(materials: Sequence[Material], field: Floats | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
-        """The map's films of each material, one material after the other."""
-        first, second = (np.tile(pairs[:, axis], temperatures.size * len(materials)) for axis in (0, 1))
-        stretched = (None if weights[0] is not None else first, None if weights[-1] is not None else second)
-        share = None if shares is None else np.tile(shares, temperatures.size * len(materials))
-        return set_up(
-            [each for each in materials for _ in range(films)] if len(materials) > 1 else materials,
-            replace(film, thickness=thick, prestretch=stretched, electrode_share=share),
-            temperature=np.tile(np.repeat(temperatures, len(pairs)), len(materials)),
-            breakdown_field=field,
-            breakdown_needed=material.damage is None,
-            rtol=tolerance,
-        )
-
-    setup = laid_out([material], breakdown_field, thickness, rtol)
-    groups = groups_of(setup, pull_in_timescale, 0, rtol)
-    if sample is not None:
-        field = breakdown_field
-        if field is not None and not isinstance(field, BreakdownLaw):
-            field = np.tile(setup.breakdown_field, len(sample))
-        tolerance, thick = drawn_rtol or max(rtol, DRAWN_RTOL), thickness * np.repeat(sample.thickness_factor, films)
-        with in_a_draw(argument="sample"):
-            drawn = laid_out(sample.aged(), field, thick, tolerance)
-            scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
-            groups += groups_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
-    return MapPlan(
-        temperatures,
-        pairs,
-        volts,
-        ramp,
-        horizon,
-        setup.breakdown_field[: len(pairs)],
-        setup.controls,
-        groups,
-        failures_of([material, *(() if sample is None else sample.materials)]),
-        0 if sample is None else len(sample),
-        shares,
+    check_weights(film, pairs)
+    grid = lay_out(
+        material,
+        replace(film, electrode_share=None if shares is None else np.tile(shares, temperatures.size)),
+        prestretch=np.tile(pairs, (temperatures.size, 1)),
+        temperature=np.repeat(temperatures, len(pairs)),
+        breakdown_field=breakdown_field,
+        pull_in_timescale=pull_in_timescale,
+        rtol=rtol,
+        sample=sample,
+        drawn_rtol=drawn_rtol,
     )
+    field = grid.breakdown_field[: len(pairs)]
+    axes = temperatures, pairs, volts, ramp, horizon, field, grid.controls
+    return MapPlan(*axes, grid.groups, grid.failures, grid.draws, shares, asked)
+
+
+def _asked(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) -> dict[str, float]:
+    """Times in s by their names."""
+    named = stretch_at if isinstance(stretch_at, Mapping) else {lasting(time): time for time in np.ravel(stretch_at).tolist()}
+    for time in named.values():
+        if not 0 <= time <= horizon:
+            text = f"{time:g} s: it must lie between 0 and the horizon of {horizon:g} s"
+            raise InputError(text, argument="stretch_at")
+    return {str(name): float(time) for name, time in named.items()}
 
 
 def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
@@ -275,10 +264,22 @@ def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
 
     times = {name: grid([cells.times[name] for cells in ordered]) for name in ordered[0].times}
     status = grid([cells.status.astype(float) for cells in ordered])
-    return [_map(plan, {name: time[draw] for name, time in times.items()}, status[draw]) for draw in range(1 + plan.draws)]
+    stretched = {
+        name: np.stack([grid([cells.stretched[axis, at] for cells in ordered]) for axis in (0, 1)])
+        for at, name in enumerate(plan.stretch_at)
+    }
+    return [
+        _map(
+            plan,
+            {name: time[draw] for name, time in times.items()},
+            status[draw],
+            {name: stretch[:, draw] for name, stretch in stretched.items()},
+        )
+        for draw in range(1 + plan.draws)
+    ]
 
 
-def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats) -> FailureMap:
+def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats, stretched: Mapping[str, Floats]) -> FailureMap:
     slack = times.get(LossOfTension.name)
     times = {name: times[name] for name in plan.failures}
     failure = np.fmin.reduce(list(times.values()))
@@ -289,14 +290,9 @@ def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats) -> FailureM
     for state in sorted(set(status[gave_up].tolist())):
         outcome[status == state] = REASONS[Status(int(state))]
     ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
-    return FailureMap(*ends, times, failure, mode, outcome.astype(str), plan.electrode_share, slack)
-
-
-def _axis(values: ArrayLike, name: str) -> Floats:
-    """A grid's axis."""
-    array = np.atleast_1d(np.asarray(values, dtype=float))
-    if array.ndim != 1 or not array.size:
-        raise InputError(f"the {name} axis of a map must be a list of numbers, and not empty", argument=name)
-    if not np.all(np.isfinite(array)):
-        raise InputError("every value must be finite", argument=name)
-    return array
+    # a map follows films beyond their first failure, to the other ones
+    stretched = {name: np.where(failure < plan.stretch_at[name], np.nan, stretch) for name, stretch in stretched.items()}
+    alike = plan.controls[0] is plan.controls[1] and bool(np.all(plan.prestretch[:, 0] == plan.prestretch[:, 1]))
+    axes = 1 if alike else 2
+    known = {name: stretch[:axes] for name, stretch in stretched.items()}
+    return FailureMap(*ends, times, failure, mode, outcome.astype(str), plan.electrode_share, slack, plan.stretch_at, known)

@@ -3,48 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from dielast.io.result import Result
-from dielast.mechanics.criteria import CRITERIA
-from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
-from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
-from dielast.mechanics.stability import TimeScale
-from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Floats, paired
+from dielast.numerics.columns import Cases, Floats
 from dielast.simulate.events import first_of
-from dielast.simulate.film import Film
-from dielast.simulate.follow import follow
-from dielast.simulate.setup import Setup
+from dielast.simulate.film_grid import Group
+from dielast.simulate.lives import live
 
 CHUNK = 2048  # cells
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Group:
-    """Relaxed films (one for each column) that run together: `films` says which of the map's each is, temperatures times
-    prestretches, and then those of each draw. `rtol` is how exactly they are solved.
-    """
-
-    film: Film
-    films: Cases
-    watched: WatchedFilms
-    thickness: Floats
-    rtol: float
-
-
-def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Group, ...]:
-    """The films of a setup, numbered from `first`, watched for a pull-in time scale."""
-    groups = []
-    for columns in setup.groups():
-        films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
-        film = setup.film(columns, rtol)
-        groups.append(Group(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
-    return tuple(groups)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -64,6 +35,8 @@ class MapPlan(Result):
     failures: tuple[str, ...]
     draws: int = 0
     electrode_share: Floats | None = None
+    stretch_at: Mapping[str, float] = field(default_factory=dict)
+    """Times in s at which stretches are asked for, by what tables call them."""
 
     @property
     def watched(self) -> tuple[str, ...]:
@@ -87,13 +60,14 @@ class MapPlan(Result):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """What became of the cells from `first` on: `times` in s (cells,) by the name of what happened, NaN where it did not, and
-    their `Status`.
+    """What became of the cells from `first` on: `times` in s (cells,) by the name of what happened, NaN where it did not, their
+    `Status`, and the relative stretches (2, times asked for, cells), NaN where a film did not come so far.
     """
 
     first: int
     times: Mapping[str, Floats]
     status: Cases
+    stretched: Floats = field(default_factory=lambda: np.zeros((2, 0, 0)))
 
 
 def column_of(name: str) -> str:
@@ -108,14 +82,17 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
         if first < begin + group.films.size * plan.voltage.size:
             break
         begin += group.films.size * plan.voltage.size
-    count = end - first
-    column, volt = np.divmod(paired(np.arange(first - begin, end - begin)), plan.voltage.size)
-    film, field = group.film.take(column), plan.voltage[volt] / group.thickness[column]
-    watched_for = [criterion for criterion in CRITERIA if criterion.name in plan.watched]
-    watch = Watch(group.watched.take(column), watched_for, plan.failures)
-    pieces = [Ramp(plan.controls, (None, None, field), np.full(field.size, plan.ramp))]
-    if plan.horizon > plan.ramp:
-        pieces.append(Ramp(plan.controls, (None, None, None), np.full(field.size, plan.horizon - plan.ramp)))
-    status = follow(film, pieces, rtol=group.rtol, watch=watch).status
-    times = {name: first_of(watch.happened, [name]).time[:count] for name in plan.watched}
-    return Cells(first, times, status[:count])
+    column, volt = np.divmod(np.arange(first - begin, end - begin), plan.voltage.size)
+    lives = live(
+        group,
+        column,
+        plan.voltage[volt],
+        plan.controls,
+        horizon=plan.horizon,
+        ramp=plan.ramp,
+        watched=plan.watched,
+        until=plan.failures,
+        times=list(plan.stretch_at.values()),
+    )
+    times = {name: first_of(lives.happened, [name]).time for name in plan.watched}
+    return Cells(first, times, lives.status, lives.stretched)

@@ -97,7 +97,7 @@ class FilmSetup(Result):
         """All numbers of which there may be one for each case."""
         return [
             value
-            for value in (*self.axes, *self._weights(), self.prestretch_rate, self.thickness, self.electrode_share)
+            for value in (*self.axes, *self.weights, self.prestretch_rate, self.thickness, self.electrode_share)
             if value is not None
         ]
 
@@ -109,7 +109,8 @@ class FilmSetup(Result):
         if not (np.isfinite(self.relax) and self.relax >= 0):
             raise InputError(f"{self.relax:g} s: it must not be negative", argument="relax")
 
-    def _weights(self) -> tuple[ArrayLike | None, ...]:
+    @property
+    def weights(self) -> tuple[ArrayLike | None, ...]:
         """The forces along both axes and the widths that they act on."""
         pairs = [value if isinstance(value, tuple) else (value, None) for value in (self.force, self.width)]
         for name, pair in zip(("force", "width"), pairs, strict=True):
@@ -121,7 +122,7 @@ class FilmSetup(Result):
         """The nominal stress (cases,) in Pa of the weight along each axis, None where there is none; `InputError` for a weight
         that cannot be.
         """
-        forces, widths = self._weights()[:2], self._weights()[2:]
+        forces, widths = self.weights[:2], self.weights[2:]
         loads: list[Floats | None] = []
         for axis, (force, width) in enumerate(zip(forces, widths, strict=True)):
             if force is None:

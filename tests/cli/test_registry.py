@@ -131,7 +131,7 @@ def test_it_is_listed_and_described(toy: Run) -> None:
     page = toy("toy", "--help").stdout
     assert "Numbers -> their squares." in page
     assert '  kind = "toy"\n  numbers = "x.csv"\n' in page
-    assert "failure-map or toy" in " ".join(toy("new", "--help").stdout.split())
+    assert "design or toy" in " ".join(toy("new", "--help").stdout.split())
     schema = json.loads(toy("schema").stdout)
     assert schema["$defs"]["ToyRecipe"]["properties"]["power"]["description"] == "Of the numbers."
     assert len(schema["oneOf"]) == len(COMMANDS) + 1

@@ -7,6 +7,9 @@ FAILURE_MAP = Command(
     package=__name__,
     help="Time to breakdown and to pull-in over voltage, prestretch and temperature.",
     short_help="Voltages, prestretches -> time to failure.",
-    files=("failure-map.csv", "fit.csv", "sensitivity.csv", "sensitivity.png", "sensitivity.svg", "sensitivity.pdf"),
+    files=(
+        *("failure-map.csv", "fit.csv", "sensitivity.csv"),
+        *(f"{name}.{form}" for name in ("operating-map", "sensitivity") for form in ("png", "svg", "pdf")),
+    ),
     can_share=True,
 )

@@ -2,78 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
+from typing import ClassVar, Literal, Self
 
-from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from dielast.commands.simulation.film_recipe import (
-    ONE_PRESTRETCH,
-    SHARE_TEXT,
-    FilmBase,
-    FilmSolver,
-    PullInSection,
-    Shares,
-    prestretch_of,
-)
+from dielast.commands.simulation.film_recipe import PullInSection
+from dielast.commands.simulation.grid_recipe import GridFilm, GridSolver, GridTemperatures
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import InputFile, PositiveTime, Section, Temperatures, Time, Voltage, Voltages
-
-Value = TypeVar("Value")
+from dielast.recipe.fields import InputFile, NamedTimes, PositiveTime, Section, Time, Voltage, Voltages
 
 
-def _prestretches(value: Any) -> tuple[tuple[float, float], ...]:
-    """The prestretches of a map; a list is the grid's axis."""
-    entries = value if isinstance(value, list) else [value]
-    if not entries:
-        raise InputError("a list of prestretches is needed, such as [1.7, 1.9]")
-    return _distinct(tuple(prestretch_of(entry) for entry in entries), _spelled)
-
-
-def _spelled(pair: tuple[float, float]) -> str:
-    return f"{pair[0]:.9g}" if pair[0] == pair[1] else f"{pair[0]:.9g} x {pair[1]:.9g}"
-
-
-def _distinct(values: tuple[Value, ...], spelled: Callable[[Value], str]) -> tuple[Value, ...]:
-    """The axis of a map, whose values differ in the digits that tables show."""
-    seen = set[str]()
-    for text in map(spelled, values):
-        if text in seen:
-            raise InputError(f"{text} stands there twice: the values of a map's axis must differ")
-        seen.add(text)
-    return values
-
-
-Prestretches = Annotated[
-    tuple[tuple[float, float], ...],
-    PlainValidator(_prestretches),
-    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "array", "items": ONE_PRESTRETCH, "minItems": 1}]}),
-]
-MapTemperatures = Annotated[Temperatures, AfterValidator(lambda values: _distinct(values, "{:.9g} degC".format))]
-
-
-MapShares = Annotated[Shares, AfterValidator(lambda values: _distinct(values, "{:.9g}".format))]
-
-
-class MapFilm(FilmBase):
-    """The film of a failure map."""
-
-    prestretch: Prestretches = Field(description="The axis of the grid: equibiaxial prestretches, or pairs.")
-    electrode_share: MapShares | None = Field(None, description=SHARE_TEXT + " A list is an axis of the grid.")
-
-    def stated_shares(self) -> tuple[float, ...] | None:
-        """The values of the axis."""
-        return self.electrode_share
-
-    @property
-    def prestretches(self) -> tuple[tuple[float, float], ...]:
-        """The prestretch of axes 1 and 2 of each film."""
-        return self.prestretch
+class MapFilm(GridFilm):
+    """The films of a failure map."""
 
 
 class VoltageAxis(Section):
@@ -106,16 +51,21 @@ class VoltageAxis(Section):
         return values
 
 
-class MapSolver(FilmSolver):
-    """How exactly the equations of a map are solved."""
+class StretchSection(Section):
+    """At which times a map has the stretch of its films."""
 
-    rtol: float = Field(
-        1e-6,
-        ge=1e-12,
-        le=1e-2,
-        description="Relative tolerance of each time step. If it is not stated, draws of [uncertainty] have a looser one, 5e-4, by "
-        "which their times are exact to 0.1 %; state it where bounds closer together than that matter.",
+    at: NamedTimes = Field(
+        description="Since the voltage began to come on, within the horizon; columns are called after them, such as "
+        "relative_stretch_1 after 1 h."
     )
+
+    @field_validator("at")
+    @classmethod
+    def _differ(cls, at: tuple[tuple[str, float], ...]) -> tuple[tuple[str, float], ...]:
+        for number, (name, time) in enumerate(at):
+            if (same := next((other for other, earlier in at[:number] if earlier == time), None)) is not None:
+                raise InputError(f'"{name}" is as long as "{same}": each time stands there once')
+        return at
 
 
 class FailureMapRecipe(RecipeBase):
@@ -128,13 +78,14 @@ class FailureMapRecipe(RecipeBase):
 
     kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
     material: InputFile = Field(description="A material file, written by spectrum or by hand.")
-    temperature: MapTemperatures | None = Field(None, description="Default: the material's reference temperature.")
+    temperature: GridTemperatures | None = Field(None, description="Default: the material's reference temperature.")
     horizon: PositiveTime = Field(description="How long the voltage stays on; what lives longer survives.")
     film: MapFilm = Field(description="The films and what is done to them before the voltage.")
     voltage: VoltageAxis = Field(description="The axis of voltages.")
+    stretch: StretchSection | None = Field(None, description="The stretch of the films: the operating map.")
     breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
-    solver: MapSolver = Field(MapSolver(), description="How exactly the equations are solved.")
+    solver: GridSolver = Field(GridSolver(), description="How exactly the equations are solved.")
     uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
     sensitivity: bool = Field(False, description=SENSITIVITY_TEXT)
 
@@ -152,4 +103,11 @@ class FailureMapRecipe(RecipeBase):
     def _on_in_time(self) -> Self:
         if self.voltage.ramp > self.horizon:
             raise InputError(f"{self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s", key="voltage.ramp")
+        return self
+
+    @model_validator(mode="after")
+    def _seen_in_time(self) -> Self:
+        for name, time in () if self.stretch is None else self.stretch.at:
+            if time > self.horizon:
+                raise InputError(f'"{name}" is longer than the horizon of {self.horizon:g} s', key="stretch.at")
         return self

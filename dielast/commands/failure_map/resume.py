@@ -99,6 +99,7 @@ def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
         "first": np.array([cells.first for cells in solved]),
         "size": np.array([cells.status.size for cells in solved]),
         "status": np.concatenate([cells.status for cells in solved]),
+        "stretched": np.concatenate([cells.stretched for cells in solved], axis=2),
         **{column_of(name): np.concatenate([cells.times[name] for cells in solved]) for name in solved[0].times},
     }
     np.savez(buffer, **arrays)
@@ -117,17 +118,18 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
                 return {}, int(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
             times = {name: np.split(saved[column_of(name)], bounds) for name in plan.watched}
+            stretched = np.split(saved["stretched"], bounds, axis=2)
             known = {
-                int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status)
+                int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status, stretched[chunk])
                 for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))
             }
         chunks = set(plan.chunks(CHUNK))
-        return (known if all(_belongs(cells, chunks, plan.horizon) for cells in known.values()) else {}), 0
+        return (known if all(_belongs(cells, chunks, plan) for cells in known.values()) else {}), 0
     except Exception:  # zipfile and numpy raise many kinds for a damaged file
         return {}, 0  # not written by this program, or not whole: begin anew
 
 
-def _belongs(cells: Cells, chunks: set[tuple[int, int]], horizon: float) -> bool:
+def _belongs(cells: Cells, chunks: set[tuple[int, int]], plan: MapPlan) -> bool:
     """Whether these are a chunk of the map with results that it may have."""
     times = np.array(list(cells.times.values()))
     lived, size = np.isnan(times), cells.status.size
@@ -135,7 +137,9 @@ def _belongs(cells: Cells, chunks: set[tuple[int, int]], horizon: float) -> bool
         (cells.first, cells.first + size) in chunks
         and times.shape == (len(cells.times), size)
         and cells.status.shape == (size,)
+        and cells.stretched.shape == (2, len(plan.stretch_at), size)
+        and not np.any(cells.stretched <= 0)
         and np.isin(cells.status, list(Status)).all()
-        and np.all(lived | ((times >= 0) & (times <= (1 + 1e-9) * horizon)))
+        and np.all(lived | ((times >= 0) & (times <= (1 + 1e-9) * plan.horizon)))
         and not np.any(lived.all(axis=0) & (cells.status == Status.STOPPED))
     )

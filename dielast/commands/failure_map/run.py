@@ -66,6 +66,12 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         title = titled(recipe.title, cases, [material])
         return plot_failure_map(result, lines, title, bounds, interval_label([recipe]))
 
+    def operating_map() -> Any:
+        from dielast.commands.simulation.naming import titled
+        from dielast.plots.operating_map import plot_operating_map
+
+        return plot_operating_map(result, titled(recipe.title, cases, [material]))
+
     unfinished = np.argwhere(result.outcome != "completed")
     failures = [
         (
@@ -84,7 +90,8 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         cells = bounded_map_columns(cells, drawn, wanted.level)
         fits = bounded_line_columns(fits, [fit_lifetime(each) for each in drawn], wanted.level)
         sections |= uncertainty_headline([wanted], [sample])
-    tables, figures = {"failure-map.csv": cells, "fit.csv": fits}, {}
+    tables = {"failure-map.csv": cells, "fit.csv": fits}
+    figures: dict[str, Any] = {"operating-map": operating_map} if result.relative_stretch else {}
     if design is not None:
         from dielast.commands.simulation.sensitivity import SENSITIVITY, headline_of, table_of, warn_of_left_out
         from dielast.simulate.sensitivity import sensitivity_of_map
@@ -99,7 +106,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
             return plot_sensitivity(found, titled(recipe.title, cases, [material]))
 
-        figures = {SENSITIVITY: driving}
+        figures[SENSITIVITY] = driving
     lost = first_of_each(failures, "cells")
     return Report(tables, sections, figure, failures=lost, figures=figures)
 
@@ -128,6 +135,7 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             width=recipe.film.weights[1],
             breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
             rtol=recipe.solver.rtol,
             sample=sample,
             drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set or recipe.uncertainty is None else None,

@@ -192,17 +192,26 @@ def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Sequence[Flo
     result = []
     for column in columns:
         pairs = zip(("lower", "upper"), bounds.get(column.name, ()), strict=False)
-        result += [column, *(Column(f"{column.name}_{which}", column.unit, values.ravel()) for which, values in pairs)]
+        name, after, when = column.name.partition(" after ")
+        result += [column, *(Column(f"{name}_{which}{after}{when}", column.unit, values.ravel()) for which, values in pairs)]
     return result
 
 
 def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Floats, Floats]]:
-    """Lower and upper bound of each time of a map by name; infinite where it is beyond the horizon."""
+    """Lower and upper bound of each time and stretch of a map by the name of its column; infinite where a time is beyond the
+    horizon, and where a film has failed before its stretch is asked for.
+    """
     known = np.array([each.failure_mode != "unfinished" for each in drawn])
     bounds = {}
     for name in (*drawn[0].times, FAILURE):
         times = np.array([each.time_to_failure if name == FAILURE else each.times[name] for each in drawn])
         bounds[column_of(name)] = interval(np.where(np.isnan(times), np.where(known, np.inf, np.nan), times), level)
+    for when in drawn[0].relative_stretch:
+        # a film that has failed is beyond every stretch
+        failed = np.array([each.time_to_failure < each.stretch_at[when] for each in drawn])
+        for axis in range(len(drawn[0].relative_stretch[when])):
+            stretch = np.array([each.relative_stretch[when][axis] for each in drawn])
+            bounds[f"relative_stretch_{axis + 1} after {when}"] = interval(np.where(failed, np.inf, stretch), level)
     return bounds
 
 

@@ -38,10 +38,13 @@ from dielast.material.checks import (
 from dielast.material.material import Material
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
+from dielast.simulate.design import CREEPS, LIMITED
 
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
+    from dielast.commands.design.recipe import DesignRecipe
     from dielast.commands.failure_map.recipe import FailureMapRecipe
+    from dielast.simulate.design import Design
     from dielast.simulate.failure_map import FailureMap
     from dielast.simulate.map_plan import MapPlan
 
@@ -136,11 +139,22 @@ def warn_of_slack_frames(slack: Sequence[bool]) -> None:
 
 def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
+    warn_of_grid(recipe, material, plan.temperature, plan.breakdown_field, recipe.horizon)
+    area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
+    if np.isfinite(plan.breakdown_field).any():
+        warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
+
+
+def warn_of_grid(
+    recipe: FailureMapRecipe | DesignRecipe, material: Material, temperature: Floats, field: Floats, horizon: float
+) -> None:
+    """Warn of films of a grid, at temperatures in degC and with breakdown fields (films,) in V/m, up to a horizon in s, that look as
+    if something were in another unit, or that their material was not measured for.
+    """
     warn_of_material(material)
-    warn_of_use(material, plan.temperature)
-    warn_of_lasting(material, plan.temperature, np.full(len(plan.temperature), recipe.horizon))
-    known = plan.breakdown_field[np.isfinite(plan.breakdown_field)]
-    warn_of_breakdown(known)
+    warn_of_use(material, temperature)
+    warn_of_lasting(material, temperature, np.full(len(temperature), horizon))
+    warn_of_breakdown(field[np.isfinite(field)])
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
     warn_of_slack_frames([recipe.film.boundary[0] == "frame" and max(pair) == 1 for pair in recipe.film.prestretch])
@@ -148,9 +162,23 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
         mode = "equibiaxial" if pair[0] == pair[1] else None
         warn_of_falling_tension(material, np.array(pair)[:, None], mode)
         warn_of_range(material, np.array(pair)[:, None], mode)
-    area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
-    if known.size:
-        warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
+
+
+def warn_of_design(recipe: DesignRecipe, material: Material, result: Design) -> None:
+    """Warn of goals, prestretches and lives that are shorter than the material's fastest branch."""
+    for reason in (CREEPS, LIMITED):
+        if count := int(np.count_nonzero(result.because == reason)):
+            warn(f"{count} of {result.target.size} films: out of reach: {reason}")
+    film, paces = recipe.film, []
+    for temperature in sorted(set(result.temperature.tolist())):
+        fastest = fastest_branch(material, temperature)
+        time = result.time_to_failure[result.temperature == temperature]
+        if np.any(time < fastest):
+            paces.append(Pace("a film fails after", float(np.nanmin(time)), fastest, temperature))
+        paces.append(Pace("the goal is at", result.at, fastest, temperature))
+        took = min(_prestretching(pair, film.prestretch_rate, film.relax) for pair in film.prestretch)
+        paces.append(Pace("prestretch and relaxation take", took, fastest, temperature))
+    warn_of_paces(paces)
 
 
 def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:

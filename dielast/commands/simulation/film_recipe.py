@@ -174,6 +174,11 @@ class FilmBase(Section):
     )
 
     @property
+    def thicknesses(self) -> tuple[float, ...]:
+        """The undeformed thickness in m of each film."""
+        return (self.thickness,)
+
+    @property
     def weights(self) -> tuple[tuple[float | None, float | None], tuple[float | None, float | None]]:
         """Forces in N and widths in m of axes 1 and 2."""
         forces, widths = ((*(value or ()), None, None) for value in (self.force, self.width))

@@ -137,7 +137,7 @@ def _temperatures(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> 
 
 def _films(films: Sequence[FilmBase]) -> list[str]:
     """Thickness and prestretch of films, how long that was held, and their boundary."""
-    thickness = _range([1e3 * film.thickness for film in films], number)
+    thickness = _range([1e3 * value for film in films for value in film.thicknesses], number)
     parts = [f"film {thickness} mm", _prestretched([pair for film in films for pair in film.prestretches])]
     held = [lasting(film.relax) for film in films if film.relax > 0]
     parts += [f"relaxed {_shared(held)}"] if len(held) == len(films) and _shared(held) else []

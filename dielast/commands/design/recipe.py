@@ -1,0 +1,114 @@
+"""Recipes of `design`."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from dielast.commands.simulation.film_recipe import PullInSection
+from dielast.commands.simulation.grid_recipe import GridFilm, GridSolver, GridTemperatures, distinct
+from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
+from dielast.errors import InputError
+from dielast.handover.breakdown_section import BreakdownField
+from dielast.handover.material_file import MaterialFile, material_file
+from dielast.material.scatter import fewest_draws
+from dielast.recipe.base import RecipeBase
+from dielast.recipe.fields import InputFile, Numbers, PositiveTime, Quantity, Section
+from dielast.simulate.goal import AREA_STRAIN, RELATIVE_STRETCH
+from dielast.units import LENGTH, STRAIN
+
+Thicknesses = Annotated[
+    tuple[float, ...],
+    Quantity(LENGTH, above=0.0, many=True),
+    AfterValidator(lambda values: distinct(values, "{:.9g} m".format)),
+]
+Stretches = Annotated[tuple[float, ...], Numbers(above=1.0), AfterValidator(lambda values: distinct(values, "{:.9g}".format))]
+Strains = Annotated[
+    tuple[float, ...], Quantity(STRAIN, above=0.0, many=True), AfterValidator(lambda values: distinct(values, "{:.9g}".format))
+]
+
+
+class DesignFilm(GridFilm):
+    """The films of a design."""
+
+    thickness: Thicknesses = Field(description="Undeformed; a list is an axis of the grid.")  # type: ignore[assignment]
+
+    @property
+    def thicknesses(self) -> tuple[float, ...]:
+        """The values of the axis."""
+        return self.thickness
+
+
+class GoalSection(Section):
+    """What each film is to reach: a relative stretch, or an area strain."""
+
+    relative_stretch: Stretches | None = Field(
+        None, description="Of axis 1, the stretch over that after the prestretch; a list is an axis of the grid."
+    )
+    area_strain: Strains | None = Field(
+        None, description="Instead: of the active part, over its prestretched area; a list is an axis of the grid."
+    )
+    at: PositiveTime = Field(description="When it is to be reached, since the voltage came, which is then constant.")
+    horizon: PositiveTime = Field(description="How long the voltage stays on; what lives longer survives.")
+    failure_probability: float | None = Field(
+        None,
+        gt=0,
+        lt=0.5,
+        description="With [uncertainty]: films are ranked by the life that this share of them does not reach. Default: 0.05.",
+    )
+
+    @model_validator(mode="after")
+    def _one_goal(self) -> Self:
+        if self.relative_stretch is not None and self.area_strain is not None:
+            raise InputError(f"{RELATIVE_STRETCH} and {AREA_STRAIN} are two goals: state one of them")
+        if self.relative_stretch is None and self.area_strain is None:
+            raise InputError(f'a goal is needed: {RELATIVE_STRETCH}, such as 1.1, or {AREA_STRAIN}, such as "20 %"')
+        if self.at > self.horizon:
+            raise InputError(f"{self.at:g} s is longer than the horizon of {self.horizon:g} s", key="at")
+        return self
+
+
+class DesignRecipe(RecipeBase):
+    """Which film and which voltage reach a goal, and how long that lasts."""
+
+    ELSEWHERE: ClassVar = {
+        "voltage": "design finds the voltage; failure-map has an axis of voltages",
+        "horizon": "it belongs to the goal: goal.horizon",
+    }
+
+    kind: Literal["design"] = Field(description="The subcommand that runs this recipe.")
+    material: InputFile = Field(description="A material file, written by spectrum or by hand.")
+    temperature: GridTemperatures | None = Field(None, description="Default: the material's reference temperature.")
+    film: DesignFilm = Field(description="The films, one for every combination, and what is done to them before the voltage.")
+    goal: GoalSection = Field(description="What each film is to reach.")
+    breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
+    pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
+    solver: GridSolver = Field(GridSolver(), description="How exactly the equations are solved.")
+    uncertainty: FilmUncertainty | None = Field(None, description="Bounds of voltage and life, from draws of material and film.")
+
+    @classmethod
+    def material_model(cls) -> type[MaterialFile]:
+        """The model of the material file."""
+        return material_file()
+
+    @model_validator(mode="after")
+    def _movable(self) -> Self:
+        self.film.check_boundary(self.solver)
+        if self.film.boundary == ("clamped", "clamped"):
+            raise InputError("both axes are clamped: no voltage moves the film", key="film.boundary")
+        if self.film.boundary[0] == "clamped" and self.goal.relative_stretch is not None:
+            raise InputError(f"axis 1 is clamped: state goal.{AREA_STRAIN} instead", key=f"goal.{RELATIVE_STRETCH}")
+        return self
+
+    @model_validator(mode="after")
+    def _drawn(self) -> Self:
+        share = self.goal.failure_probability
+        if share is None:
+            return self
+        if self.uncertainty is None:
+            raise InputError("it needs [uncertainty], which says what scatters", key="goal.failure_probability")
+        if self.uncertainty.draws < (fewest := fewest_draws(1 - 2 * share)):
+            text = f"{self.uncertainty.draws} draws do not tell it: at least {fewest} are needed"
+            raise InputError(text, key="goal.failure_probability")
+        return self

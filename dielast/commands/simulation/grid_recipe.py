@@ -1,0 +1,82 @@
+"""Films side by side as recipes of maps and designs state them: axes of a grid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
+
+from dielast.commands.simulation.film_recipe import (
+    ONE_PRESTRETCH,
+    SHARE_TEXT,
+    FilmBase,
+    FilmSolver,
+    Shares,
+    prestretch_of,
+)
+from dielast.errors import InputError
+from dielast.recipe.fields import Temperatures
+
+Value = TypeVar("Value")
+
+
+def _prestretches(value: Any) -> tuple[tuple[float, float], ...]:
+    """The prestretches of a grid; a list is its axis."""
+    entries = value if isinstance(value, list) else [value]
+    if not entries:
+        raise InputError("a list of prestretches is needed, such as [1.7, 1.9]")
+    return distinct(tuple(prestretch_of(entry) for entry in entries), _spelled)
+
+
+def _spelled(pair: tuple[float, float]) -> str:
+    return f"{pair[0]:.9g}" if pair[0] == pair[1] else f"{pair[0]:.9g} x {pair[1]:.9g}"
+
+
+def distinct(values: tuple[Value, ...], spelled: Callable[[Value], str]) -> tuple[Value, ...]:
+    """The axis of a grid, whose values differ in the digits that tables show."""
+    seen = set[str]()
+    for text in map(spelled, values):
+        if text in seen:
+            raise InputError(f"{text} stands there twice: the values of a map's axis must differ")
+        seen.add(text)
+    return values
+
+
+Prestretches = Annotated[
+    tuple[tuple[float, float], ...],
+    PlainValidator(_prestretches),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "array", "items": ONE_PRESTRETCH, "minItems": 1}]}),
+]
+GridTemperatures = Annotated[Temperatures, AfterValidator(lambda values: distinct(values, "{:.9g} degC".format))]
+
+
+GridShares = Annotated[Shares, AfterValidator(lambda values: distinct(values, "{:.9g}".format))]
+
+
+class GridFilm(FilmBase):
+    """The films of a grid."""
+
+    prestretch: Prestretches = Field(description="The axis of the grid: equibiaxial prestretches, or pairs.")
+    electrode_share: GridShares | None = Field(None, description=SHARE_TEXT + " A list is an axis of the grid.")
+
+    def stated_shares(self) -> tuple[float, ...] | None:
+        """The values of the axis."""
+        return self.electrode_share
+
+    @property
+    def prestretches(self) -> tuple[tuple[float, float], ...]:
+        """The prestretch of axes 1 and 2 of each film."""
+        return self.prestretch
+
+
+class GridSolver(FilmSolver):
+    """How exactly the equations of a grid of films are solved."""
+
+    rtol: float = Field(
+        1e-6,
+        ge=1e-12,
+        le=1e-2,
+        description="Relative tolerance of each time step. If it is not stated, draws of [uncertainty] have a looser one, 5e-4, by "
+        "which their times are exact to 0.1 %; state it where bounds closer together than that matter.",
+    )

@@ -1,0 +1,216 @@
+"""The operating map: time to failure over voltage and prestretch as bands of colour, with lines of equal stretch on top."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from dielast.mechanics.criteria import named
+from dielast.plots.failure_map import FEWEST_FOR_A_MAP
+from dielast.plots.quantities import unit_for
+from dielast.plots.style import (
+    COLOURS,
+    LINES,
+    TEMPERATURES,
+    degrees,
+    grid,
+    lasting,
+    number,
+    row_legend,
+    sheet,
+    spread_indices,
+    style,
+)
+from dielast.simulate.failure_map import FailureMap
+
+Array = NDArray[np.float64]
+# times in s between which a band is: of the second, minute, hour, day and year
+DAY, YEAR = 86400.0, 365.25 * 86400.0
+SHORT_TIMES = [10.0**power for power in range(-12, 2)]
+TIMES = (*SHORT_TIMES, 60.0, 600.0, 3600.0, DAY / 4, DAY, 7 * DAY, 30 * DAY, *(YEAR * 10**power for power in range(9)))
+MOST_BANDS = 9
+MOST_PANELS = 4
+MOST_LINES = 7
+SURVIVES, UNKNOWN = "#FFFFFF", "#E6A0A0"
+LIFE = LinearSegmentedColormap.from_list("life", [*TEMPERATURES(np.linspace(0, 1, 6)), (0.80, 0.90, 0.45, 1.0)])
+
+
+def plot_operating_map(result: FailureMap, title: str | None = None) -> Figure:
+    """A panel for each time at which the stretch is known, or for each temperature at the last of them: the time to failure over
+    voltage and prestretch as bands, and lines of equal relative stretch of axis 1, as far as films live to that time. Where there
+    are too few prestretches or voltages for a map, or films that differ in more, the stretch over voltage, a line for each film.
+    """
+    names = list(result.relative_stretch)
+    temperatures = result.temperature.size
+    panels = [(0, name) for name in names] if temperatures == 1 else [(i, names[-1]) for i in range(temperatures)]
+    panels = [panels[index] for index in spread_indices(len(panels), MOST_PANELS)]
+    across = min(len(panels), 2)
+    with style():
+        height = 3.3 if len(panels) == 1 else 3.0
+        wide = 1.45 if len(panels) == 1 else across + 0.15
+        figure = sheet(title, wide, height * -(-len(panels) // across))
+        axes = grid(figure, len(panels), across, sharex=True, sharey=True)
+        draw = _maps if _is_map(result) else _curves
+        draw(figure, axes, result, panels)
+        for place, (temperature, name) in zip(axes, panels, strict=True):
+            at = f", {degrees(result.temperature[temperature])}" if temperatures > 1 else ""
+            place.set_title(f"stretch after {name}{at}", loc="right")
+        if len(panels) > 1:
+            for label, place in zip("abcd", axes, strict=False):
+                place.set_title(f"({label})", loc="left")
+    return figure
+
+
+def _is_map(result: FailureMap) -> bool:
+    """Whether the films are a grid of voltages and prestretches."""
+    equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
+    one_share = result.electrode_share is None or bool(np.all(result.electrode_share == result.electrode_share[0]))
+    return equibiaxial and one_share and min(len(result.prestretch), result.voltage.size) >= FEWEST_FOR_A_MAP
+
+
+def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:
+    """The maps, with one scale of time for all."""
+    unit, factor = unit_for("V", float(result.voltage.max()))
+    order = np.argsort(result.prestretch[:, 0])
+    voltage, prestretch = result.voltage * factor, result.prestretch[order, 0]
+    levels = _levels(result)
+    colours = LIFE(np.linspace(0, 1, max(len(levels) - 1, 2)))
+    modes: dict[str, Patch] = {}
+    for place, (temperature, name) in zip(axes, panels, strict=True):
+        time, mode = result.time_to_failure[temperature, order], result.failure_mode[temperature, order]
+        place.set_facecolor(SURVIVES)
+        decades = _decades(time, mode, levels)
+        if len(levels) > 1:
+            place.contourf(voltage, prestretch, decades, levels=np.log10(levels), colors=[tuple(c) for c in colours], zorder=0.5)
+        unknown = mode == "unfinished"
+        if unknown.any():
+            cells = np.ma.masked_where(~unknown, np.ones(mode.shape))
+            place.pcolormesh(
+                voltage, prestretch, cells, cmap=LinearSegmentedColormap.from_list("u", [UNKNOWN] * 2), shading="nearest"
+            )
+            modes["not finished"] = Patch(facecolor=UNKNOWN, edgecolor="black", linewidth=0.5, label="not finished")
+        for failure in result.times:
+            hatch = named(failure).hatch
+            if hatch and (mode == failure).any():
+                cells = np.ma.masked_where(mode != failure, np.ones(mode.shape))
+                clear = LinearSegmentedColormap.from_list("clear", [(0.0, 0.0, 0.0, 0.0)] * 2)
+                place.pcolor(
+                    voltage, prestretch, cells, cmap=clear, shading="nearest", hatch=hatch, edgecolor="white", linewidth=0.0
+                )
+                modes[failure] = Patch(facecolor=LIFE(0.2), edgecolor="white", hatch=hatch, linewidth=0.5, label=f"{failure} first")
+        _stretch_lines(place, voltage, prestretch, result.relative_stretch[name][0, temperature, order])
+        # the contours end half a cell within what pcolor draws
+        place.set_xlim(voltage[0], voltage[-1])
+        place.set_ylim(prestretch[0], prestretch[-1])
+        place.label_outer()
+        place.set_xlabel(f"voltage [{unit}]")
+        place.set_ylabel("prestretch")
+    if len(levels) > 1:
+        norm = BoundaryNorm(np.log10(levels), len(levels) - 1)
+        shown = LinearSegmentedColormap.from_list("bands", colours, N=len(levels) - 1)
+        bar = figure.colorbar(
+            ScalarMappable(norm, shown), ax=list(axes), pad=0.02, aspect=28, spacing="uniform", label="time to failure"
+        )
+        bar.set_ticks(np.log10(levels).tolist(), labels=[lasting(level) for level in levels])
+        bar.ax.tick_params(which="both", length=0)
+    white = Patch(facecolor=SURVIVES, edgecolor="black", linewidth=0.5, label=f"lives longer than {lasting(result.horizon)}")
+    line = Line2D([], [], color="black", linewidth=1.0, label="relative stretch")
+    handles = [line] + [white] * bool(np.any(result.failure_mode == "none")) + list(modes.values())
+    row_legend(figure, handles, min(len(handles), 3), loc="outside lower center", fontsize=7)
+
+
+def _levels(result: FailureMap) -> Array:
+    """The ends in s of the bands of time, the horizon the last."""
+    time = result.time_to_failure[np.isfinite(result.time_to_failure) & (result.time_to_failure > 0)]
+    if not time.size:
+        return np.zeros(0)
+    between = np.array([level for level in TIMES if time.min() < level < min(result.horizon, time.max())])
+    between = between[spread_indices(between.size, MOST_BANDS - 1)] if between.size else between
+    below = max((level for level in TIMES if level <= time.min()), default=float(time.min()))
+    above = min((level for level in (*TIMES, result.horizon) if level >= time.max()), default=result.horizon)
+    return np.array([below, *between, min(above, result.horizon)])
+
+
+def _decades(time: Array, mode: NDArray[np.str_], levels: Array) -> Any:
+    """The logarithm of the time to failure, of films that live on a little beyond the last level, and of those that fail at once a
+    little below the first.
+    """
+    if not levels.size:
+        return np.ma.masked_invalid(np.full(time.shape, np.nan))
+    low, high = np.log10(levels[[0, -1]])
+    with np.errstate(divide="ignore"):
+        decades = np.where(mode == "none", high + 1.0, np.log10(time))
+    return np.ma.masked_invalid(np.where(mode == "unfinished", np.nan, np.maximum(decades, low + 1e-9)))
+
+
+def _stretch_levels(stretch: Array) -> Array:
+    """Round relative stretches between the least and the largest."""
+    known = stretch[np.isfinite(stretch)]
+    if known.size < 2 or np.ptp(known) <= 1e-9:
+        return np.zeros(0)
+    ticks = np.asarray(MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(float(known.min()), float(known.max())))
+    return np.asarray(ticks[(ticks > known.min()) & (ticks < known.max())])
+
+
+def _stretch_lines(axes: Axes, voltage: Array, prestretch: Array, stretch: Array) -> None:
+    """Labelled lines of equal stretch."""
+    levels = _stretch_levels(stretch)
+    if not levels.size:
+        return
+    cells = np.ma.masked_invalid(stretch)
+    lines = axes.contour(voltage, prestretch, cells, levels=levels, colors="black", linewidths=1.0, linestyles="solid")
+    lines.set(path_effects=[withStroke(linewidth=2.2, foreground="white", alpha=0.75)])
+    for text in axes.clabel(lines, fmt=number, fontsize=7, inline_spacing=4):
+        text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+
+
+def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:
+    """The stretch over voltage of some films, with a mark at the last voltage under which each lives so long."""
+    unit, factor = unit_for("V", float(result.voltage.max()))
+    chosen = spread_indices(len(result.prestretch), MOST_LINES)
+    handles = []
+    for index, film in enumerate(chosen):
+        look: Any = {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
+        for place, (temperature, name) in zip(axes, panels, strict=True):
+            stretch = result.relative_stretch[name][0, temperature, film]
+            lived = np.flatnonzero(np.isfinite(stretch))
+            place.plot(result.voltage * factor, stretch, **look, linewidth=1.2)
+            if lived.size and lived[-1] + 1 < stretch.size:
+                end = lived[-1]
+                place.plot(
+                    result.voltage[end] * factor, stretch[end], marker="x", color=look["color"], linestyle="none", markersize=4.5
+                )
+            if lived.size == 1:
+                place.plot(result.voltage[lived] * factor, stretch[lived], marker=".", color=look["color"])
+        first, second = result.prestretch[film].tolist()
+        label = f"prestretch {number(first)}" + (f" \N{MULTIPLICATION SIGN} {number(second)}" if first != second else "")
+        if result.electrode_share is not None and np.ptp(result.electrode_share) > 0:
+            label += f", electrode share {number(float(result.electrode_share[film]))}"
+        handles.append(Line2D([], [], label=label, **look))
+    handles.append(
+        Line2D(
+            [],
+            [],
+            marker="x",
+            color="0.3",
+            linestyle="none",
+            markersize=4.5,
+            label="the highest voltage that it lives under so long",
+        )
+    )
+    for place in axes:
+        place.set_xlabel(f"voltage [{unit}]")
+        place.set_ylabel("relative stretch")
+        place.label_outer()
+    row_legend(figure, handles, min(len(handles), 2), loc="outside lower center", fontsize=6.5)

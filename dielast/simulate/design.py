@@ -1,0 +1,326 @@
+"""Designs: for each of many films the voltage that takes it to a goal at a time, and how long it lives under that."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from dielast.errors import InputError
+from dielast.io.result import Result, TabularResult
+from dielast.io.table import Column, Table
+from dielast.material.breakdown import BreakdownLaw
+from dielast.material.material import Material
+from dielast.material.scatter import fewest_draws, interval
+from dielast.mechanics.stability import ONE_PERCENT, TimeScale
+from dielast.numerics.columns import Floats
+from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
+from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
+from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
+from dielast.simulate.goal import Goal
+from dielast.simulate.setup import MESH_RTOL, FilmSetup
+
+if TYPE_CHECKING:
+    from dielast.material.scatter import Sample
+
+YES, FAILS_FIRST, OUT_OF_REACH = "yes", "no: fails first", "no: out of reach"
+CREEPS, LIMITED = "creeps there without voltage", "beyond the limit of its springs"
+FAILURE_PROBABILITY = 0.05
+Bounds = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Drawn(Result):
+    """What the draws of films tell, (films,): bounds of the voltage that reaches the goal and of the time to failure under the
+    voltage of the design, infinite where a bound is no voltage, or beyond the horizon; the share of films that fail within it, and
+    the `safe_life` in s that a share `failure_probability` of them does not reach. NaN where the design has no voltage.
+    """
+
+    voltage: Bounds
+    time_to_failure: Bounds
+    failure_probability: Floats
+    safe_life: Floats
+
+    def take(self, films: NDArray[np.intp]) -> Drawn:
+        """Those of some films."""
+        voltage, time = ((low[films], high[films]) for low, high in (self.voltage, self.time_to_failure))
+        return Drawn(voltage, time, self.failure_probability[films], self.safe_life[films])
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Design(TabularResult):
+    """Films (films,), for each goal those that reach it first, and of these the one that lives longest: its temperature in degC,
+    `prestretch` (films, 2), thickness in m and `electrode_share`, if it has a passive part; the `target` that it is to reach, a
+    relative stretch or an area strain by the `goal`, `at` a time in s after a constant voltage came.
+
+    `reached` says whether a voltage does that: yes; "no: fails first" where under every voltage that would, the film fails before,
+    as `failure_mode` says; "no: out of reach" where none would, or the film creeps there without; or unfinished, where the
+    numerics gave up; and `because` of what, where none does. `voltage` in V is the one that does, and the film then fails at
+    `time_to_failure` in s, NaN where not within the `horizon`. `largest` is how far a film comes at that time, at most where it
+    does not reach its goal. The `rounds` are those of the search.
+    """
+
+    temperature: Floats
+    prestretch: Floats
+    thickness: Floats
+    electrode_share: Floats | None
+    goal: str
+    target: Floats
+    at: float
+    horizon: float
+    voltage: Floats
+    time_to_failure: Floats
+    failure_mode: NDArray[np.str_]
+    reached: NDArray[np.str_]
+    because: NDArray[np.str_]
+    largest: Floats
+    rounds: int
+    drawn: Drawn | None = None
+
+    def columns(self) -> Table:
+        """One row for each film."""
+        varied = {
+            "electrode_share": ("1", self.electrode_share),
+            "thickness": ("m", self.thickness if np.ptp(self.thickness) > 0 else None),
+            self.goal: ("1", self.target if np.ptp(self.target) > 0 else None),
+        }
+        drawn = self.drawn
+        return [
+            Column("temperature", "degC", self.temperature),
+            *(Column(f"prestretch_{axis + 1}", "1", self.prestretch[:, axis]) for axis in (0, 1)),
+            *(Column(name, unit, values) for name, (unit, values) in varied.items() if values is not None),
+            *_with_bounds("voltage", "V", self.voltage, None if drawn is None else drawn.voltage),
+            *_with_bounds("time_to_failure", "s", self.time_to_failure, None if drawn is None else drawn.time_to_failure),
+            Column("failure_mode", None, self.failure_mode.tolist()),
+            Column("reached", None, self.reached.tolist()),
+            *([] if drawn is None else [Column("failure_probability", "1", drawn.failure_probability)]),
+            *([] if drawn is None else [Column("safe_life", "s", drawn.safe_life)]),
+        ]
+
+    @property
+    def life(self) -> Floats:
+        """By what films are compared (films,) in s: the safe life, or without draws the time to failure; infinite beyond the
+        horizon, NaN where the goal is not reached.
+        """
+        life = self.time_to_failure if self.drawn is None else self.drawn.safe_life
+        endless = (self.reached == YES) & (np.isnan(life) if self.drawn is None else np.isposinf(life))
+        return np.where(endless, np.inf, np.where(self.reached == YES, life, np.nan))
+
+
+def _with_bounds(name: str, unit: str, values: Floats, bounds: Bounds | None) -> Table:
+    """A column, and its bounds behind it."""
+    sides = zip(("lower", "upper"), bounds or (), strict=False)
+    return [Column(name, unit, values), *(Column(f"{name}_{side}", unit, bound) for side, bound in sides)]
+
+
+def design(
+    material: Material,
+    *,
+    at: float,
+    horizon: float,
+    prestretch: ArrayLike,
+    thickness: ArrayLike,
+    relative_stretch: ArrayLike | None = None,
+    area_strain: ArrayLike | None = None,
+    temperature: ArrayLike | None = None,
+    prestretch_rate: float | None = None,
+    relax: float = 0.0,
+    boundary: str | tuple[str, str] = "dead-load",
+    electrode_share: ArrayLike | None = None,
+    mesh_rtol: float = MESH_RTOL,
+    force: float | tuple[float | None, float | None] | None = None,
+    width: float | tuple[float | None, float | None] | None = None,
+    breakdown_field: float | BreakdownLaw | None = None,
+    pull_in_timescale: TimeScale = ONE_PERCENT,
+    rtol: float = 1e-6,
+    sample: Sample | None = None,
+    drawn_rtol: float | None = None,
+    level: float = 0.9,
+    failure_probability: float = FAILURE_PROBABILITY,
+) -> Design:
+    """The voltage that takes each film to a `relative_stretch` of axis 1, or to an `area_strain`, `at` a time in s after it came
+    and stayed, and how long up to the `horizon` in s the film lives under it. Every combination of `prestretch` (a number each,
+    or a pair), `electrode_share`, `thickness` in m, `temperature` in degC and goal is a film; the rest as in `failure_map`. A
+    passive part that goes slack ends a film, too.
+
+    With a `sample`, also what its draws tell: bounds of this `level`, and the life that a share `failure_probability` does not
+    reach. Raises `InputError` for anything wrong with the arguments.
+    """
+    plan = plan_design(
+        material,
+        at=at,
+        horizon=horizon,
+        prestretch=prestretch,
+        thickness=thickness,
+        relative_stretch=relative_stretch,
+        area_strain=area_strain,
+        temperature=temperature,
+        prestretch_rate=prestretch_rate,
+        relax=relax,
+        boundary=boundary,
+        electrode_share=electrode_share,
+        mesh_rtol=mesh_rtol,
+        force=force,
+        width=width,
+        breakdown_field=breakdown_field,
+        pull_in_timescale=pull_in_timescale,
+        rtol=rtol,
+        sample=sample,
+        drawn_rtol=drawn_rtol,
+    )
+    check_draws(plan.grid.draws, level, failure_probability)
+    solved = [solve_films(plan, *chunk) for chunk in plan.chunks()]
+    plan = under_way(plan, solved)
+    drawn = [solve_draws(plan, *chunk) for chunk in plan.chunks(drawn=True)]
+    return designed(plan, solved, drawn, level, failure_probability)
+
+
+def check_draws(draws: int, level: float, failure_probability: float) -> None:
+    """`InputError` for a share of films, or a level, that so many draws tell nothing about."""
+    if not 0 < failure_probability < 0.5:
+        text = f"{failure_probability:g}: a share above 0 and below 0.5 is needed, such as 0.05"
+        raise InputError(text, argument="failure_probability")
+    for name, wanted in (("level", level), ("failure_probability", 1 - 2 * failure_probability)):
+        if 0 < draws < (fewest := fewest_draws(wanted)):
+            raise InputError(f"{draws} draws do not tell it: at least {fewest} are needed", argument=name)
+
+
+def plan_design(
+    material: Material,
+    *,
+    at: float,
+    horizon: float,
+    prestretch: ArrayLike,
+    thickness: ArrayLike,
+    relative_stretch: ArrayLike | None = None,
+    area_strain: ArrayLike | None = None,
+    temperature: ArrayLike | None = None,
+    prestretch_rate: float | None = None,
+    relax: float = 0.0,
+    boundary: str | tuple[str, str] = "dead-load",
+    electrode_share: ArrayLike | None = None,
+    mesh_rtol: float = MESH_RTOL,
+    force: float | tuple[float | None, float | None] | None = None,
+    width: float | tuple[float | None, float | None] | None = None,
+    breakdown_field: float | BreakdownLaw | None = None,
+    pull_in_timescale: TimeScale = ONE_PERCENT,
+    rtol: float = 1e-6,
+    sample: Sample | None = None,
+    drawn_rtol: float | None = None,
+) -> DesignPlan:
+    """Check the arguments of `design`, and stretch and relax its films and those of all draws of a `sample`."""
+    goal = Goal.of(at, relative_stretch, area_strain)
+    if not (np.isfinite(horizon) and horizon > 0):
+        raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
+    if at > horizon:
+        raise InputError(f"{at:g} s is longer than the horizon of {horizon:g} s", argument="at")
+    pairs = prestretches_of(prestretch, "design")
+    thick = axis_of(thickness, "thickness", "design")
+    shares = None if electrode_share is None else axis_of(electrode_share, "electrode_share", "design")
+    temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature", "design")
+    sizes = temperatures.size, thick.size, len(pairs), 1 if shares is None else shares.size, goal.target.size
+    of_temperature, of_thickness, of_pair, of_share, of_goal = (index.ravel() for index in np.indices(sizes))
+    film = FilmSetup(
+        thick[of_thickness],
+        prestretch_rate=prestretch_rate,
+        relax=relax,
+        boundary=boundary,
+        electrode_share=None if shares is None else shares[of_share],
+        mesh_rtol=mesh_rtol,
+        force=force,
+        width=width,
+    )
+    check_weights(film, pairs)
+    goal = goal.take(of_goal)
+    goal.steps(film.controls)
+    if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
+        breakdown_field = np.full(of_pair.size, float(breakdown_field))  # type: ignore[assignment]
+    grid = lay_out(
+        material,
+        film,
+        prestretch=pairs[of_pair],
+        temperature=temperatures[of_temperature],
+        breakdown_field=breakdown_field,  # type: ignore[arg-type]
+        pull_in_timescale=pull_in_timescale,
+        rtol=rtol,
+        sample=sample,
+        drawn_rtol=drawn_rtol,
+    )
+    films = temperatures[of_temperature], pairs[of_pair], thick[of_thickness], None if shares is None else shares[of_share]
+    return DesignPlan(grid, goal, horizon, *films)
+
+
+def under_way(plan: DesignPlan, solved: Sequence[Designed]) -> DesignPlan:
+    """The plan with the voltages of its films, all of which are solved: its draws can be solved now."""
+    voltage, slope = np.full((2, plan.films), np.nan)
+    for part in solved:
+        found = part.state == FOUND
+        voltage[part.films[found]], slope[part.films[found]] = part.voltage[found], part.slope[found]
+    return replace(plan, voltage=voltage, slope=slope)
+
+
+def designed(
+    plan: DesignPlan, solved: Sequence[Designed], drawn: Sequence[Designed], level: float, failure_probability: float
+) -> Design:
+    """The design from all of its films, solved in any order, and from their draws."""
+    place = np.argsort(np.concatenate([part.films for part in solved]))
+
+    def whole(name: str) -> NDArray[Any]:
+        return np.asarray(np.concatenate([getattr(part, name) for part in solved])[place])
+
+    state, goal = whole("state"), plan.goal
+    reached = np.select([state == FOUND, state == EDGE, state == OPEN], [YES, FAILS_FIRST, UNFINISHED], OUT_OF_REACH)
+    mode = whole("mode").astype(str)
+    because = np.select([state == FOUND, state == LOW, state == FAR], ["", CREEPS, LIMITED], mode)
+    result = Design(
+        plan.temperature,
+        plan.prestretch,
+        plan.thickness,
+        plan.electrode_share,
+        goal.name,
+        goal.target,
+        goal.at,
+        plan.horizon,
+        plan.voltage,
+        whole("time"),
+        mode,
+        reached,
+        because,
+        goal.reached(whole("missed")),
+        max(part.rounds for part in solved),
+        _drawn(plan, drawn, level, failure_probability) if plan.grid.draws else None,
+    )
+    return _best_first(result)
+
+
+def _drawn(plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_probability: float) -> Drawn:
+    """What the draws of all films tell."""
+    voltage, time = np.full((2, plan.grid.draws * plan.films), np.nan)
+    for part in drawn:
+        own = part.films - plan.films
+        voltage[own] = part.voltage
+        time[own] = np.where(part.mode == UNFINISHED, np.nan, np.where(np.isnan(part.time), np.inf, part.time))
+    voltage, time = (values.reshape(plan.grid.draws, plan.films) for values in (voltage, time))
+    known = ~np.isnan(time)
+    share = np.sum(np.isfinite(time), axis=0) / np.maximum(known.sum(axis=0), 1)
+    safe = interval(time, 1 - 2 * failure_probability)[0]
+    share = np.where(known.any(axis=0), share, np.nan)
+    return Drawn(interval(voltage, level), interval(time, level), share, safe)
+
+
+def _best_first(result: Design) -> Design:
+    """The films of each goal in order: those that reach it, the one that lives longest first; then those that come nearest."""
+    yes = result.reached == YES
+    probability = np.zeros(yes.size) if result.drawn is None else result.drawn.failure_probability
+    # of films that live as long, first the one that fails less often, and then the one that takes a lower voltage
+    keys = [result.voltage, probability, np.where(yes, -result.life, -result.largest), ~yes, result.target]
+    order = np.lexsort([np.where(np.isnan(key), np.inf, key) for key in keys])
+    names = ["temperature", "prestretch", "thickness", "target", "voltage", "time_to_failure"]
+    names += ["failure_mode", "reached", "because", "largest"]
+    share = None if result.electrode_share is None else result.electrode_share[order]
+    drawn = None if result.drawn is None else result.drawn.take(order)
+    ordered = {name: getattr(result, name)[order] for name in names}
+    return replace(result, **ordered, electrode_share=share, drawn=drawn)

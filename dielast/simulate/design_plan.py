@@ -1,0 +1,220 @@
+"""The plan of a design: relaxed films, each with a goal, and the search for the voltage that takes it there.
+
+All films of a chunk are searched at once: a round is one run of all voltages that are to be tried, a few for each film at most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dielast.io.result import Result
+from dielast.mechanics.criteria.loss_of_tension import LossOfTension
+from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
+from dielast.numerics.integrate import Status
+from dielast.simulate.events import first_of
+from dielast.simulate.film_grid import FilmGrid, Group
+from dielast.simulate.goal import Goal, voltage_about
+from dielast.simulate.lives import live
+
+ROUNDS = 8  # in which every voltage is known
+MET = 1e-4  # how exactly a goal is met, in the logarithm of the stretch or of the area
+CLOSE = 0.2  # of that, where a search ends
+SHARE = 1e-3  # of the way to the goal, if that is less
+NOISE = 3.0  # times the relative tolerance of the solver, which no stretch is known better than
+SPREAD = np.array((0.75, 0.92, 1.13, 1.39))  # of the expected voltage, tried first
+CHUNK = 256  # films
+NONE, UNFINISHED = "none", "unfinished"
+Names = NDArray[np.object_]
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class DesignPlan(Result):
+    """Films of a `grid` and their `goal`, each (films,) at a `temperature` in degC, of a `prestretch` (films, 2), an undeformed
+    `thickness` in m, and an `electrode_share` where they have a passive part.
+
+    `voltage` (films,) is what the draws of each film live under, NaN where there is none, and `slope` (films,) what its square
+    changes by with the logarithm of the stretch: both follow from the films of the material.
+    """
+
+    grid: FilmGrid
+    goal: Goal
+    horizon: float
+    temperature: Floats
+    prestretch: Floats
+    thickness: Floats
+    electrode_share: Floats | None = None
+    voltage: Floats = field(default_factory=lambda: np.zeros(0))
+    slope: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def films(self) -> int:
+        """Number of films, those of the draws apart."""
+        return self.goal.target.size
+
+    @property
+    def criteria(self) -> tuple[str, ...]:
+        """The names of all that ends a film: a slack one would wrinkle, of which these equations know nothing."""
+        return (*self.grid.failures, LossOfTension.name)
+
+    def chunks(self, drawn: bool = False, size: int = CHUNK) -> list[tuple[int, int]]:
+        """First film and end of each chunk, of the material or of the draws; no chunk spans two groups."""
+        result, first = [], 0
+        for group in self.grid.groups:
+            end = first + group.films.size
+            if (group.films[0] >= self.films) == drawn:
+                result += [(start, min(start + size, end)) for start in range(first, end, size)]
+            first = end
+        return result
+
+    def part(self, first: int, end: int) -> tuple[Group, Cases]:
+        """The group of a chunk, and which of its columns that is."""
+        begin = 0
+        for group in self.grid.groups:
+            if first < begin + group.films.size:
+                break
+            begin += group.films.size
+        return group, np.arange(first - begin, end - begin)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Designed:
+    """What is known of `films` (k,): the `state` of the search (see `edged_roots`), the `voltage` in V that reaches the goal and
+    what its square changes by with the logarithm of the stretch, its `slope`; by how much the goal is `missed` then, and at least
+    by how much while a film lives. `time` and `mode` are when in s and how a film fails under the voltage, NaN and "none" where it
+    does not; of a film that fails first, the mode is how. All in `rounds` of trials.
+    """
+
+    films: Cases
+    state: Cases
+    voltage: Floats
+    slope: Floats
+    missed: Floats
+    time: Floats
+    mode: Names
+    rounds: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Trials:
+    """Trials (t,) on columns of films: how far each is from its goal, how it ended, and what came first and when in s."""
+
+    columns: Cases
+    voltage: Floats
+    value: Floats
+    kind: Cases
+    time: Floats
+    mode: Names
+
+
+def solve_films(plan: DesignPlan, first: int, end: int) -> Designed:
+    """Find the voltages of a chunk of films of the material, and how long they live under them."""
+    group, columns = plan.part(first, end)
+    films = group.films[columns]
+    goal = plan.goal.take(films)
+    part = _part(group, columns)
+    pair = paired(np.arange(films.size))
+    about, limited = voltage_about(_part(part, pair), goal.take(pair), plan.grid.controls)
+    search = EdgedRoots(about[: films.size, None] * SPREAD, _tolerance(goal, group.rtol))
+    beyond = limited[: films.size]
+    short, rounds = _search(plan, part, goal, search, beyond)
+    state = np.where(beyond, FAR, search.state)
+    found = np.flatnonzero(state == FOUND)
+    voltage, time, missed = np.full((3, films.size), np.nan)
+    mode = np.full(films.size, NONE, dtype=object)
+    voltage[found] = search.root[found]
+    slope = np.full(films.size, np.nan)
+    if found.size:
+        lives = _tried(plan, part, goal, found, voltage[found], plan.horizon)
+        rounds += 1
+        time[found], mode[found], missed[found] = lives.time, lives.mode, lives.value
+        slope[found] = search.slope_at_root[found]
+    lost = (state == OPEN) | ((state == FOUND) & ~(np.abs(missed) <= MET))
+    state = np.where(lost, OPEN, state)
+    for column in np.flatnonzero(state == EDGE).tolist():
+        mode[column] = short.get(column, NONE)
+    mode[lost] = UNFINISHED
+    missed = np.where(state == FOUND, missed, search.highest)
+    return Designed(films, state, voltage, slope, missed, time, mode, rounds)
+
+
+def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
+    """What becomes of a chunk of drawn films under the voltage of the film that they are draws of, and which voltage each needs."""
+    group, columns = plan.part(first, end)
+    columns = columns[np.isfinite(plan.voltage[group.films[columns] % plan.films])]
+    films = group.films[columns]
+    of = films % plan.films
+    goal, every = plan.goal.take(of), np.arange(films.size)
+    if not films.size:
+        nothing = np.zeros(0)
+        return Designed(films, films, nothing, nothing, nothing, nothing, np.zeros(0, dtype=object), 0)
+    part = _part(group, columns)
+    search = EdgedRoots(plan.voltage[of][:, None], _tolerance(goal, group.rtol), slope=plan.slope[of])
+    lives = _tried(plan, part, goal, every, plan.voltage[of], plan.horizon)
+    search.note(every, lives.voltage, lives.value, lives.kind, np.log(lives.time / goal.at))
+    _, rounds = _search(plan, part, goal, search, np.zeros(films.size, dtype=bool), 1)
+    state = search.state
+    voltage = np.where(state == FOUND, search.root, np.where(state == OPEN, np.nan, np.inf))
+    return Designed(films, state, voltage, plan.slope[of], lives.value, lives.time, lives.mode, rounds)
+
+
+def _part(group: Group, columns: Cases) -> Group:
+    """Some films of a group."""
+    taken = group.film.take(columns), group.films[columns], group.watched.take(columns), group.thickness[columns]
+    return Group(*taken, group.rtol)
+
+
+def _tolerance(goal: Goal, rtol: float) -> Floats:
+    """How near to their goals films are to come (films,)."""
+    return np.maximum(np.minimum(CLOSE * MET, SHARE * goal.size), min(NOISE * rtol, MET))
+
+
+def _search(
+    plan: DesignPlan, part: Group, goal: Goal, search: EdgedRoots, beyond: Flags, rounds: int = 0
+) -> tuple[dict[int, str], int]:
+    """Try voltages until the search is over; how films failed short of their goals at the lowest voltage, by column, and the number
+    of rounds with those before.
+    """
+    lowest: dict[int, tuple[float, str]] = {}
+    while rounds < ROUNDS - 1:
+        columns, voltage = search.trials()
+        columns, voltage = columns[~beyond[columns]], voltage[~beyond[columns]]
+        if not columns.size:
+            break
+        trials = _tried(plan, part, goal, columns, voltage, goal.at)
+        rounds += 1
+        with np.errstate(divide="ignore"):
+            search.note(columns, voltage, trials.value, trials.kind, np.log(trials.time / goal.at))
+        for trial in np.flatnonzero(trials.kind == SHORT).tolist():
+            column, volts = int(columns[trial]), float(voltage[trial])
+            if column not in lowest or volts < lowest[column][0]:
+                lowest[column] = volts, str(trials.mode[trial])
+    return {column: mode for column, (_, mode) in lowest.items()}, rounds
+
+
+def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: Floats, horizon: float) -> _Trials:
+    """Try voltages (t,) on columns (t,) of a part, up to a horizon."""
+    criteria, goal = plan.criteria, goal.take(columns)
+    lives = live(
+        part,
+        columns,
+        voltage,
+        plan.grid.controls,
+        horizon=horizon,
+        watched=criteria,
+        until=(),
+        ends=criteria,
+        times=[goal.at],
+    )
+    end = first_of(lives.happened, criteria)
+    mode = np.full(columns.size, NONE, dtype=object)
+    mode[~np.isin(lives.status, (Status.COMPLETED, Status.STOPPED))] = UNFINISHED
+    for name in reversed(criteria):
+        mode[first_of(lives.happened, [name]).time == end.time] = name
+    lived = ~(end.time < goal.at) & np.isfinite(lives.stretched[0, 0])
+    value = np.where(lived, goal.missed(lives.stretched[:, 0]), np.nan)
+    passed = goal.missed(lives.relative_stretch(end)) >= 0
+    return _Trials(columns, voltage, value, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)

@@ -1,0 +1,139 @@
+"""Films side by side, as maps and designs have them: each stretched and relaxed once, and once more for every draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError, in_a_draw
+from dielast.material.breakdown import BreakdownLaw
+from dielast.material.material import Material
+from dielast.mechanics.criteria import failures_of
+from dielast.mechanics.criteria.criterion import WatchedFilms
+from dielast.mechanics.span import Controls
+from dielast.mechanics.stability import TimeScale
+from dielast.numerics.columns import Cases, Floats
+from dielast.simulate.film import Film
+from dielast.simulate.setup import FilmSetup, Setup, set_up
+
+if TYPE_CHECKING:
+    from dielast.material.scatter import Sample
+
+DRAWN_RTOL = 5e-4  # of draws, unless it is stated: their times are then exact to 0.1 %, commonly far less than they differ by
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Relaxed films (one for each column) that run together: `films` says which of all films each is, those of the material and
+    then those of each draw. `rtol` is how exactly they are solved.
+    """
+
+    film: Film
+    films: Cases
+    watched: WatchedFilms
+    thickness: Floats
+    rtol: float
+
+
+def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Group, ...]:
+    """The films of a setup, numbered from `first`, watched for a pull-in time scale."""
+    groups = []
+    for columns in setup.groups():
+        films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
+        film = setup.film(columns, rtol)
+        groups.append(Group(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
+    return tuple(groups)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FilmGrid:
+    """Relaxed films in `groups`, those of the material (films,) and then those of each of the `draws`; the `breakdown_field`
+    (films,) in V/m of the former, what is held of all, and the names of the `failures` that they may meet.
+    """
+
+    groups: tuple[Group, ...]
+    breakdown_field: Floats
+    controls: Controls
+    failures: tuple[str, ...]
+    draws: int = 0
+
+
+def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
+    """An axis of a grid `of` films."""
+    array = np.atleast_1d(np.asarray(values, dtype=float))
+    if array.ndim != 1 or not array.size:
+        raise InputError(f"the {name} axis of a {of} must be a list of numbers, and not empty", argument=name)
+    if not np.all(np.isfinite(array)):
+        raise InputError("every value must be finite", argument=name)
+    return array
+
+
+def prestretches_of(prestretch: ArrayLike, of: str = "map") -> Floats:
+    """The prestretch of axes 1 and 2 (prestretches, 2) of an axis of numbers, or of pairs."""
+    pairs = np.asarray(prestretch, dtype=float)
+    pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
+    pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:
+        text = f"the prestretches of a {of} must be a list of numbers or of pairs, and not empty"
+        raise InputError(text, argument="prestretch")
+    return pairs
+
+
+def check_weights(film: FilmSetup, pairs: Floats) -> None:
+    """`InputError` for a prestretch (prestretches, 2) along an axis that a weight stretches."""
+    for axis, weight in enumerate(film.weights[:2]):
+        if weight is not None and np.any(pairs[:, axis] != 1):
+            stated = "the weight stretches it: a prestretch of 1 says so"
+            raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
+
+
+def lay_out(
+    material: Material,
+    film: FilmSetup,
+    *,
+    prestretch: Floats,
+    temperature: Floats,
+    breakdown_field: Floats | BreakdownLaw | None,
+    pull_in_timescale: TimeScale,
+    rtol: float,
+    sample: Sample | None = None,
+    drawn_rtol: float | None = None,
+) -> FilmGrid:
+    """Stretch and relax films of the material, of a `prestretch` (films, 2) and `temperature` (films,) each; with a `sample`, also
+    those of all its draws, solved to `drawn_rtol`, by default a loose one. Thickness and electrode share of the `film`, and the
+    breakdown field, are numbers or (films,). Raises `InputError`.
+    """
+    films = temperature.size
+
+    def of_all(materials: Sequence[Material], field: Floats | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
+        """The films of each material, one material after the other."""
+        first, second = (np.tile(prestretch[:, axis], len(materials)) for axis in (0, 1))
+        stretched = (None if film.weights[0] is not None else first, None if film.weights[1] is not None else second)
+        share = None if film.electrode_share is None else np.tile(film.electrode_share, len(materials))
+        return set_up(
+            [each for each in materials for _ in range(films)] if len(materials) > 1 else materials,
+            replace(film, thickness=thick, prestretch=stretched, electrode_share=share),
+            temperature=np.tile(temperature, len(materials)),
+            breakdown_field=field,
+            breakdown_needed=material.damage is None,
+            rtol=tolerance,
+        )
+
+    setup = of_all([material], breakdown_field, film.thickness, rtol)
+    groups = groups_of(setup, pull_in_timescale, 0, rtol)
+    if sample is not None:
+        field = breakdown_field
+        if field is not None and not isinstance(field, BreakdownLaw):
+            field = np.tile(setup.breakdown_field, len(sample))
+        tolerance = drawn_rtol or max(rtol, DRAWN_RTOL)
+        thick = np.tile(setup.thickness, len(sample)) * np.repeat(sample.thickness_factor, films)
+        with in_a_draw(argument="sample"):
+            drawn = of_all(sample.aged(), field, thick, tolerance)
+            scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
+            groups += groups_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
+    concerned = failures_of([material, *(() if sample is None else sample.materials)])
+    return FilmGrid(groups, setup.breakdown_field, setup.controls, concerned, 0 if sample is None else len(sample))

@@ -1,0 +1,73 @@
+"""Relaxed films that live under a constant voltage, each under one of its own: what happens to them, and how far they stretch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dielast.mechanics.criteria import CRITERIA
+from dielast.mechanics.criteria.criterion import Criterion
+from dielast.mechanics.event_arrays import EventArrays
+from dielast.mechanics.line import Ramp
+from dielast.mechanics.span import Controls
+from dielast.mechanics.watch import Watch
+from dielast.numerics.columns import Cases, Floats, paired
+from dielast.simulate.film_grid import Group
+from dielast.simulate.follow import follow
+from dielast.simulate.record import Recorder
+from dielast.simulate.wanted import Wanted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lives:
+    """What `happened` to films (k,) and their `Status`; how far they were `stretched` (2, times, k) at the times that were asked
+    for, and in the event (2, k) of each criterion, over what they were when the voltage came; NaN what was never reached.
+    """
+
+    happened: Mapping[Criterion, EventArrays]
+    status: Cases
+    stretched: Floats
+    begin: Floats
+    """The stretches (2, k) when the voltage came."""
+
+    def relative_stretch(self, moment: EventArrays) -> Floats:
+        """The relative stretches (2, k) at a moment."""
+        return np.asarray(np.exp(0.5 * moment.log_squared_stretch) / self.begin)
+
+
+def live(
+    group: Group,
+    columns: Cases,
+    voltage: Floats,
+    controls: Controls,
+    *,
+    horizon: float,
+    ramp: float = 0.0,
+    watched: Sequence[str],
+    until: Sequence[str],
+    ends: Sequence[str] = (),
+    times: Sequence[float] = (),
+) -> Lives:
+    """Some films of a group, `columns` (k,), under a `voltage` (k,) in V that comes within `ramp` s and stays up to the `horizon`
+    in s. The criteria named in `watched` are watched for; a film is followed until all in `until` have happened, or one in `ends`.
+    """
+    count = columns.size
+    columns, voltage = paired(columns), np.repeat(voltage, 2) if count == 1 else voltage
+    film, field = group.film.take(columns), voltage / group.thickness[columns]
+    watch = Watch(group.watched.take(columns), [known for known in CRITERIA if known.name in watched], until, ends)
+    pieces = [Ramp(controls, (None, None, field), np.full(field.size, ramp))]
+    if horizon > ramp:
+        pieces.append(Ramp(controls, (None, None, None), np.full(field.size, horizon - ramp)))
+    begin = np.exp(0.5 * film.condition.log_squared_stretch)
+    recorder = None
+    if len(times):
+        wanted = Wanted(np.broadcast_to(np.array(times), (field.size, len(times))))
+        recorder = Recorder(wanted, field.size, film.points.rate.shape[0])
+    status = follow(film, pieces, rtol=group.rtol, watch=watch, recorder=recorder).status
+    stretched = np.zeros((2, 0, field.size))
+    if recorder is not None:
+        stretched = recorder.collect().stretch.transpose(0, 2, 1) / begin[:, None]
+    happened = {criterion: entry.take(np.arange(count)) for criterion, entry in watch.happened.items()}
+    return Lives(happened, status[:count], stretched[..., :count], begin[:, :count])

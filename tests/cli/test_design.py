@@ -1,0 +1,159 @@
+"""`dielast design`, and maps with the stretch of their films, as a user runs them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import subprocess
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast.cli.run import compute
+from dielast.commands.registry import COMMANDS, read_cases
+from dielast.handover.material_file import read_material
+from dielast.io.table import parse_csv
+from dielast.mechanics.load import VoltageStep
+from dielast.sharing.execution import Execution
+from dielast.simulate.actuate import actuate
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+FILM = '[film]\nthickness = "0.5 mm"\nprestretch = [1.7, 1.9]\nrelax = "10 min"\n'
+GOAL = '[goal]\nrelative_stretch = [1.1, 1.6]\nat = "10 min"\nhorizon = "1 d"\n'
+SCATTER = '[uncertainty]\ndraws = 20\nthickness = "2 %"\nbreakdown_field = { law = "weibull", shape = 20 }\n'
+HEAD = 'material = "example:vhb4905.toml"\n'
+MAP = f'kind = "failure-map"\n{HEAD}horizon = "1 h"\n{FILM}[voltage]\nvalues = ["1 kV", "3.4 kV", "6 kV"]\n'
+
+
+def files_of(folder: Path, text: str, execution: Execution | None = None) -> tuple[dict[str, bytes], list[str]]:
+    """Every file of a run, and what it warns of."""
+    path = folder / "recipe.toml"
+    path.write_text(text)
+    kind = tomllib.loads(text)["kind"]
+    files, _, _, doubts = compute(kind, read_cases(path), path, ("png",), execution or Execution())
+    return files, doubts
+
+
+def test_a_design_is_a_table_the_best_film_first(tmp_path: Path) -> None:
+    files, doubts = files_of(tmp_path, f'kind = "design"\n{HEAD}{FILM}{GOAL}{SCATTER}')
+    assert doubts == []
+    header, *rows = csv.reader(io.StringIO(files["design.csv"].decode()))
+    assert header == [
+        *("temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "relative_stretch [1]"),
+        *("voltage [V]", "voltage_lower [V]", "voltage_upper [V]"),
+        *("time_to_failure [s]", "time_to_failure_lower [s]", "time_to_failure_upper [s]", "failure_mode", "reached"),
+        *("failure_probability [1]", "safe_life [s]"),
+    ]
+    assert [row[11] for row in rows] == ["yes", "yes", "no: fails first", "no: fails first"]
+    assert [row[10] for row in rows[2:]] == ["breakdown", "breakdown"]
+    for row in rows[:2]:
+        assert float(row[5]) < float(row[4]) < float(row[6])
+    assert all(row[4:10] == [""] * 6 and row[12:] == ["", ""] for row in rows[2:])
+    summary = tomllib.loads(files["summary.toml"].decode())
+    assert summary["design"]["reach_the_goal"] == summary["design"]["fail_first"] == 2
+    assert summary["design"]["rounds"] <= 8
+    assert summary["best_for_1.1"]["voltage_V"] == float(rows[0][4])
+    assert summary["best_for_1.6"]["because"] == "breakdown"
+    assert summary["uncertainty"]["draws"] == 20
+    # shared among processes, nothing differs
+    again, _ = files_of(tmp_path, f'kind = "design"\n{HEAD}{FILM}{GOAL}{SCATTER}', Execution(jobs=2))
+    assert again["design.csv"] == files["design.csv"]
+
+
+def test_starters_run_as_they_are(tmp_path: Path) -> None:
+    for number, text in enumerate((COMMANDS["design"].starter(), COMMANDS["design"].short_recipe())):
+        (tmp_path / str(number)).mkdir()
+        files, doubts = files_of(tmp_path / str(number), text)
+        assert doubts == []
+        assert set(parse_csv(files["design.csv"], "design.csv")["reached"]) == {"yes"}
+        assert files["design.png"].startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("relative_stretch = [1.1, 1.6]", "relative_stretch = 0.9"), "goal.relative_stretch: 0.9: a number above 1 is needed"),
+        (("relative_stretch = [1.1, 1.6]", 'area_strain = "0 %"'), 'goal.area_strain: "0 %": a strain above 0 is needed'),
+        (("[1.1, 1.6]", "[1.1, 1.1]"), "goal.relative_stretch: 1.1 stands there twice"),
+        (('at = "10 min"', 'at = "2 d"'), "goal.at: 172800 s is longer than the horizon of 86400 s"),
+        (('at = "10 min"', 'at = "10 min"\narea_strain = "9 %"'), "goal: relative_stretch and area_strain are two goals"),
+        (("relative_stretch = [1.1, 1.6]", ""), "goal: a goal is needed: relative_stretch, such as 1.1, or area_strain"),
+        (('at = "10 min"', 'at = "10 min"\nfailure_probability = 0.1'), "goal.failure_probability: it needs [uncertainty]"),
+        (("[film]", '[film]\nboundary = "clamped"'), "film.boundary: both axes are clamped: no voltage moves the film"),
+        (("[film]", '[film]\nboundary = ["clamped", "dead-load"]'), "goal.relative_stretch: axis 1 is clamped"),
+        (("[film]", '[voltage]\nramp = "1 s"\n[film]'), "voltage: design finds the voltage"),
+        (("[film]", 'horizon = "1 d"\n[film]'), "horizon: it belongs to the goal: goal.horizon"),
+        (("[1.7, 1.9]", "[1.7, 30]"), "film.prestretch[1]: 30 is beyond the Gent limit"),
+        (("vhb4905.toml", "vhb4906.toml"), "material: "),
+    ],
+)
+def test_bad_recipes_get_one_line_each(dielast: Run, tmp_path: Path, change: tuple[str, str], message: str) -> None:
+    text = f'kind = "design"\n{HEAD}{FILM}{GOAL}'
+    assert change[0] in text
+    (tmp_path / "d.toml").write_text(text.replace(*change))
+    result = dielast("design", "d.toml")
+    assert (result.returncode, result.stdout) == (2, "")
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"d.toml: {message}")
+    assert not (tmp_path / "d").exists()
+
+
+def test_why_a_goal_is_out_of_reach_is_said(tmp_path: Path) -> None:
+    creeping = FILM.replace("10 min", "0 s") + GOAL.replace("[1.1, 1.6]", "1.001")
+    files, doubts = files_of(tmp_path, f'kind = "design"\n{HEAD}{creeping}')
+    assert "2 of 2 films: out of reach: creeps there without voltage" in doubts
+    assert tomllib.loads(files["summary.toml"].decode())["best"]["because"] == "creeps there without voltage"
+
+
+def test_a_map_has_the_stretch_after_stated_times(tmp_path: Path) -> None:
+    files, _ = files_of(tmp_path, f'{MAP}[stretch]\nat = ["1 s", "60 min"]\n')
+    assert files["operating-map.png"].startswith(b"\x89PNG")
+    table = parse_csv(files["failure-map.csv"], "failure-map.csv")
+    plain, _ = files_of(tmp_path, MAP)
+    assert "operating-map.png" not in plain
+    for name, column in parse_csv(plain["failure-map.csv"], "failure-map.csv").items():
+        assert table[name] == column
+    after = [table[f"relative_stretch_1 after {when} [1]"] for when in ("1 s", "60 min")]
+    assert "relative_stretch_2 after 1 s [1]" not in table
+    material = read_material(Path(__file__).parents[2] / "dielast/examples/vhb4905.toml")
+    for row, (prestretch, volts, life) in enumerate(
+        zip(table["prestretch_1 [1]"], table["voltage [V]"], table["time_to_failure [s]"], strict=True)
+    ):
+        steps = [VoltageStep(float(volts)), VoltageStep.hold(3600.0)]
+        film = {"thickness": 5e-4, "relax": 600.0, "prestretch": float(prestretch)}
+        run = actuate(material, steps, times=[1.0, 3600.0], **film)
+        for column, time, stretch in zip(after, (1.0, 3600.0), run.relative_stretch_1[0], strict=True):
+            lives = life in ("", None) or not float(life) < time
+            if lives:
+                assert float(column[row]) == pytest.approx(stretch, rel=1e-6)
+            else:
+                assert column[row] in ("", None) or np.isnan(float(column[row]))
+
+
+def test_axes_that_differ_and_draws_have_columns_of_their_own(tmp_path: Path) -> None:
+    text = MAP.replace("[1.7, 1.9]", "[[1.7, 1.5]]") + '[stretch]\nat = "1 min"\n' + SCATTER
+    files, _ = files_of(tmp_path, text)
+    header = files["failure-map.csv"].decode().splitlines()[0].split(",")
+    named = [f"relative_stretch_{axis}{side} after 1 min [1]" for axis in (1, 2) for side in ("", "_lower", "_upper")]
+    assert header[-7:] == [*named, "failure_probability [1]"]
+
+
+@pytest.mark.parametrize(
+    ("stretch", "message"),
+    [
+        ('["2 h"]', 'stretch.at: "2 h" is longer than the horizon of 3600 s'),
+        ('["0 s"]', 'stretch.at: "0 s": a time above 0 s is needed'),
+        ('["1 min", "60 s"]', 'stretch.at: "60 s" is as long as "1 min"'),
+        ("[1.0]", "stretch.at: 1.0: a time is needed with its unit"),
+        ("[]", "stretch.at: a time is needed"),
+    ],
+)
+def test_bad_times_of_stretches(dielast: Run, tmp_path: Path, stretch: str, message: str) -> None:
+    (tmp_path / "map.toml").write_text(f"{MAP}[stretch]\nat = {stretch}\n")
+    result = dielast("failure-map", "map.toml")
+    assert result.returncode == 2
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"map.toml: {message}")
