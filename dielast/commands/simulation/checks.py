@@ -148,8 +148,8 @@ def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> 
 def warn_of_grid(
     recipe: FailureMapRecipe | DesignRecipe, material: Material, temperature: Floats, field: Floats, horizon: float
 ) -> None:
-    """Warn of films of a grid, at temperatures in degC and with breakdown fields (films,) in V/m, up to a horizon in s, that look as
-    if something were in another unit, or that their material was not measured for.
+    """Warn of films of a grid, at temperatures in degC and with breakdown fields (films,) in V/m, up to a horizon in s, that look
+    as if something were in another unit, or that their material was not measured for.
     """
     warn_of_material(material)
     warn_of_use(material, temperature)
