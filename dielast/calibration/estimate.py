@@ -62,7 +62,8 @@ def estimate(
         factors = specimen_factors(curves, found, differences)
         # a scaled inverse chi-square prior: as if so many specimens with the usual scatter were known already
         total = KNOWN_AS_FROM * USUAL_SCATTER**2 + float(np.sum((factors - factors.mean()) ** 2))
-        found = replace(found, specimen=float(np.sqrt(total / (KNOWN_AS_FROM + factors.size - 1))))
+        specimens = KNOWN_AS_FROM + factors.size - 1
+        found = replace(found, specimen=float(np.sqrt(total / specimens)), specimens=specimens)
     return found
 
 

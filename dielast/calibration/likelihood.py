@@ -13,7 +13,7 @@ of other parameters are from those of the fit. Its curvature there gives the cov
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -26,14 +26,16 @@ from dielast.calibration.problem import Problem, root_of, weights_of
 from dielast.calibration.scatter import covariance_of
 from dielast.numerics.columns import Cases, Flags, Floats
 
+MOST_FREEDOM = 1e6  # no quantile changes beyond
 SEEN = 1e-8  # of the largest information about any parameter: less is rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Likelihood:
     """The likelihood about a `fit`: `residuals` for any coordinates, `information` (p, p) of the data alone at the fit,
-    `covariance` (p, p) with all that is known beforehand, infinite on the diagonal where nothing is, and from how
-    many independent `pieces` of curves the scatter itself is known. The sum of squares is 0 at the fit.
+    `covariance` (p, p) with all that is known beforehand, infinite on the diagonal where nothing is, and from how many independent
+    `pieces` of curves the model's error is known. The variance of each parameter, to which specimens and noise contribute, too, is
+    known as from so many `freedom` (p,) pieces (Welch 1947, DOI 10.1093/biomet/34.1-2.28). The sum of squares is 0 at the fit.
     """
 
     fit: Fit
@@ -41,6 +43,7 @@ class Likelihood:
     information: Floats
     covariance: Floats
     pieces: float
+    freedom: Floats
 
     @property
     def standard_error(self) -> Floats:
@@ -54,9 +57,9 @@ class Likelihood:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(np.isfinite(error[:, None] * error), self.covariance / (error[:, None] * error), np.nan)
 
-    def threshold(self, level: float) -> float:
-        """By how much the sum of squares rises at the ends of an interval of this level, the scatter being estimated."""
-        return float(fdtri(1.0, self.pieces, level))
+    def thresholds(self, level: float) -> Floats:
+        """By how much the sum of squares rises at the ends of intervals of this level (p,), the scatter being estimated."""
+        return np.asarray(fdtri(1.0, self.freedom, level))
 
 
 def likelihood_of(fit: Fit) -> Likelihood:
@@ -81,7 +84,24 @@ def likelihood_of(fit: Fit) -> Likelihood:
     information = told.T @ told
     pieces = Left.of(curves, fit.scatter, weight, fit.slopes[:, ~fit.at_bound]).known
     covariance = _covariance(information + known, ~fit.at_bound)
-    return Likelihood(fit, residuals, information, covariance, pieces)
+    told = np.where(np.isfinite(covariance), covariance, 0.0) @ told.T @ whiten
+    return Likelihood(fit, residuals, information, covariance, pieces, _freedom(fit, told, pieces))
+
+
+def _freedom(fit: Fit, follows: Floats, pieces: float) -> Floats:
+    """From how many pieces the variance of each parameter (p,) is known, which `follows` (p, n) what was measured; that of noise is
+    known well.
+    """
+    scatter, curves = fit.scatter, fit.curves
+    quiet = replace(scatter, noise=np.zeros_like(scatter.noise))
+    parts = (replace(quiet, specimen=0.0), pieces), (replace(quiet, model_error=0.0), scatter.specimens)
+    shares = [
+        (np.einsum("pn,nm,pm->p", follows, covariance_of(curves, each), follows, optimize=True), known) for each, known in parts
+    ]
+    total = np.einsum("pn,nm,pm->p", follows, covariance_of(curves, scatter), follows, optimize=True)
+    uncertain = sum(np.square(share) / known for share, known in shares)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(total > 0, np.minimum(np.square(total) / uncertain, MOST_FREEDOM), pieces)
 
 
 def _covariance(precision: Floats, moving: Flags) -> Floats:

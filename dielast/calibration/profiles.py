@@ -49,16 +49,16 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     """The profile of each parameter, with its interval of this `level` and its verdict."""
     fit = likelihood.fit
     at, (lower, upper) = fit.coordinates, fit.space.bounds
-    threshold, decisive = likelihood.threshold(level), likelihood.threshold(DECISIVE)
+    threshold, decisive = likelihood.thresholds(level), likelihood.thresholds(DECISIVE)
     inner, outer = BEYOND * np.sqrt(threshold), BEYOND * np.sqrt(decisive)
-    near = np.array((NEAR / BEYOND * inner, inner, np.sqrt(inner * outer), outer))
+    near = np.stack((NEAR / BEYOND * inner, inner, np.sqrt(inner * outer), outer), axis=1)
     error, size = likelihood.standard_error, fit.coordinates.size
     places: list[list[float]] = [[] for _ in range(size)]
     found: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (0.0, at)} for j in range(size)]
     for j in range(size):
         for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
             if room > 0:
-                steps = near * error[j] if np.isfinite(error[j]) and near[-1] * error[j] < room else FAR * room
+                steps = near[j] * error[j] if np.isfinite(error[j]) and near[j, -1] * error[j] < room else FAR * room
                 places[j] += (at[j] + side * steps).tolist()
     _solve(likelihood, places, found)
     for j in range(size):
@@ -67,12 +67,12 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
             own = [x for x in found[j] if side * (x - at[j]) > 0]
             reached = max((abs(x - at[j]) for x in own), default=0.0)
             rise = max((found[j][x][0] for x in own), default=0.0)
-            if own and rise < decisive and reached < room * (1 - 1e-9):
+            if own and rise < decisive[j] and reached < room * (1 - 1e-9):
                 places[j] += (at[j] + side * (reached + FAR * (room - reached))).tolist()
     if any(places):
         _solve(likelihood, places, found)
     unseen = prior_alone(fit.problem, likelihood.information)
-    return [_profile(found[j], float(at[j]), threshold, decisive, bool(unseen[j])) for j in range(size)]
+    return [_profile(found[j], float(at[j]), float(threshold[j]), float(decisive[j]), bool(unseen[j])) for j in range(size)]
 
 
 def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[float, tuple[float, Floats]]]) -> None:

@@ -39,7 +39,8 @@ INTEGRALS = (2.0, 4 / np.sqrt(3), 16 / (3 * np.sqrt(5)))
 class Scatter:
     """The scatter of measured curves: `noise` (curves,), `model_error` and `specimen` as shares of the level, `length` as distance
     along a curve, over which the model's error is as `smooth` as one of `CORRELATIONS`. Of the level's square a share `steady` is
-    the same along a curve, the rest follows it.
+    the same along a curve, the rest follows it. The scatter of specimens is known as from so many `specimens`, infinite if it was
+    stated.
     """
 
     noise: Floats
@@ -48,6 +49,7 @@ class Scatter:
     specimen: float
     steady: float = 0.5
     smooth: int = 0
+    specimens: float = np.inf
 
     def correlation(self, place: Floats) -> Floats:
         """Of the model's error between places (n,) along a curve, (n, n)."""

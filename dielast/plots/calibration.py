@@ -116,7 +116,7 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
 def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     """The rise of the sum of squares about the fit, and where the interval ends."""
     parameter, profile = calibration.fit.space.parameters[k], calibration.profiles[k]
-    threshold = calibration.likelihood.threshold(calibration.level)
+    threshold = float(calibration.likelihood.thresholds(calibration.level)[k])
     near = _window(profile, threshold)
     factor, unit = (KILO, "kPa") if parameter.unit == "Pa" and parameter.scale is None else (1.0, parameter.unit)
     x, y = factor * parameter.value(profile.coordinate[near]), profile.rise[near]

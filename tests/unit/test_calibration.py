@@ -181,8 +181,12 @@ def test_the_fit_finds_what_made_the_tests(exact: tuple[MeasuredTest, ...]) -> N
     assert len(calibration.materials) == 20
     assert calibration.test_columns()[1].values == ["fitted", "fitted", "validated"]
     # another specimen than the material: its level is less well known than the scatter of specimens
-    error = likelihood_of(fit).standard_error
-    assert 0.02 < error[0] < 0.08
+    likelihood = likelihood_of(fit)
+    assert 0.02 < likelihood.standard_error[0] < 0.08
+    # to the level, specimens whose scatter is stated contribute most, to the times the model's error alone
+    assert np.all(likelihood.freedom >= 0.999 * likelihood.pieces)
+    assert likelihood.freedom[0] > 3 * likelihood.freedom[3]
+    assert likelihood.thresholds(0.9)[0] == pytest.approx(1.645**2, rel=0.1)
 
 
 def test_an_interrupt_keeps_the_best_so_far(exact: tuple[MeasuredTest, ...]) -> None:
