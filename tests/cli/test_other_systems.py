@@ -124,12 +124,13 @@ def test_a_map_is_shared_out_as_on_macos(kitchen: Path) -> None:
 
 def test_recipes_as_windows_writes_and_names_them(tmp_path: Path, dielast: Run) -> None:
     recipe = 'kind = "mastercurve"\n[data]\nfile = {}\n[shift]\nreference_temperature = "20 degC"\n'
+    slashes = "write / between folders"
+    escape = r"a backslash in double quotes begins an escape such as \t: "
     hints = {
-        r'"daten\test.csv"': r'data.file: "daten\test.csv": no such file; a backslash in double quotes begins an escape such as \t: '
-        "write / between folders, or single quotes",
-        r"'daten\messung.csv'": r"data.file: 'daten\messung.csv': no such file; write / between folders: it does on every system",
-        r'"daten\messung.csv"': r"line 3: not TOML: unescaped '\' in a string; in a path write / between folders, or use single quotes",
-        r'"C:\Users\x.csv"': "line 3: not TOML: invalid hex value; in a path write / between folders, or use single quotes",
+        r'"daten\test.csv"': rf'data.file: "daten\test.csv": no such file; {escape}{slashes}, or single quotes',
+        r"'daten\messung.csv'": rf"data.file: 'daten\messung.csv': no such file; {slashes}: it does on every system",
+        r'"daten\messung.csv"': rf"line 3: not TOML: unescaped '\' in a string; in a path {slashes}, or use single quotes",
+        r'"C:\Users\x.csv"': f"line 3: not TOML: invalid hex value; in a path {slashes}, or use single quotes",
     }
     for name, hint in hints.items():
         (tmp_path / "r.toml").write_text(recipe.format(name), encoding="utf-8")
