@@ -30,8 +30,12 @@ class Results:
     """The folders that the recipes wrote, each file read once."""
 
     def __init__(self, folder: Path) -> None:
-        self.summary: Callable[[str], Any] = cache(lambda name: tomllib.loads((folder / name / "summary.toml").read_text()))
-        self.table: Callable[[str], list[Row]] = cache(lambda name: list(csv.DictReader((folder / name).read_text().splitlines())))
+        self.summary: Callable[[str], Any] = cache(
+            lambda name: tomllib.loads((folder / name / "summary.toml").read_text(encoding="utf-8"))
+        )
+        self.table: Callable[[str], list[Row]] = cache(
+            lambda name: list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines()))
+        )
 
     def find(self, where: dict[str, Any]) -> list[float]:
         """The numbers that a claim's `find` speaks of: a summary's, a column's, or a spread, a straightness or a ratio of such."""

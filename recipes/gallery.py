@@ -15,10 +15,10 @@ from PIL import Image
 from dielast.io.files import write_files
 
 
-def small(path: Path) -> bytes:
+def small(picture: Path | io.BytesIO) -> bytes:
     """The picture with at most 256 colours."""
     buffer = io.BytesIO()
-    Image.open(path).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(buffer, format="PNG", optimize=True)
+    Image.open(picture).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(buffer, format="PNG", optimize=True)
     return buffer.getvalue()
 
 

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 def read_spectrum(folder: Path) -> Array:
     """Relaxation times in s and shear moduli in Pa, shape (branches, 2), slowest first."""
-    with (folder / "spectrum.csv").open(newline="") as lines:
+    with (folder / "spectrum.csv").open(newline="", encoding="utf-8") as lines:
         return np.array([[float(cell) for cell in row] for row in list(csv.reader(lines))[1:]])
 
 
@@ -50,7 +50,7 @@ def main() -> None:
     options = parser.parse_args()
     spectra = [read_spectrum(folder) for folder in options.spectra]
     # the sums as the runs state them: the CSV rounds each branch
-    summaries = [tomllib.loads((folder / "summary.toml").read_text()) for folder in options.spectra]
+    summaries = [tomllib.loads((folder / "summary.toml").read_text(encoding="utf-8")) for folder in options.spectra]
     totals = [summary["moduli"]["nonequilibrium_shear_Pa"] for summary in summaries]
     table = [
         Column("case", None, np.arange(1, len(spectra) + 1)),

@@ -26,7 +26,9 @@ for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 # one cache of fonts for all that is drawn, apart from the user's own
-os.environ.setdefault("MPLCONFIGDIR", str(Path(tempfile.gettempdir()) / f"dielast-tests-matplotlib-{os.getuid()}"))
+USER = getattr(os, "getuid", str)()  # which not every system has
+USER = getattr(os, "getuid", str)()  # which not every system has
+os.environ.setdefault("MPLCONFIGDIR", str(Path(tempfile.gettempdir()) / f"dielast-tests-matplotlib-{USER}"))
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 

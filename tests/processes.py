@@ -61,3 +61,8 @@ def alive(session: int) -> list[int]:
             state, _, _, of_session, *_ = (entry / "stat").read_text().rpartition(")")[2].split()
             found += [int(entry.name)] if int(of_session) == session and state not in "ZX" else []
     return found
+
+
+def workers(session: int) -> list[int]:
+    """The processes of a session that share the work of a run."""
+    return [process for process in alive(session) if b"spawn_main" in Path(f"/proc/{process}/cmdline").read_bytes()]

@@ -12,7 +12,7 @@ import typer
 
 from dielast.cli.help import EXIT_CODES, START, PlainUsage, RecipeCommand, listed
 from dielast.cli.interrupt import leave
-from dielast.cli.streams import give_up_output, report_refusal
+from dielast.cli.streams import give_up_output, is_unread, report_refusal
 from dielast.commands.registry import COMMANDS
 
 
@@ -88,16 +88,16 @@ def _exit_with(action: Callable[[], int]) -> None:
 
         print(OUT_OF_MEMORY, file=sys.stderr)
         code = 3
-    except BrokenPipeError:
-        # the reader of the output has gone: there is nobody left to print for
-        give_up_output()
-        code = 0
     except UnicodeEncodeError as error:
         about = error.object[max(0, error.start - 40) : error.end + 40]
         print(f"a path or a value has a character that this locale cannot write: {about!a}", file=sys.stderr)
         code = 2
     except OSError as error:
-        code = report_refusal(error)
+        if is_unread(error):
+            give_up_output()  # there is nobody left to print for
+            code = 0
+        else:
+            code = report_refusal(error)
     raise typer.Exit(code)
 
 
@@ -187,9 +187,9 @@ def _schema() -> None:
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from dielast._version import __version__
+        from dielast.cli.version import version
 
-        typer.echo(f"dielast {__version__}")
+        typer.echo(version())
         raise typer.Exit
 
 

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import sys
 from typing import Any
 
 
-class _Unheard(io.FileIO):
-    """A stream that swallows what it cannot write: no reason to fail."""
+class _Unheard(io.RawIOBase):
+    """The stream `raw`, but what it cannot write is swallowed: no reason to fail."""
+
+    def __init__(self, raw: io.RawIOBase) -> None:
+        self._raw = raw
 
     def write(self, data: Any) -> int:
         try:
-            written = super().write(data)
+            written = self._raw.write(data)
         except OSError:
             written = None
         return len(data) if written is None else written
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._raw.fileno()
+
+    def isatty(self) -> bool:
+        return self._raw.isatty()
 
 
 def mend_streams() -> None:
@@ -28,9 +41,18 @@ def mend_streams() -> None:
             os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is this `number`
     if sys.stdout is None:
         sys.stdout = io.TextIOWrapper(io.BufferedWriter(io.FileIO(1, "w", closefd=False)), encoding="utf-8")
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")  # a pipe of Windows knows 256 characters
     encoding = "utf-8" if sys.stderr is None else sys.stderr.encoding
-    buffer = io.BufferedWriter(_Unheard(2, "w", closefd=False))
+    # the console of Windows takes text by functions of its own, not as bytes for stream 2
+    raw = getattr(getattr(sys.stderr, "buffer", None), "raw", None) or io.FileIO(2, "w", closefd=False)
+    buffer = io.BufferedWriter(_Unheard(raw))
     sys.stderr = io.TextIOWrapper(buffer, encoding=encoding, errors="backslashreplace", line_buffering=True)
+
+
+def is_unread(error: OSError) -> bool:
+    """Whether the program that reads standard output has gone; Windows calls that an invalid argument."""
+    return isinstance(error, BrokenPipeError) or (os.name == "nt" and error.errno == errno.EINVAL and error.filename is None)
 
 
 def give_up_output() -> None:

@@ -128,7 +128,7 @@ def beside(source: str, name: str) -> str:
     """The path of the file that a material file called `source` calls `name`."""
     if source.startswith(EXAMPLE):
         return EXAMPLE + str(PurePosixPath(source.removeprefix(EXAMPLE)).parent / name)
-    return str(Path(source).parent / name)
+    return (Path(source).parent / name).as_posix()
 
 
 def read_draws(path: str | Path) -> tuple[Material, ...]:

@@ -7,18 +7,19 @@ import hashlib
 import os
 import re
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from dielast.errors import InputError
+from dielast.io.lock import alone_in
 
 LARGEST = 256 << 20  # bytes of a file that is read: more than ten million rows
-LONGEST_WAIT = 5.0  # s until another process has moved its files; it takes milliseconds
 EXAMPLE = "example:"
 STORE = ".unfinished"
 """The file in which a long run keeps its cells until its result is written."""
 KEPT = "what is solved is kept, and the same command goes on from there"
-_TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.part")
+PAUSES = (0.05, 0.1, 0.2, 0.4)  # s after each attempt to replace a file
+_TEMPORARY = re.compile(r"\..+\.\d+\.part")
 
 
 class Inputs:
@@ -83,7 +84,7 @@ def read_file(path: Path, name: str) -> bytes:
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
     except (OSError, ValueError) as error:  # a name with a NUL in it is a ValueError
-        raise InputError(_unreadable(path, error), file=name) from None
+        raise InputError(_unreadable(path, name, error), file=name) from None
     if len(content) > LARGEST:
         raise InputError(f"larger than {LARGEST >> 20} MiB, which no table or recipe should be", file=name)
     return content
@@ -102,22 +103,40 @@ def exists(path: Path) -> bool:
         return False
 
 
-def _unreadable(path: Path, error: OSError | ValueError) -> str:
-    """Why `path` could not be read, in a few words."""
+def _unreadable(path: Path, name: str, error: OSError | ValueError) -> str:
+    """Why `path`, stated as `name`, could not be read, in a few words."""
     if os.path.isdir(path):
         return "is a folder, a file is needed"
     reason = getattr(error, "strerror", None) or "cannot be read"
-    return "no such file" if isinstance(error, FileNotFoundError) else reason.lower()
+    return f"no such file{of_backslashes(name)}" if isinstance(error, FileNotFoundError) else reason.lower()
+
+
+def of_backslashes(name: str) -> str:
+    """A hint on what to write instead, if it is for its backslashes that there is no file of this name; empty otherwise."""
+    if any(escape in name for escape in "\b\t\n\f\r"):
+        return "; a backslash in double quotes begins an escape such as \\t: write / between folders, or single quotes"
+    if "\\" in name and os.sep == "/":
+        return "; write / between folders: it does on every system"
+    return ""
 
 
 def check_targets(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
     """Raise `InputError` if writing `targets` would overwrite one of the `inputs`, or if a folder is in the way."""
-    read = {os.path.realpath(path) for path in inputs}
+    read = {_identity(path) for path in inputs}
     for target in targets:
-        if os.path.realpath(target) in read:
+        if _identity(target) in read:
             raise InputError("is an input of this run; write the results to another folder (see --out)", file=target)
         if os.path.isdir(target):
             raise InputError("is a folder, a file is to be written there", file=target)
+
+
+def _identity(path: Path) -> tuple[str, tuple[int, int] | None]:
+    """The same for two paths of one file, which may differ in their case where file systems do not tell it (macOS, Windows)."""
+    try:
+        status = path.stat()
+    except OSError:
+        return os.path.realpath(path), None
+    return os.path.realpath(path).casefold(), (status.st_dev, status.st_ino)
 
 
 def check_folder(folder: Path, needed: str) -> None:
@@ -139,20 +158,25 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     """Write `contents` (name -> bytes) into `folder`, each file whole or not at all.
 
     All files are first written beside their targets, then moved into place together: a full disk leaves an older result as it was,
-    and of two runs into one folder all files are those of the later run, unless a run is stopped for long meanwhile. Raises
-    `InputError` if the folder cannot be made or written to.
+    and so does a target that another program keeps open, where the system minds (Windows). Of two runs into one folder all files
+    are those of the later run, unless a run is stopped for long meanwhile. Raises `InputError` if the folder cannot be made or
+    written to, or a file cannot be replaced.
     """
     parts: list[tuple[Path, Path]] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        _sweep(folder)
-        for name, content in contents.items():
-            part = folder / f".{name}.{os.getpid()}.part"
-            parts.append((part, folder / name))
-            part.write_bytes(content)
-        with _alone_in(folder):
+        with alone_in(folder) as alone:
+            if alone:
+                _sweep(folder)
+            for name, content in contents.items():
+                part = folder / f".{name}.{os.getpid()}.part"
+                parts.append((part, folder / name))
+                part.write_bytes(content)
+            for _, target in parts:
+                if target.is_file():
+                    _replace(target, target)  # changes nothing, and fails where a program keeps the target open
             for part, target in parts:
-                os.replace(part, target)
+                _replace(part, target)
     except OSError as error:
         raise InputError(f"cannot write here: {(error.strerror or str(error)).lower()}", file=folder) from None
     finally:
@@ -161,30 +185,15 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
                 part.unlink()
 
 
-@contextlib.contextmanager
-def _alone_in(folder: Path) -> Iterator[None]:
-    """Wait until no other process moves files into `folder`, where the system has such locks, though not for ever.
-
-    A process that is stopped while it holds the lock keeps it, also this process if Ctrl-C came as it got the lock.
-    """
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        deadline = time.monotonic() + LONGEST_WAIT
-        with contextlib.suppress(OSError):  # a file system without locks
-            while time.monotonic() < deadline:
-                try:
-                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    break
-                except BlockingIOError:
-                    time.sleep(0.01)
-        yield
-    finally:
-        os.close(handle)
+def _replace(part: Path, target: Path) -> None:
+    """Move `part` to `target`; programs that look into new files, such as virus scanners, may keep one for a moment."""
+    for pause in PAUSES:
+        try:
+            os.replace(part, target)
+            return
+        except PermissionError:
+            time.sleep(pause)
+    raise InputError("cannot be replaced: permission denied; close the program that has it open, if any", file=target)
 
 
 def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:
@@ -195,26 +204,20 @@ def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:
 
 
 def _make_name(path: Path) -> str:
-    shown = os.path.relpath(path)
+    try:
+        shown = os.path.relpath(path)
+    except ValueError:  # on another drive
+        shown = str(path)
     if shown.startswith(".."):
         shown = str(path if path.is_absolute() else shown)
-    return shown.replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ").replace(":", "\\:")
+    drive, rest = os.path.splitdrive(shown)  # whose colon make knows on systems that have drives
+    rest = rest.replace(os.sep, "/").replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ").replace(":", "\\:")
+    return drive.replace(os.sep, "/") + rest
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the unfinished files of killed runs; a run that is still alive keeps its files."""
+    """Remove the unfinished files of killed runs, while no other process writes into `folder`."""
     for entry in folder.iterdir():
-        match = _TEMPORARY.fullmatch(entry.name)
-        if match and not _alive(int(match["process"])):
+        if _TEMPORARY.fullmatch(entry.name):
             with contextlib.suppress(OSError):
                 entry.unlink()
-
-
-def _alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return process != os.getpid()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 import tomllib
 from pathlib import PurePath
@@ -23,6 +24,8 @@ _COMMA = re.compile(r"=\s*([+-]?\d+,\d+)\s*(?:[,}#]|$)")
 _WORD = re.compile(r"[A-Za-z][\w./-]*")
 _QUANTITY = re.compile(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?\s*[A-Za-z%°µμ/][^=\"']*")
 _STATED = re.compile(r"\s*(?:(?P<header>\[+\s*(?P<table>[^\[\]]+?)\s*\]+)|(?P<key>[^\s=\[][^=]*?)\s*=)")
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)  # what > writes in Windows PowerShell: dielast new relax > relax.toml
+_OF_ESCAPES = ("unescaped '\\' in a string", "invalid hex value", "escaped character is not a Unicode scalar value")
 _LISTED = ("step", "compare")
 
 
@@ -37,7 +40,7 @@ def parse_toml(content: bytes, source: str, instead: str = NAMED_IN_RECIPES) -> 
         )
     hint = f"; {instead}" if PurePath(source).suffix.lower() in TABLES else ""
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-16" if content.startswith(_UTF_16) else "utf-8-sig")
         values = load(text)
         if _too_large(values):
             raise OverflowError
@@ -87,7 +90,9 @@ def _explained(text: str, message: str) -> tuple[int, str]:
     start = max(before.rfind(mark) for mark in "=[,") + 1
     value = re.split(r"[,\]}#]", before[start:] + line[column - 1 :])[0].strip()
     hint = ""
-    if comma := _COMMA.search(line):
+    if wrong.startswith(_OF_ESCAPES):
+        hint = "in a path write / between folders, or use single quotes"
+    elif comma := _COMMA.search(line):
         hint = decimal_comma(comma[1])
     elif wrong == "invalid value" and value.lower() in ("true", "false"):
         hint = f"write {value.lower()}"

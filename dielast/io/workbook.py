@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+from contextlib import suppress
 from functools import lru_cache
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -89,12 +90,12 @@ def serve() -> None:
 
 
 def _bound_memory() -> None:
-    try:
+    """Bound the memory of this process where the system can: Windows has no such limit, macOS one that it may refuse to change."""
+    with suppress(ImportError, AttributeError, OSError, ValueError):
         import resource
-    except ImportError:  # not on Windows
-        return
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard), hard))
+
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard), hard))
 
 
 def _read(content: bytes, sheet: str | int | None, decimal: str) -> str:

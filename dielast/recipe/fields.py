@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from dielast import units
 from dielast.errors import InputError, shown
-from dielast.io.files import exists, resolve
+from dielast.io.files import exists, of_backslashes, resolve
 from dielast.units import Dimension
 
 
@@ -242,7 +242,7 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
             maker_of = (info.context or {}).get("maker_of")
             if maker_of is not None and (maker := maker_of(path.name, None if kind == "file" else info.field_name)):
                 raise InputError(f"{shown(name)} does not exist; run the recipe that makes it (dielast {maker})")
-            raise InputError(f"{shown(name)}: no such {kind}")
+            raise InputError(f"{shown(name)}: no such {kind}{of_backslashes(name)}")
         if not test(path):
             raise InputError(f"{shown(name)}: a {kind} is needed")
     return name
@@ -276,8 +276,9 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     ) as error:
         raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
     if not matches:
-        raise InputError(f"{shown(names)}: no file matches")
-    return tuple(matches if base else (os.path.relpath(path, folder) for path in matches))
+        raise InputError(f"{shown(names)}: no file matches{of_backslashes(names)}")
+    # with slashes, as a result is the same on every system
+    return tuple(Path(path if base else os.path.relpath(path, folder)).as_posix() for path in matches)
 
 
 def _name_or_number(noun: str, name: Any) -> str | int:

@@ -41,6 +41,30 @@ def _limits() -> Iterator[float]:
         if limit != resource.RLIM_INFINITY:
             used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
             yield max(float(limit - used), 0.0)
+    with suppress(OSError, ValueError, AttributeError):  # what the machine has in all, where nobody says how much of it is free
+        yield float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    with suppress(AttributeError):
+        yield _free_on_windows()
+
+
+def _free_on_windows() -> float:
+    """Free memory in bytes; raises `AttributeError` on other systems."""
+    import ctypes
+
+    class Status(ctypes.Structure):
+        """MEMORYSTATUSEX of the Windows API."""
+
+        _fields_ = (
+            ("length", ctypes.c_uint32),
+            ("load_percent", ctypes.c_uint32),
+            *((name, ctypes.c_uint64) for name in ("total", "free", "total_paged", "free_paged", "total_virtual", "free_virtual")),
+            ("free_extended", ctypes.c_uint64),
+        )
+
+    status = Status(length=ctypes.sizeof(Status))
+    if not ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status)):  # type: ignore[attr-defined, unused-ignore]
+        raise AttributeError("GlobalMemoryStatusEx")
+    return float(min(status.free, status.free_virtual))
 
 
 def _size(count: float) -> str:

@@ -5,18 +5,21 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from dielast.errors import NumericsError
 from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
 
 FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
-
+MOST = 61 if sys.platform == "win32" else 10_000  # processes that one call of Windows waits for
+PAUSE = 0.2  # s between two looks for Ctrl-C: on Windows a wait without an end does not hear it
 
 _given: tuple[Callable[[Any, int, int], Any], Any] | None = None  # in a worker process: the function and the plan
 
@@ -28,13 +31,15 @@ def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks
     """
     others = multiprocessing.active_children()
     futures: list[Future[Solved]] = []
-    pool = ProcessPoolExecutor(min(jobs, len(chunks)), initializer=_receive, initargs=(solve, plan))
+    # started anew rather than forked, as on every system: a fork also copies locks that the threads of a notebook hold
+    started = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(jobs, len(chunks), MOST), started, initializer=_receive, initargs=(solve, plan))
     try:
         # the handler is set before signals are let through again, so that a signal that came meanwhile is handled
         with _cancelled(futures), _terminated_as_interrupted():
             with _undisturbed():
                 futures += [pool.submit(_solve_given, *chunk) for chunk in chunks]
-            for future in as_completed(futures):
+            for future in _finished(futures):
                 yield future.result()
     except BrokenProcessPool:
         # the pool ends its other workers by SIGTERM, which they ignore, and would wait for them
@@ -45,6 +50,21 @@ def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks
         raise NumericsError("a worker process was killed, for want of memory perhaps") from None
     finally:
         pool.shutdown(wait=False)
+
+
+def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:
+    """The futures in the order in which they finish; Ctrl-C is heard meanwhile on every system."""
+    finished: SimpleQueue[Future[Solved]] = SimpleQueue()
+    for future in futures:
+        future.add_done_callback(finished.put)
+    left = len(futures)
+    while left:
+        try:
+            future = finished.get(timeout=PAUSE)
+        except Empty:
+            continue
+        left -= 1
+        yield future
 
 
 @contextmanager
@@ -64,14 +84,27 @@ def _cancelled(futures: Sequence[Future[Any]]) -> Iterator[None]:
 @contextmanager
 def _undisturbed() -> Iterator[None]:
     """Hold signals back while processes start, until these ignore them; not possible on every system."""
-    if not hasattr(signal, "pthread_sigmask"):
+    if hasattr(signal, "pthread_sigmask"):
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, FROM_OUTSIDE)
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    elif console := _console():
+        console.SetConsoleCtrlHandler(None, True)  # Ctrl-C is nothing to this process for now, and to those that it starts for good
+        try:
+            yield
+        finally:
+            console.SetConsoleCtrlHandler(None, False)
+    else:
         yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, FROM_OUTSIDE)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _console() -> Any:
+    """The functions of the Windows console, None on other systems."""
+    import ctypes
+
+    return getattr(getattr(ctypes, "windll", None), "kernel32", None)
 
 
 @contextmanager

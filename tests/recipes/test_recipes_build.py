@@ -7,6 +7,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -29,16 +30,34 @@ def built(done: subprocess.CompletedProcess[str]) -> list[str]:
     return re.findall(r"dielast \S+ \S+\.toml -o build/(\S+) ", done.stdout)
 
 
+def planned(folder: Path) -> list[str]:
+    """What `python build.py`, which needs no make, would run: recipes and tables, in its order."""
+    command = [sys.executable, "build.py", "--dry-run"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=ENDS, check=False)
+    assert done.returncode == 0, done.stderr
+    return re.findall(r" -o build/(\S+) ", done.stdout)
+
+
 def needs(name: str) -> set[str]:
     return set(re.findall(r'"build/([^/"]+)', (RECIPES / f"{name}.toml").read_text()))
 
 
-def test_every_recipe_is_built_once_and_after_what_it_needs(kitchen: Kitchen, make: Make) -> None:
+def test_every_recipe_is_built_once_and_after_what_it_needs(kitchen: Kitchen, make: Make, tmp_path: Path) -> None:
     kitchen()
     order = built(make("-n"))
     assert sorted(order) == NAMES
     for name in NAMES:
         assert all(order.index(need) < order.index(name) for need in needs(name))
+    # the same without make
+    folder = tmp_path / "recipes"
+    without = planned(folder)
+    assert sorted(without) == sorted([*NAMES, "table1"])
+    for name in NAMES:
+        assert all(without.index(need) < without.index(name) for need in needs(name))
+    assert without.index("table1") > max(without.index(f"table1-case{case}") for case in (2, 3, 4, 5))
+    wrong = subprocess.run([sys.executable, "build.py", "fig13x"], cwd=folder, capture_output=True, text=True, check=False)
+    assert wrong.returncode == 1
+    assert wrong.stderr.startswith("fig13x: no such recipe; there are table1, dma-failure-map, ")
 
 
 FIGURES = ["fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig11", "fig12", "fig13", "failure-map"]
@@ -62,7 +81,9 @@ def test_every_figure_of_the_paper_has_a_target(kitchen: Kitchen, make: Make) ->
 def chain(kitchen: Kitchen) -> Path:
     """A few recipes, made quick: few points, and no others."""
     names = ["relaxation-test", "fig4-5", "fig6", "fig7a"]
-    folder = kitchen("Makefile", "vhb4905-reconstruction.toml", "fig7a-measured.csv", *(f"{name}.toml" for name in names))
+    folder = kitchen(
+        "Makefile", "build.py", "vhb4905-reconstruction.toml", "fig7a-measured.csv", *(f"{name}.toml" for name in names)
+    )
     test = folder / "relaxation-test.toml"
     test.write_text(test.read_text().replace("points_per_decade = 20", "points_per_decade = 6"))
     aside = (folder / "fig7a.toml").read_text().replace("build/fig6/material.toml", "aside-material.toml")
@@ -94,12 +115,20 @@ def test_what_was_touched_and_what_depends_on_it_is_redone_and_no_more(chain: Pa
     }
     for name, expected in affected.items():
         before = later(chain / name)
-        assert built(make("-n")) == expected, name
+        assert built(make("-n")) == planned(chain) == expected, name
         assert make("-q").returncode == 1
         os.utime(chain / name, ns=before)
     # what was lost comes back, and what depends on it follows
     (chain / "build/fig6/material.toml").unlink()
+    assert planned(chain) == ["fig6", "fig7a"]
     assert sorted(built(make("-j2", QUICK))) == ["fig6", "fig7a"]
+    assert make("-q").returncode == 0
+    # and without make
+    later(chain / "fig7a-measured.csv")
+    command = [sys.executable, "build.py", "--jobs", "2"]
+    done = subprocess.run(command, cwd=chain, capture_output=True, text=True, timeout=ENDS, check=True)
+    assert re.findall(r"^dielast \S+ (\S+)\.toml -o ", done.stdout, re.MULTILINE) == ["fig7a"]
+    assert planned(chain) == []
     assert make("-q").returncode == 0
 
 

@@ -1,17 +1,19 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from processes import ENDS
 
 from dielast.errors import InputError
-from dielast.io import files
-from dielast.io.files import Inputs, depfile, write_files
+from dielast.io import files, lock
+from dielast.io.files import Inputs, check_targets, depfile, write_files
 
 
 def test_inputs_remember_what_was_read(tmp_path: Path) -> None:
@@ -61,13 +63,79 @@ def test_a_failed_write_leaves_the_old_result(tmp_path: Path) -> None:
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"a.csv": b"old"}
 
 
-def test_what_a_killed_run_left_is_swept(tmp_path: Path) -> None:
-    dead, alive = tmp_path / ".a.csv.4194304.part", tmp_path / f".a.csv.{os.getppid()}.part"
-    for path in (dead, alive):
-        path.write_bytes(b"half")
+def test_what_a_killed_run_left_is_swept_by_who_is_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    left = tmp_path / ".a.csv.4194304.part"
+    left.write_bytes(b"half")
+    with lock.alone_in(tmp_path) as alone:
+        assert alone
+        monkeypatch.setattr(lock, "LONGEST_WAIT", 0.05)  # a lock that nobody gives back is not waited for
+        write_files(tmp_path, {"a.csv": b"new"})
+    assert (left.read_bytes(), (tmp_path / "a.csv").read_bytes()) == (b"half", b"new")
+    write_files(tmp_path, {"a.csv": b"newer"})
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+
+
+def locking_of_windows(handle: int, mode: int, count: int) -> None:
+    """As msvcrt.locking: the first byte of an open file, or else PermissionError at once."""
+    assert (mode, count, os.lseek(handle, 0, os.SEEK_CUR)) == (2, 1, 0)
+    try:
+        importlib.import_module("fcntl").flock(handle, 6)
+    except BlockingIOError:
+        raise PermissionError(13, "Permission denied") from None
+
+
+@pytest.mark.parametrize("system", ["of files only", "none"])
+def test_without_locks_of_folders_there_are_those_of_files_or_none(
+    system: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("fcntl")
+    find = importlib.import_module
+    msvcrt = SimpleNamespace(LK_NBLCK=2, locking=locking_of_windows) if system == "of files only" else None
+    monkeypatch.setitem(sys.modules, "msvcrt", msvcrt)  # type: ignore[arg-type]
+    real = find("fcntl")
+    monkeypatch.setitem(sys.modules, "fcntl", None)  # type: ignore[arg-type]
+    monkeypatch.setattr(importlib, "import_module", lambda name: real if name == "fcntl" else find(name))
+    monkeypatch.setattr(lock, "LONGEST_WAIT", 0.05)
+    (tmp_path / ".a.csv.4194304.part").write_bytes(b"half")
+    with lock.alone_in(tmp_path) as first, lock.alone_in(tmp_path) as second:
+        assert (first, second) == (system == "of files only", False)
     write_files(tmp_path, {"a.csv": b"new"})
-    assert not dead.exists()
-    assert alive.exists()
+    assert (tmp_path / "a.csv").read_bytes() == b"new"
+    assert {path.name for path in tmp_path.iterdir()} == {"a.csv", *([".a.csv.4194304.part"] if system == "none" else [])}
+
+
+def test_a_target_that_a_program_keeps_open_leaves_all_as_they_were(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on Windows, where what a spreadsheet has open can be neither moved nor replaced."""
+    write_files(tmp_path, {"a.csv": b"old", "b.csv": b"old"})
+    replace, attempts = os.replace, []
+
+    def refuse(source: Path, target: Path) -> None:
+        if target.name == "b.csv" and len(attempts) < held:
+            attempts.append(source)
+            raise PermissionError(13, "Access is denied")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", refuse)
+    monkeypatch.setattr(files, "PAUSES", (0.0, 0.0, 0.0))
+    held = 1000
+    with pytest.raises(InputError, match=r"b\.csv: cannot be replaced: permission denied; close the program that has it open"):
+        write_files(tmp_path, {"a.csv": b"new", "b.csv": b"new"})
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"a.csv": b"old", "b.csv": b"old"}
+    held, attempts[:] = 2, []  # such as by a virus scanner
+    write_files(tmp_path, {"a.csv": b"new", "b.csv": b"new"})
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"a.csv": b"new", "b.csv": b"new"}
+
+
+def test_an_input_is_not_written_over_under_another_spelling(tmp_path: Path) -> None:
+    data, same = tmp_path / "data.csv", tmp_path / "DATA.csv"
+    data.write_bytes(b"1")
+    if not same.exists():
+        os.link(data, same)  # one file under two names, as where file systems do not tell their case
+    with pytest.raises(InputError, match="is an input of this run"):
+        check_targets([same], [data])
+    other = tmp_path / "other.csv"
+    os.link(data, other)  # but a link may be replaced: the input stays
+    check_targets([other], [data])
 
 
 def test_a_depfile_quotes_for_make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,13 +171,18 @@ def test_of_two_runs_into_one_folder_all_files_are_the_later_ones(tmp_path: Path
     assert len(list((tmp_path / "out").iterdir())) == len(names)
 
 
-def test_a_lock_that_nobody_gives_back_is_not_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    fcntl = pytest.importorskip("fcntl")
-    monkeypatch.setattr(files, "LONGEST_WAIT", 0.05)
-    handle = os.open(tmp_path, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
-        write_files(tmp_path, {"a.csv": b"1\n"})
-        assert (tmp_path / "a.csv").read_bytes() == b"1\n"
-    finally:
-        os.close(handle)
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("data\test.csv", r"; a backslash in double quotes begins an escape"),
+        (r"data\messung.csv", r"; write / between folders: it does on every system"),
+        ("data/messung.csv", r""),
+    ],
+)
+def test_a_path_with_backslashes_says_what_to_write(tmp_path: Path, name: str, hint: str) -> None:
+    if os.sep != "/":
+        pytest.skip("a system that takes backslashes")
+    with pytest.raises(InputError) as caught:
+        Inputs(tmp_path).read(name)
+    assert f"no such file{hint}" in str(caught.value)
+    assert bool(hint) == (";" in str(caught.value))

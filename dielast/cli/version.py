@@ -1,0 +1,54 @@
+"""Which dielast this is: its version, and of a checkout also the commit, read from git's files (gitrepository-layout(5))."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from dielast._version import __version__
+
+TOP = Path(__file__).parents[2]
+"""The folder that holds the package: of a checkout its top, of an installation `site-packages`."""
+SHOWN = 12  # digits of a commit
+_COMMIT = re.compile(r"[0-9a-f]{40}(?:[0-9a-f]{24})?")
+
+
+def version(top: Path = TOP) -> str:
+    """The version, and the commit of a checkout at `top`; git need not be installed. Changed files do not show."""
+    found = commit(top) if (top / "pyproject.toml").is_file() else None
+    return f"dielast {__version__}" + (f", checkout of commit {found[:SHOWN]}" if found else "")
+
+
+def commit(top: Path) -> str | None:
+    """The commit that is checked out at `top`, as hexadecimal digits; None where none can be found."""
+    try:
+        folder = top / ".git"
+        if folder.is_file():  # of a worktree or a submodule
+            folder = top / _after("gitdir:", folder)
+        head = _text(folder / "HEAD")
+        if not head.startswith("ref:"):
+            return _checked(head)
+        name = head.removeprefix("ref:").strip()
+        common = folder / _text(folder / "commondir") if (folder / "commondir").is_file() else folder
+        for place in (folder, common):
+            if (place / name).is_file():
+                return _checked(_text(place / name))
+        packed = (line.split() for line in _text(common / "packed-refs").splitlines())
+        return next((_checked(words[0]) for words in packed if words[1:] == [name]), None)
+    except (OSError, ValueError):
+        return None
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8").strip()
+
+
+def _after(word: str, path: Path) -> str:
+    text = _text(path)
+    if not text.startswith(word):
+        raise ValueError(path)
+    return text.removeprefix(word).strip()
+
+
+def _checked(text: str) -> str | None:
+    return text if _COMMIT.fullmatch(text) else None

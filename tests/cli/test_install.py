@@ -1,0 +1,97 @@
+"""dielast as a user gets it: an archive and a wheel that need no checkout, and a version that names the commit of one."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+from processes import ENDS
+
+from dielast import __version__
+from dielast.cli.version import commit, version
+
+TOP = Path(__file__).parents[2]
+BUILD = "import setuptools.build_meta as backend; print(backend.build_{}({!r}))"
+RECIPE = 'kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\nstretch = 1.1\nrate = "0.1 /s"\n'
+
+
+def run(*command: str | Path, folder: Path) -> str:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=ENDS, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def built(what: str, source: Path, out: Path) -> Path:
+    """The archive or the wheel that setuptools makes of a source folder; pip would make it in an environment of its own."""
+    return out / run(sys.executable, "-c", BUILD.format(what, str(out)), folder=source).splitlines()[-1]
+
+
+def test_an_archive_becomes_a_wheel_that_runs_without_the_checkout(tmp_path: Path) -> None:
+    source = tmp_path / "source"
+    left_out = shutil.ignore_patterns("__pycache__", "*.egg-info")
+    shutil.copytree(TOP / "dielast", source / "dielast", ignore=left_out)
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(TOP / name, source)
+    archive = built("sdist", source, tmp_path)
+    with tarfile.open(archive) as packed:
+        packed.extractall(tmp_path / "unpacked", filter="data")
+    (unpacked,) = (tmp_path / "unpacked").iterdir()
+    shutil.rmtree(source)
+    wheel = built("wheel", unpacked, tmp_path)
+    # all that the checkout has, and nothing of tests or recipes
+    files = {path.relative_to(TOP).as_posix() for path in (TOP / "dielast").rglob("*") if path.is_file()}
+    with zipfile.ZipFile(wheel) as packed_wheel:
+        names = {name for name in packed_wheel.namelist() if ".dist-info/" not in name}
+    assert names == {name for name in files if "__pycache__" not in name}
+
+    environment, elsewhere = tmp_path / "environment", tmp_path / "elsewhere"
+    run(sys.executable, "-m", "venv", "--without-pip", environment, folder=tmp_path)
+    python = environment / ("Scripts" if sys.platform == "win32" else "bin") / "python"
+    run(sys.executable, "-m", "pip", "--python", python, "install", "--no-deps", "--quiet", wheel, folder=tmp_path)
+    # what it depends on comes from the environment of the tests, as a folder alone: no link to the checkout is followed
+    site = run(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", folder=tmp_path).strip()
+    (Path(site) / "dependencies.pth").write_text(f"{sysconfig.get_path('purelib')}\n")
+    shutil.rmtree(unpacked)
+    elsewhere.mkdir()
+    (elsewhere / "r.toml").write_text(RECIPE)
+    assert run(python.with_name("dielast"), "--version", folder=elsewhere) == f"dielast {__version__}\n"
+    assert site in run(python, "-c", "import dielast; print(dielast.__file__)", folder=elsewhere)
+    run(python, "-m", "dielast", "relax", "r.toml", "--plot", "none", folder=elsewhere)
+    assert (elsewhere / "r/relax.csv").read_bytes().startswith(b"case,temperature [degC],time [s],stretch_1 [1],")
+
+
+@pytest.mark.parametrize("place", ["detached", "loose", "packed", "worktree", "other", "broken"])
+def test_a_checkout_names_its_commit(place: str, tmp_path: Path) -> None:
+    now, then, git = "0123456789abcdef" * 2 + "01234567", "f" * 40, tmp_path / ".git"
+    (tmp_path / "pyproject.toml").touch()
+    if place == "worktree":
+        git.write_text("gitdir: main/.git/worktrees/w\n")
+        git = tmp_path / "main/.git/worktrees/w"
+    (git / "refs/heads").mkdir(parents=True)
+    (git / "HEAD").write_text(f"{now}\n" if place == "detached" else "ref: refs/heads/main\n")
+    if place in ("loose", "broken"):
+        (git / "refs/heads/main").write_text(f"{now}\n" if place == "loose" else "\n")
+    if place == "worktree":
+        (git / "commondir").write_text("../..\n")
+    if place in ("loose", "packed", "worktree"):
+        held = then if place == "loose" else now  # what is packed may be of long ago
+        (git.parents[1] if place == "worktree" else git).joinpath("packed-refs").write_text(
+            f"# pack-refs with: peeled\n{then} refs/heads/other\n{held} refs/heads/main\n^{then}\n"
+        )
+    expected = None if place in ("other", "broken") else now
+    assert commit(tmp_path) == expected
+    assert version(tmp_path) == f"dielast {__version__}" + (", checkout of commit 0123456789ab" if expected else "")
+    (tmp_path / "pyproject.toml").unlink()  # another program's repository, in which dielast is installed
+    assert version(tmp_path) == f"dielast {__version__}"
+
+
+def test_this_checkout_names_the_commit_that_git_names() -> None:
+    if shutil.which("git") is None or not (TOP / ".git").exists():
+        pytest.skip("no checkout, or no git to ask")
+    assert commit(TOP) == run("git", "rev-parse", "HEAD", folder=TOP).strip()
