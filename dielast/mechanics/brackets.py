@@ -14,6 +14,8 @@ from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.roots import fall, samples
 from dielast.numerics.stride import DenseSteps
 
+NEARBY = 1e-3  # of a step: so far to either side goes the difference that is a signal's slope
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Brackets:
@@ -46,7 +48,26 @@ class Brackets:
         along = self._along(signal, system, needs_springs)
         values, fractions = samples(along, self.last, self.value)
         first, every = np.argmax(~(values > 0), axis=0), np.arange(self.last.size)
-        return self.at(fall(along, fractions[first - 1, every], fractions[first, every]), self.steps, system)
+        fraction = fall(along, fractions[first - 1, every], fractions[first, every])
+        return self._by_steps(signal, along, system, fraction)
+
+    def _by_steps(
+        self, signal: Signal, along: Callable[[Floats], Floats], system: Films, fraction: Floats
+    ) -> tuple[Floats, Moment]:
+        """The time and the moment at which the signal vanishes that does so `along` the dense output at a `fraction` (k,).
+
+        The dense output is of a lower order than the steps. So films go there by a step of their own, and the signal that they
+        then have left takes one step of Newton's method.
+        """
+        low, high = np.maximum(fraction - NEARBY, 0.0), np.minimum(fraction + NEARBY, 1.0)
+        with np.errstate(all="ignore"):  # what is not finite is left where it is
+            slope = (along(high) - along(low)) / (high - low)
+            state = self.steps.anew(system, fraction)
+            end = fraction - signal(self._moment(fraction, state, system)) / slope
+        exact = (end >= 0) & (end <= 1)
+        end = np.where(exact, end, fraction)
+        state = self.steps.state(end) + np.where(exact, state - self.steps.state(fraction), 0.0)
+        return self._time(end), self._moment(end, state, system)
 
     def _along(self, signal: Signal, system: Films, needs_springs: bool) -> Callable[[Floats], Floats]:
         """The signal (k,) over the fractions (k,) of the steps."""
@@ -56,6 +77,13 @@ class Brackets:
 
     def at(self, fraction: Floats, steps: DenseSteps, system: Films) -> tuple[Floats, Moment]:
         """Time since the span began, and the films then."""
-        time = steps.time + fraction * steps.step
-        age = self.begin + time - self.switched_on
-        return time, Moment.of(system, steps.cases, age, time, steps.state(fraction))
+        return self._time(fraction), self._moment(fraction, steps.state(fraction), system)
+
+    def _time(self, fraction: Floats) -> Floats:
+        """Time (k,) since the span began at fractions (k,) of the steps."""
+        return np.asarray(self.steps.time + fraction * self.steps.step)
+
+    def _moment(self, fraction: Floats, state: Floats, system: Films) -> Moment:
+        """Films that are in this `state` at fractions (k,) of the steps."""
+        time = self._time(fraction)
+        return Moment.of(system, self.steps.cases, self.begin + time - self.switched_on, time, state)

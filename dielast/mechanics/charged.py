@@ -21,7 +21,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Arrowhead, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load, UnderLoad
 from dielast.mechanics.symmetric import SymmetricArrowhead, SymmetricPoints
-from dielast.numerics.columns import Floats
+from dielast.numerics.columns import Cases, Floats
 
 
 def circuit_of(points: Points) -> Circuit:
@@ -56,9 +56,9 @@ class _Charged(UnderLoad):
         """Whether there may be a charge: always."""
         return True
 
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """What the load prescribes (3, cases), with D~ in place of what the source does."""
-        driven = self.load.value(time).copy()
+    def driven(self, time: Floats, state: Floats, some: Cases | None = None) -> Floats:
+        """What the load prescribes (3, k), with D~ in place of what the source does."""
+        driven = self.load.value(time, some).copy()
         driven[ELECTRIC] = state[self.border]
         return driven
 

@@ -108,12 +108,15 @@ class Load:
         source[columns] = count + np.arange(columns.size)
         return Load.joined([self, other]).take(source)
 
-    def value(self, time: Floats) -> Floats:
-        """Prescribed values (3, cases) at `time` (cases,) in s since the span began."""
+    def value(self, time: Floats, some: Cases | None = None) -> Floats:
+        """Prescribed values (3, k) of `some` (k,) of the cases, or of all, at `time` (k,) in s since the span began."""
+        start, rate = (self.start, self.rate) if some is None else (self.start[:, some], self.rate[:, some])
         if self.still:
-            return self.start
-        line = self.start + self.rate * time
-        return line if self.wave is None else line + self.wave.value(time)
+            return start
+        line = start + rate * time
+        if self.wave is None:
+            return line
+        return line + (self.wave if some is None else self.wave.take(some)).value(time)
 
     def slope(self, time: Floats) -> Floats:
         """Their rates (3, cases) in 1/s."""
@@ -141,9 +144,11 @@ class UnderLoad:
         """Whether there is a field."""
         return self.load.electric
 
-    def driven(self, time: Floats, state: Floats) -> Floats:
-        """The prescribed values (3, cases) at a `time` (cases,) in s since the span of load began, and a `state` then."""
-        return self.load.value(time)
+    def driven(self, time: Floats, state: Floats, some: Cases | None = None) -> Floats:
+        """The prescribed values (3, k) of `some` (k,) of the cases, or of all, at a `time` (k,) in s since the span of load began,
+        and their `state` then.
+        """
+        return self.load.value(time, some)
 
     def driven_by(self, columns: Cases, load: Load) -> Self:
         """The same with another span of load in these columns."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
-from dielast.numerics.stride import Observer, Stride
+from dielast.numerics.stride import Observer, Stride, advance
 from dielast.numerics.system import Spans, System
 from dielast.numerics.whereabouts import Whereabouts
 
@@ -232,7 +232,7 @@ class _Pool:
         left = (at.duration - at.time) - at.rounding
         step = np.minimum(at.next_step, self.longest_steps[at.cases])
         step = np.where(step >= 0.99 * left, left, np.minimum(step, 0.5 * left))
-        after = self._stages(at.time, step)
+        after = advance(self.system, self.method, at.time, self.state, step, self.increments)
         error = self.system.error(after, self.increments[-1]) / self.rtol
         error = np.where(np.isfinite(error), np.maximum(error, 1e-6), np.inf)
         accepted = (error <= 1) & self.active
@@ -264,22 +264,6 @@ class _Pool:
         at.last_error = np.where(accepted, np.maximum(error, 1e-2), at.last_error)
         at.next_step = following
         self._settle(accepted, finished, last, stop)
-
-    def _stages(self, time: Floats, step: Floats) -> Floats:
-        """All increments of a step; returns the new state."""
-        method, increments, state = self.method, self.increments, self.state
-        system = self.system.linearise(time, state, step, method.gamma)
-        increments[0] = system.increment(time, state, None, method.gamma_i[0])
-        stage = state
-        for i in range(1, method.stages):
-            if method.adds_last[i]:
-                stage = stage + increments[i - 1]
-                history = np.einsum("s,srm->rm", method.c[i, :i], increments[:i])
-            else:
-                stage, history = np.einsum("bs,srm->brm", method.ac[i][:, :i], increments[:i])
-                stage += state
-            increments[i] = system.increment(time + method.alpha[i] * step, stage, history, method.gamma_i[i])
-        return np.asarray(stage + increments[-1])
 
     def _settle(self, accepted: Flags, finished: Flags, last: Flags, stop: Flags | None) -> None:
         """Book the step, lead columns that have `finished` a span that is not the `last` on, and retire those that have ended."""

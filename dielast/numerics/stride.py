@@ -12,6 +12,22 @@ from dielast.numerics.rosenbrock import Rosenbrock
 from dielast.numerics.system import System
 
 
+def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats) -> Floats:
+    """States (rows, pool) a `step` (pool,) after a `state`; writes the `increments` (stages, rows, pool) that lead there."""
+    equations = system.linearise(time, state, step, method.gamma)
+    increments[0] = equations.increment(time, state, None, method.gamma_i[0])
+    stage = state
+    for i in range(1, method.stages):
+        if method.adds_last[i]:
+            stage = stage + increments[i - 1]
+            history = np.einsum("s,srm->rm", method.c[i, :i], increments[:i])
+        else:
+            stage, history = np.einsum("bs,srm->brm", method.ac[i][:, :i], increments[:i])
+            stage += state
+        increments[i] = equations.increment(time + method.alpha[i] * step, stage, history, method.gamma_i[i])
+    return np.asarray(stage + increments[-1])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Stride:
     """One step of a pool of cases: `cases` (pool,) names them, `accepted` (pool,) says which of the steps count.
@@ -64,6 +80,7 @@ class Observer(Protocol):
 class DenseSteps:
     """Dense output of columns (k,) of strides, kept: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
 
+    method: Rosenbrock
     cases: Cases
     time: Floats
     step: Floats
@@ -74,23 +91,31 @@ class DenseSteps:
         """These rows and columns (k,) of a stride."""
         inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, paired(columns)])[:, :, : columns.size]
         ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
-        return cls(stride.cases[columns], stride.time[columns], stride.step[columns], np.concatenate((ends, inner)))
+        coefficients = np.concatenate((ends, inner))
+        return cls(stride.method, stride.cases[columns], stride.time[columns], stride.step[columns], coefficients)
 
     @classmethod
     def joined(cls, parts: list[DenseSteps]) -> DenseSteps:
         """The columns of all parts, one part after another."""
         arrays = ((part.cases, part.time, part.step, part.coefficients) for part in parts)
-        return cls(*(np.concatenate(one, axis=-1) for one in zip(*arrays, strict=True)))
+        return cls(parts[0].method, *(np.concatenate(one, axis=-1) for one in zip(*arrays, strict=True)))
 
     def take(self, columns: Cases, rows: slice = slice(None)) -> DenseSteps:
         """Some of the columns, and of the rows."""
-        return DenseSteps(self.cases[columns], self.time[columns], self.step[columns], self.coefficients[:, rows][:, :, columns])
+        coefficients = self.coefficients[:, rows][:, :, columns]
+        return DenseSteps(self.method, self.cases[columns], self.time[columns], self.step[columns], coefficients)
 
     def state(self, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,) of the steps."""
         before, after, k1, k2, k3 = self.coefficients
         rest = 1 - fraction
         return np.asarray(rest * before + fraction * (after + rest * (k1 + fraction * (k2 + fraction * k3))))
+
+    def anew(self, system: System, fraction: Floats) -> Floats:
+        """The same states, as exact as steps are, by steps that end there; all rows are needed."""
+        before = np.ascontiguousarray(self.coefficients[0])
+        increments = np.empty((self.method.stages, *before.shape))
+        return advance(system, self.method, self.time, before, fraction * self.step, increments)
 
     def rate(self, fraction: Floats) -> Floats:
         """Rates of the states (rows, k) in 1/s at fractions (k,) of the steps."""

@@ -192,16 +192,15 @@ class Recorder:
         """
         if not case.size:
             return
-        films = system.take(pooled)
-        driven = films.driven(moment, state)
-        log_squared, nominal = films.membrane(state, driven)
+        driven = system.driven(moment, state, pooled)
+        log_squared, nominal = system.membrane(state, driven)
         self._values[-1][:5, case, row] = np.concatenate((log_squared, nominal, driven[2:]))
         if self.watch is not None:
-            seen = self.watch.moment(films, case, begin, moment, state)
+            seen = self.watch.moment(system.take(pooled), case, begin, moment, state)
             self._values[-1][5, case, row] = self.watch.stability(seen).determinant
             self._values[-1][ROWS : ROWS + self.exposures, case, row] = exposed
         if self.wanted.internal:
-            self._internal[-1][:, :, case, row] = films.internal(state)
+            self._internal[-1][:, :, case, row] = system.internal(state)
 
     def collect(self) -> Record:
         """The record of all pieces."""
