@@ -144,6 +144,8 @@ def check_folder(folder: Path, needed: str) -> None:
 
     `needed` says what a folder is needed for.
     """
+    if os.name == "nt" and names_a_device(folder.name):
+        raise InputError("a name that Windows keeps for a device: choose another folder", file=folder)
     nearest = folder.absolute()
     while not os.path.lexists(nearest) and nearest.parent != nearest:
         nearest = nearest.parent
@@ -152,6 +154,12 @@ def check_folder(folder: Path, needed: str) -> None:
         raise InputError(f"{obstacle}, a folder {needed}", file=folder)
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError("cannot write here: permission denied", file=folder)
+
+
+def names_a_device(name: str) -> bool:
+    """Whether Windows takes a file's or folder's name, with any ending, for a device."""
+    stem = name.partition(".")[0].rstrip().upper()
+    return stem in ("CON", "PRN", "AUX", "NUL") or bool(re.fullmatch(r"(COM|LPT)[1-9]", stem))
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:

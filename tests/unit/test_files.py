@@ -186,3 +186,8 @@ def test_a_path_with_backslashes_says_what_to_write(tmp_path: Path, name: str, h
         Inputs(tmp_path).read(name)
     assert f"no such file{hint}" in str(caught.value)
     assert bool(hint) == (";" in str(caught.value))
+
+
+def test_devices_of_windows_are_no_folders() -> None:
+    names = ("con", "Aux.d", "NUL .x", "com1", "lpt9.csv", "console", "com10", "fig9", "x.nul")
+    assert [name for name in names if files.names_a_device(name)] == ["con", "Aux.d", "NUL .x", "com1", "lpt9.csv"]
