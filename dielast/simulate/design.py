@@ -101,6 +101,12 @@ class Design(TabularResult):
         ]
 
     @property
+    def out_of_reach(self) -> dict[str, int]:
+        """How many films have a goal that is out of reach, by the reason."""
+        reasons = self.because[self.reached == OUT_OF_REACH].tolist()
+        return {reason: reasons.count(reason) for reason in sorted(set(reasons))}
+
+    @property
     def life(self) -> Floats:
         """By what films are compared (films,) in s: the safe life, or without draws the time to failure; infinite beyond the
         horizon, NaN where the goal is not reached.

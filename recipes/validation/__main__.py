@@ -29,13 +29,11 @@ from intervals import shift_intervals
 from polystyrene import other_tests, shifts
 from vhb4905 import halves
 
-from dielast import DielastWarning, MeasuredTest
+from dielast import DielastWarning
 from dielast.io.files import write_files
 from dielast.plots.style import render
 
 SECTIONS = {"shifts": shifts, "other-tests": other_tests, "halves": halves, "coupled": coupled, "intervals": shift_intervals}
-if not hasattr(MeasuredTest, "nominal_field"):  # tests under a voltage are not calibrated yet
-    del SECTIONS["coupled"]
 HEAD = """# Validation on measured data
 
 What dielast makes of measurements that others made and published, and where it fails. `python recipes/validation --data DIR`

@@ -94,7 +94,7 @@ HEADERS |= {
 FILMS = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrode_share [1]"]
 POWER = [f"power_{name} [1]" for name in ("exponent", "intercept", "rms_residual", "r_squared")]
 LIFETIME = [*FILMS, "slope [1/V]", "intercept [1]", "rms_residual [1]", "r_squared [1]", "points", *POWER, "aic_difference [1]"]
-TEXT = {"failure_mode", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
+TEXT = {"failure_mode", "reached", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
 TEXT |= {"equilibrium_law", "nonequilibrium_law", "cross_validation_error [1]"}  # the last is empty where one law is fitted
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
@@ -107,6 +107,7 @@ FILES = {
     "creep": {"creep.csv", "cases.csv", "creep.png", "summary.toml"},
     "actuate": {"actuate.csv", "events.csv", "cases.csv", "actuate.png", "summary.toml"},
     "failure-map": {"failure-map.csv", "fit.csv", "failure-map.png", "summary.toml"},
+    "design": {"design.csv", "design.png", "summary.toml"},
 }
 
 
@@ -259,12 +260,16 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (
             ["nothing"],
             2,
-            'dielast: no command "nothing": one of mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, new,',
+            'dielast: no command "nothing": one of mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, design, ',
         ),
         (["new", "nothing"], 2, '"nothing" is no kind of recipe: one of mastercurve, spectrum, calibrate, relax, creep, '),
         (["new", "actuator"], 2, '"actuator" is no kind of recipe: did you mean "actuate"?\n'),
         (["new", "Failure_Map"], 2, '"Failure_Map" is no kind of recipe: did you mean "failure-map"?\n'),
-        (["new"], 2, "dielast new: a kind is needed: mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map (see"),
+        (
+            ["new"],
+            2,
+            "dielast new: a kind is needed: mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, design (see",
+        ),
         (["--plot"], 2, "dielast: no such option: --plot"),
         (["relax", "--bogus"], 2, "dielast relax: no such option: --bogus"),
         (["spectrum", "x.toml", "--plot", "bmp"], 2, "dielast spectrum: invalid value for '--plot': 'bmp' is not one of 'png', "),

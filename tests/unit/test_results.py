@@ -58,6 +58,7 @@ def results() -> dict[str, Any]:
         "film": film,
         "map": chart,
         "plan": dielast.plan_failure_map(vhb, voltage=[3.5e3, 4e3], prestretch=[1.7], thickness=5e-4, horizon=3600.0),
+        "design": dielast.design(vhb, relative_stretch=1.1, at=60.0, horizon=3600.0, prestretch=[1.7, 1.9], thickness=5e-4),
         "lines": dielast.fit_lifetime(chart),
         "line": dielast.fit_lifetime(chart)[0],
         "breakdown": dielast.Breakdown(tuple(np.linspace(1, 3, 30)), (4e7,) * 30),

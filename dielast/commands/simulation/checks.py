@@ -38,7 +38,6 @@ from dielast.material.checks import (
 from dielast.material.material import Material
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
-from dielast.simulate.design import CREEPS, LIMITED
 
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
@@ -166,9 +165,8 @@ def warn_of_grid(
 
 def warn_of_design(recipe: DesignRecipe, material: Material, result: Design) -> None:
     """Warn of goals, prestretches and lives that are shorter than the material's fastest branch."""
-    for reason in (CREEPS, LIMITED):
-        if count := int(np.count_nonzero(result.because == reason)):
-            warn(f"{count} of {result.target.size} films: out of reach: {reason}")
+    for reason, count in result.out_of_reach.items():
+        warn(f"{count} of {result.target.size} films: out of reach: {reason}")
     film, paces = recipe.film, []
     for temperature in sorted(set(result.temperature.tolist())):
         fastest = fastest_branch(material, temperature)
