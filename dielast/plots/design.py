@@ -89,11 +89,9 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
             left.text(0.5, 0.5, "no film reaches the goal", transform=left.transAxes, ha="center", va="center")
         for label, place in zip("ab", (left, right), strict=True):
             place.set_xlabel(along.label)
-            place.update_datalim([(along.levels[0], np.nan), (along.levels[-1], np.nan)], updatey=False)
-            place.autoscale_view(scaley=False)
+            room = 0.04 * float(np.ptp(along.levels)) or 0.1
+            place.set_xlim(along.levels[0] - room, along.levels[-1] + room)
             place.set_title(f"({label})", loc="left")
-            if along.levels.size == 1:
-                place.set_xlim(along.levels[0] - 0.1, along.levels[0] + 0.1)
         handles += _marks(result, along, interval, len(combinations) - len(shown))
         if handles:
             legend_below(figure, handles)
