@@ -15,7 +15,7 @@ from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, prior_alone
 from dielast.numerics.columns import Floats
 
-DECISIVE = 0.99  # level at which an end of the range is ruled out: by chance in one of a hundred, if it were the truth
+DECISIVE = 0.999  # level at which an end of the range is ruled out: by chance in one of a thousand
 NEAR, BEYOND = 0.5, 1.07  # of the half widths of the interval asked for and of the decisive one, at which a profile is looked at
 FAR = np.array((0.2, 0.45, 0.7, 1.0))  # shares of the way to a bound, where that is not enough
 ITERATIONS = 6
