@@ -74,6 +74,10 @@ FITTED = [
     *("nonequilibrium.relaxation_time[0]", "nonequilibrium.relaxation_time[1]"),
 ]
 HEADERS |= {
+    "design.csv": [
+        *("temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrode_share [1]", "area_strain [1]", "voltage [V]"),
+        *("time_to_failure [s]", "failure_mode", "reached"),
+    ],
     "parameters.csv": ["parameter", "start", "value", "standard_error", "lower", "upper", "verdict", "unit"],
     "tests.csv": [
         *("test", "used", "points", "rms_error", "rms_relative_error [1]", "r_squared [1]", "coverage [1]", "specimen", "unit")
