@@ -31,11 +31,12 @@ from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.electrical import UNITS, Electrical, ElectricMeter, nominal
 from dielast.simulate.events import Event, event_columns, events_of, first_of
 from dielast.simulate.film import Outcome
+from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History
 from dielast.simulate.profile import ProfileRecorder, Profiles, given_times
 from dielast.simulate.record import Record, Recorder, ending
-from dielast.simulate.setup import MESH_RTOL, FilmSetup, Setup, set_up
+from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
 from dielast.simulate.wiring import Wiring
 
