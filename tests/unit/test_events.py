@@ -14,7 +14,8 @@ from dielast.mechanics.criteria.criterion import Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.load import VoltageStep
 from dielast.numerics.roots import fall, samples
-from dielast.simulate.actuate import ActuationHistory, actuate
+from dielast.simulate.actuate import actuate
+from dielast.simulate.actuation_history import ActuationHistory
 
 Array = NDArray[np.float64]
 
