@@ -91,33 +91,33 @@ class LifeElasticities(TabularResult):
 
 
 Sensitivity = LifeShares | LifeElasticities
-Design = Exchange | Perturbed
+Variation = Exchange | Perturbed
 
 
-def sensitivity_design(material: Material, sample: Sample | None, seed: int = 1) -> Design:
+def variation_for(material: Material, sample: Sample | None, seed: int = 1) -> Variation:
     """The films to be solved for the sensitivity of a life, in its `sample`: exchanges between the draws of a sample where there
     is one, and the material with its numbers changed one at a time where there is none.
     """
     return Perturbed.of(material) if sample is None else Exchange.of(sample, seed)
 
 
-def sensitivity_of(design: Design, life: Floats, films: Table) -> Sensitivity:
-    """The sensitivity of films with these columns to the sources of a design, from the `life` (draws, films) in s of all of its
+def sensitivity_of(variation: Variation, life: Floats, films: Table) -> Sensitivity:
+    """The sensitivity of films with these columns to the sources of a variation, from the `life` (draws, films) in s of all of its
     draws, NaN where they do not fail.
     """
     known = life > 0
     logs = np.log(np.where(known, life, 1.0))
-    if isinstance(design, Perturbed):
-        slope, error = design.slopes(np.where(known, logs, np.nan))
-        return LifeElasticities(films, design.names, slope, error)
-    pairs, count = design.first.size, len(design.sources)
-    exchanged = logs[design.draws :].reshape(count, 2, pairs, -1)
-    shares = variance_shares(logs[design.first], logs[design.second], exchanged[:, 0], exchanged[:, 1])
-    used = np.concatenate((design.first, design.second, np.arange(design.draws, len(life))))
+    if isinstance(variation, Perturbed):
+        slope, error = variation.slopes(np.where(known, logs, np.nan))
+        return LifeElasticities(films, variation.names, slope, error)
+    pairs, count = variation.first.size, len(variation.sources)
+    exchanged = logs[variation.draws :].reshape(count, 2, pairs, -1)
+    shares = variance_shares(logs[variation.first], logs[variation.second], exchanged[:, 0], exchanged[:, 1])
+    used = np.concatenate((variation.first, variation.second, np.arange(variation.draws, len(life))))
     censored = np.mean(~known[used], axis=0)
     values = {name: np.where(censored > 0, np.nan, getattr(shares, name)) for name in (field.name for field in fields(shares))}
     spread = np.sqrt(values.pop("variance")) / LN10
-    return LifeShares(films, design.sources, **values, spread=spread, censored=censored)
+    return LifeShares(films, variation.sources, **values, spread=spread, censored=censored)
 
 
 def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: int = 1, **film: Any) -> Sensitivity:
@@ -132,16 +132,16 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
 
     Raises `InputError` for anything wrong with the arguments.
     """
-    design = sensitivity_design(material, sample, seed)
+    variation = variation_for(material, sample, seed)
     film.setdefault("drawn_rtol", film.get("rtol", 1e-6))
-    result, *drawn = solve_map(plan_failure_map(material, sample=design.sample, **film))
-    return sensitivity_of_map(design, result, drawn)
+    result, *drawn = solve_map(plan_failure_map(material, sample=variation.sample, **film))
+    return sensitivity_of_map(variation, result, drawn)
 
 
-def sensitivity_of_map(design: Design, result: FailureMap, drawn: Sequence[FailureMap]) -> Sensitivity:
-    """The sensitivity of every cell of a map, from the maps of all draws of the design."""
+def sensitivity_of_map(variation: Variation, result: FailureMap, drawn: Sequence[FailureMap]) -> Sensitivity:
+    """The sensitivity of every cell of a map, from the maps of all draws of the variation."""
     life = np.array([each.time_to_failure.ravel() for each in drawn])
-    return sensitivity_of(design, life, failure_cells(result))
+    return sensitivity_of(variation, life, failure_cells(result))
 
 
 def _of_films(films: Table, count: int, sources: Any) -> Table:

@@ -11,7 +11,7 @@ import numpy as np
 from dielast.commands.simulation.bounds import drawn_film
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Known, Solve
-from dielast.commands.simulation.sensitivity import SENSITIVITY, design_of, warn_of_left_out
+from dielast.commands.simulation.sensitivity import SENSITIVITY, variation_of, warn_of_left_out
 from dielast.errors import in_a_draw
 from dielast.io.table import Column
 from dielast.mechanics.cases import of_case
@@ -25,14 +25,14 @@ def with_sensitivity(known: Sequence[Known], solve: Solve) -> list[CaseResult]:
     for number, (case, material, sample, result) in enumerate(known):
         if not case.recipe.sensitivity:
             continue
-        design = design_of(material, sample, case.recipe.uncertainty)
+        variation = variation_of(material, sample, case.recipe.uncertainty)
         # of a run for its life alone, one row is enough
         brief = replace(result, columns={"time [s]": np.zeros(1)})
         with in_a_draw(key=SENSITIVITY if sample is None else "uncertainty", case=of_case(number, len(known))):
-            one, drawn = drawn_film(case, design.sample, brief)
-            runs = solve(one, drawn, design.sample.thickness_factor)
+            one, drawn = drawn_film(case, variation.sample, brief)
+            runs = solve(one, drawn, variation.sample.thickness_factor)
         life = np.array([[_life(run)] for run in runs])
-        found[number] = replace(result, sensitivity=sensitivity_of(design, life, [Column("case", None, np.array([number]))]))
+        found[number] = replace(result, sensitivity=sensitivity_of(variation, life, [Column("case", None, np.array([number]))]))
     warn_of_left_out([each for result in found if (each := result.sensitivity) is not None])
     return found
 

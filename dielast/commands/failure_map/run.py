@@ -42,12 +42,12 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         sample = sample_of(cases[0], material, inputs)
     temperatures = recipe.temperature or [material.reference_temperature]
     films = len(temperatures) * len(recipe.film.prestretch) * len(recipe.film.shares or (1,))
-    design = None
+    variation = None
     if recipe.sensitivity:
-        from dielast.commands.simulation.sensitivity import design_of
+        from dielast.commands.simulation.sensitivity import variation_of
 
-        design = design_of(material, sample, wanted)
-    solved = sample if design is None else design.sample
+        variation = variation_of(material, sample, wanted)
+    solved = sample if variation is None else variation.sample
     check_cells(films * voltages(recipe.voltage).size, 0 if solved is None else len(solved))
     plan = _plan(recipe, material, solved)
     warn_of_map(recipe, material, plan)
@@ -92,11 +92,11 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         sections |= uncertainty_headline([wanted], [sample])
     tables = {"failure-map.csv": cells, "fit.csv": fits}
     figures: dict[str, Any] = {"operating-map": operating_map} if result.relative_stretch else {}
-    if design is not None:
+    if variation is not None:
         from dielast.commands.simulation.sensitivity import SENSITIVITY, headline_of, table_of, warn_of_left_out
         from dielast.simulate.sensitivity import sensitivity_of_map
 
-        found = [sensitivity_of_map(design, result, every)]
+        found = [sensitivity_of_map(variation, result, every)]
         warn_of_left_out(found)
         tables, sections = tables | {f"{SENSITIVITY}.csv": table_of(found)}, sections | headline_of(found)
 

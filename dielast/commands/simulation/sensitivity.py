@@ -12,15 +12,15 @@ from dielast.errors import InputError, warn
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
-from dielast.simulate.sensitivity import Design, LifeShares, Sensitivity, sensitivity_design
+from dielast.simulate.sensitivity import LifeShares, Sensitivity, Variation, variation_for
 
 SENSITIVITY = "sensitivity"
 
 
-def design_of(material: Material, sample: Sample | None, stated: Uncertainty | None) -> Design:
+def variation_of(material: Material, sample: Sample | None, stated: Uncertainty | None) -> Variation:
     """The films to be solved: with draws, exchanges between them, else the material with one number after the other changed."""
     try:
-        return sensitivity_design(material, sample, 1 if stated is None else stated.seed)
+        return variation_for(material, sample, 1 if stated is None else stated.seed)
     except InputError as error:
         raise error.changed(lambda problem: problem.in_keys({"sample": SENSITIVITY})) from None
 
