@@ -221,23 +221,21 @@ def test_each_source_is_exchanged_and_nothing_else() -> None:
         replace(CREEPING, permittivity=eps, equilibrium_modulus=mu) for eps, mu in ((4e-11, 2e4), (5e-11, 3e4), (6e-11, 4e4))
     ]
     sample = Sample(tuple(members * 2), np.linspace(0.9, 1.1, 6), np.ones(6))
-    variation = Exchange.of(sample, seed=3)
-    assert [source.name for source in variation.sources] == ["material", "equilibrium spring", "permittivity", "breakdown field"]
-    assert sorted([*variation.first, *variation.second]) == list(range(6))
-    assert len(variation.sample) == 6 + 4 * 6
-    assert variation.sample.materials[:6] == sample.materials
+    pairs = Exchange.of(sample, seed=3)
+    assert [source.name for source in pairs.sources] == ["material", "equilibrium spring", "permittivity", "breakdown field"]
+    assert sorted([*pairs.first, *pairs.second]) == list(range(6))
+    assert len(pairs.sample) == 6 + 4 * 6
+    assert pairs.sample.materials[:6] == sample.materials
     parts = np.arange(6, 30).reshape(4, 2, 3)
-    for place, source in enumerate(variation.sources):
-        for keep, take, films in zip(
-            (variation.first, variation.second), (variation.second, variation.first), parts[place], strict=True
-        ):
+    for place, source in enumerate(pairs.sources):
+        for keep, take, films in zip((pairs.first, pairs.second), (pairs.second, pairs.first), parts[place], strict=True):
             for a, b, film in zip(keep, take, films, strict=True):
-                made, kept, taken = variation.sample.materials[film], sample.materials[a], sample.materials[b]
+                made, kept, taken = pairs.sample.materials[film], sample.materials[a], sample.materials[b]
                 for field in ("equilibrium_modulus", "permittivity", "spectrum", "breakdown"):
                     expected = taken if field in source.material_fields else kept
                     assert getattr(made, field) is getattr(expected, field)
                 other = b if source.factor else a
-                assert variation.sample.breakdown_factor[film] == sample.breakdown_factor[other]
+                assert pairs.sample.breakdown_factor[film] == sample.breakdown_factor[other]
 
 
 def test_nothing_to_share_is_refused() -> None:
