@@ -155,22 +155,13 @@ def design(
     With a `sample`, also what its draws tell: bounds of this `level`, and the life that a share `failure_probability` does not
     reach. Raises `InputError` for anything wrong with the arguments.
     """
+    film = FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width)
     plan = plan_design(
         material,
-        at=at,
+        film,
+        Goal.of(at, relative_stretch, area_strain),
         horizon=horizon,
-        prestretch=prestretch,
-        thickness=thickness,
-        relative_stretch=relative_stretch,
-        area_strain=area_strain,
         temperature=temperature,
-        prestretch_rate=prestretch_rate,
-        relax=relax,
-        boundary=boundary,
-        electrode_share=electrode_share,
-        mesh_rtol=mesh_rtol,
-        force=force,
-        width=width,
         breakdown_field=breakdown_field,
         pull_in_timescale=pull_in_timescale,
         rtol=rtol,
@@ -196,49 +187,31 @@ def check_draws(draws: int, level: float, failure_probability: float) -> None:
 
 def plan_design(
     material: Material,
+    film: FilmSetup,
+    goal: Goal,
     *,
-    at: float,
     horizon: float,
-    prestretch: ArrayLike,
-    thickness: ArrayLike,
-    relative_stretch: ArrayLike | None = None,
-    area_strain: ArrayLike | None = None,
     temperature: ArrayLike | None = None,
-    prestretch_rate: float | None = None,
-    relax: float = 0.0,
-    boundary: str | tuple[str, str] = "dead-load",
-    electrode_share: ArrayLike | None = None,
-    mesh_rtol: float = MESH_RTOL,
-    force: float | tuple[float | None, float | None] | None = None,
-    width: float | tuple[float | None, float | None] | None = None,
     breakdown_field: float | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
     sample: Sample | None = None,
     drawn_rtol: float | None = None,
 ) -> DesignPlan:
-    """Check the arguments of `design`, and stretch and relax its films and those of all draws of a `sample`."""
-    goal = Goal.of(at, relative_stretch, area_strain)
+    """Check what `design` is about, and stretch and relax its films and those of all draws of a `sample`. Prestretch, electrode
+    share and thickness of the `film` and the target of the `goal` are axes of the grid.
+    """
     if not (np.isfinite(horizon) and horizon > 0):
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
-    if at > horizon:
-        raise InputError(f"{at:g} s is longer than the horizon of {horizon:g} s", argument="at")
-    pairs = prestretches_of(prestretch, "design")
-    thick = axis_of(thickness, "thickness", "design")
-    shares = None if electrode_share is None else axis_of(electrode_share, "electrode_share", "design")
+    if goal.at > horizon:
+        raise InputError(f"{goal.at:g} s is longer than the horizon of {horizon:g} s", argument="at")
+    pairs = prestretches_of(film.prestretch, "design")
+    thick = axis_of(film.thickness, "thickness", "design")
+    shares = None if film.electrode_share is None else axis_of(film.electrode_share, "electrode_share", "design")
     temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature", "design")
     sizes = temperatures.size, thick.size, len(pairs), 1 if shares is None else shares.size, goal.target.size
     of_temperature, of_thickness, of_pair, of_share, of_goal = (index.ravel() for index in np.indices(sizes))
-    film = FilmSetup(
-        thick[of_thickness],
-        prestretch_rate=prestretch_rate,
-        relax=relax,
-        boundary=boundary,
-        electrode_share=None if shares is None else shares[of_share],
-        mesh_rtol=mesh_rtol,
-        force=force,
-        width=width,
-    )
+    film = replace(film, thickness=thick[of_thickness], electrode_share=None if shares is None else shares[of_share])
     check_weights(film, pairs)
     goal = goal.take(of_goal)
     goal.steps(film.controls)

@@ -18,7 +18,7 @@ from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.numerics.columns import Cases, Floats
 from dielast.simulate.film import Film
-from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.film_setup import FilmSetup, Prestretch
 from dielast.simulate.setup import Setup, set_up
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
     return array
 
 
-def prestretches_of(prestretch: ArrayLike, of: str = "map") -> Floats:
+def prestretches_of(prestretch: Prestretch, of: str = "map") -> Floats:
     """The prestretch of axes 1 and 2 (prestretches, 2) of an axis of numbers, or of pairs."""
     pairs = np.asarray(prestretch, dtype=float)
     pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs

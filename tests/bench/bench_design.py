@@ -16,6 +16,8 @@ from dielast import NormalScatter, WeibullScatter, draw_sample, read_material
 from dielast.simulate.design import YES, designed, plan_design, under_way
 from dielast.simulate.design_plan import DesignPlan, solve_draws, solve_films
 from dielast.simulate.failure_map import failure_map, plan_failure_map
+from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.goal import Goal
 from dielast.simulate.map_plan import solve_cells
 
 FILMS, DRAWS, REPEATS = 50, 100, 3
@@ -43,13 +45,13 @@ def main() -> None:
         row = plan_failure_map(MATERIAL, voltage=np.linspace(2.5e3, 5e3, FILMS), prestretch=[1.9], **given)
         of_row, _ = least(lambda row=row: [solve_cells(row, *chunk) for chunk in row.chunks()])
         for goal in (1.1, 1.2, 1.35):
-            films = {"prestretch": np.linspace(1.5, 2.1, FILMS), "relative_stretch": goal, "at": 3600.0, **given}
-            plan = plan_design(MATERIAL, **films)
+            films = FilmSetup(5e-4, np.linspace(1.5, 2.1, FILMS), relax=5400.0, **film), Goal.of(3600.0, goal, None)
+            plan = plan_design(MATERIAL, *films, horizon=HORIZON)
             cost, solved = least(lambda plan=plan: [solve_films(plan, *chunk) for chunk in plan.chunks()])
             result = designed(under_way(plan, solved), solved, [], 0.9, 0.05)
             reached = result.reached == YES
             off = float(np.max(np.abs(result.largest[reached] / goal - 1), initial=0.0))
-            drawn = plan_design(MATERIAL, sample=sample, **films)
+            drawn = plan_design(MATERIAL, *films, horizon=HORIZON, sample=sample)
             with_draws, _ = least(lambda drawn=drawn: _with_draws(drawn), 1)
             costs = f"{cost / of_row:.2f} | {cost / of_row / result.rounds:.2f} | {with_draws / cost:.1f}"
             print(f"| {film.get('boundary', 'dead-load')} | {goal} | {result.rounds} | {reached.sum()} | {costs} | {off:.1e} |")
@@ -66,7 +68,7 @@ def _with_draws(plan: DesignPlan) -> None:
 def sweep() -> None:
     """The voltage of a film beside a sweep of 400 voltages."""
     film: dict[str, Any] = {"prestretch": 1.9, "thickness": 5e-4, "relax": 5400.0, "horizon": HORIZON}
-    plan = plan_design(MATERIAL, relative_stretch=1.2, at=3600.0, **film)
+    plan = plan_design(MATERIAL, FilmSetup(5e-4, 1.9, relax=5400.0), Goal.of(3600.0, 1.2, None), horizon=HORIZON)
     solved = [solve_films(plan, *chunk) for chunk in plan.chunks()]
     found = under_way(plan, solved).voltage[0]
     volts = np.linspace(2e3, 4e3, 400)

@@ -21,6 +21,8 @@ from dielast.simulate.actuate import actuate
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design, design, designed, plan_design, under_way
 from dielast.simulate.design_plan import solve_draws, solve_films
 from dielast.simulate.failure_map import failure_map
+from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.goal import Goal
 
 EMPTY = Spectrum(np.zeros(0), np.zeros(0))
 ELASTIC = Material("elastic", 26e3, EMPTY, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.0,), (1e9,)))
@@ -152,7 +154,8 @@ def test_every_combination_is_a_film_and_no_film_knows_of_another() -> None:
         one = {"prestretch": whole.prestretch[row, 0], "thickness": whole.thickness[row], "temperature": whole.temperature[row]}
         alone = design(FILM, relative_stretch=1.1, **(GOAL | one))
         assert (alone.voltage[0], alone.failure_mode[0]) == (whole.voltage[row], whole.failure_mode[row])
-    plan = plan_design(FILM, relative_stretch=1.1, **(GOAL | axes))
+    setup, goal = FilmSetup(axes["thickness"], axes["prestretch"], relax=600.0), Goal.of(600.0, 1.1, None)
+    plan = plan_design(FILM, setup, goal, horizon=86400.0, temperature=axes["temperature"])
     copy = pickle.loads(pickle.dumps(plan))
     solved = [solve_films(copy, *chunk) for chunk in reversed(plan.chunks(size=3))]
     again = designed(under_way(plan, solved), solved, [], 0.9, 0.05)
@@ -183,7 +186,8 @@ def test_what_draws_tell() -> None:
         assert result.drawn.failure_probability[row] == np.mean(np.isfinite(lives))
         assert result.drawn.safe_life[row] == pytest.approx(ordered[1], rel=1e-5)
         assert result.drawn.time_to_failure[1][row] == pytest.approx(ordered[-2], rel=1e-5)
-    plan = plan_design(FILM, relative_stretch=[1.2, 9.0], sample=sample, **GOAL, **film)
+    setup = FilmSetup(5e-4, film["prestretch"], relax=600.0)
+    plan = plan_design(FILM, setup, Goal.of(600.0, [1.2, 9.0], None), horizon=86400.0, sample=sample)
     plan = under_way(plan, [solve_films(plan, *chunk) for chunk in plan.chunks()])
     parts = [solve_draws(plan, *chunk) for chunk in plan.chunks(drawn=True, size=7)]
     assert sum(part.films.size for part in parts) == 80  # none of a film that has no voltage

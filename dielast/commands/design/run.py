@@ -26,7 +26,8 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution, share_out
 from dielast.simulate.design import FAILURE_PROBABILITY, YES, Design, check_draws, designed, plan_design, under_way
 from dielast.simulate.design_plan import CHUNK, UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
-from dielast.simulate.goal import AREA_STRAIN, RELATIVE_STRETCH
+from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.goal import AREA_STRAIN, RELATIVE_STRETCH, Goal
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
@@ -116,20 +117,19 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
     with placed(partial(_in_recipe_terms, sizes=sizes, temperatures=temperatures)):
         return plan_design(
             material,
-            at=goal.at,
+            FilmSetup(
+                np.array(film.thicknesses),
+                np.array(film.prestretch),
+                film.prestretch_rate,
+                film.relax,
+                film.boundary,
+                None if film.shares is None else np.array(film.shares),
+                recipe.solver.mesh_rtol,
+                *film.weights,
+            ),
+            Goal.of(goal.at, goal.relative_stretch, goal.area_strain),
             horizon=goal.horizon,
-            prestretch=np.array(film.prestretch),
-            thickness=np.array(film.thicknesses),
-            relative_stretch=goal.relative_stretch,
-            area_strain=goal.area_strain,
             temperature=np.array(temperatures),
-            prestretch_rate=film.prestretch_rate,
-            relax=film.relax,
-            boundary=film.boundary,
-            electrode_share=None if film.shares is None else np.array(film.shares),
-            mesh_rtol=recipe.solver.mesh_rtol,
-            force=film.weights[0],
-            width=film.weights[1],
             breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
             rtol=recipe.solver.rtol,
