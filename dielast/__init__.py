@@ -97,7 +97,8 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.relaxation.oscillation import fit_oscillation as fit_oscillation
     from dielast.relaxation.reduce import Reduction as Reduction, reduce_spectrum as reduce_spectrum
-    from dielast.simulate.actuate import ActuationHistory as ActuationHistory, actuate as actuate
+    from dielast.simulate.actuate import actuate as actuate
+    from dielast.simulate.actuation_history import ActuationHistory as ActuationHistory
     from dielast.simulate.design import Design as Design, design as design
     from dielast.simulate.failure_map import (
         FailureMap as FailureMap,

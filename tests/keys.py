@@ -48,7 +48,7 @@ def _keys(schema: Mapping[str, Any], definitions: Mapping[str, Any], prefix: str
 
 def _takes(field: Mapping[str, Any]) -> str:
     kinds = list(dict.fromkeys(_kind(option) for option in options(field)))
-    lists = [f"list of {kind}" for kind in kinds]
+    lists = [f"list of {kind}" for kind in (*kinds, " or ".join(kinds[:-1]))]
     return " or ".join("a list of them" if kind in lists else kind for kind in kinds)
 
 

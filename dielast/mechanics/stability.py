@@ -33,7 +33,6 @@ DAMPER_MODULUS_RATIO = 1e4  # modulus of the damper, over the equilibrium spring
 DAMPER_TIME_RATIO = 1e-12  # its relaxation time, over the fastest of the film's own
 # 1/s, stands for that of a film whose branches are all slower, or that has none: the damper must be fast beside the load, too
 SLOWEST_RATE = 1e4
-FORGOTTEN = -700.0  # logarithm of a weight that is as good as 0: a processor is many times slower with smaller numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +69,7 @@ class TimeScale:
         """What each spring holds on to, exp(-theta/tau) (n, cases), at `time` (cases,) in s since the voltage programme began."""
         if self.literal:
             return np.ones_like(points.rate)
-        exponent = points.rate * (-3 * self.watched(time))
-        np.maximum(exponent, FORGOTTEN, out=exponent)
-        return np.asarray(np.exp(exponent, out=exponent))
+        return np.exp(points.rate * (-3 * self.watched(time)))
 
     def watched(self, time: Floats) -> Floats:
         """theta (cases,) in s at `time` (cases,) in s since the voltage programme began."""

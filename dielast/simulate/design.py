@@ -20,8 +20,8 @@ from dielast.numerics.columns import Floats
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
 from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
+from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.goal import Goal
-from dielast.simulate.setup import MESH_RTOL, FilmSetup
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample

@@ -24,8 +24,8 @@ from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.film import REASONS
 from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
+from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
-from dielast.simulate.setup import MESH_RTOL, FilmSetup
 from dielast.units import lasting
 
 if TYPE_CHECKING:

@@ -18,7 +18,8 @@ from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.numerics.columns import Cases, Floats
 from dielast.simulate.film import Film
-from dielast.simulate.setup import FilmSetup, Setup, set_up
+from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.setup import Setup, set_up
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample

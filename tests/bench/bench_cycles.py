@@ -22,7 +22,7 @@ from bench_solver import STEPS, vhb
 from bench_voltage import PERMITTIVITY, Peer
 
 from dielast import MembraneHistory, Step, Track, VoltageStep, Waveform, actuate, creep, relax
-from dielast.simulate.actuate import ActuationHistory
+from dielast.simulate.actuation_history import ActuationHistory
 
 FILM = {"thickness": 5e-4, "prestretch": 1.9, "relax": 5400.0, "stop_at": "end"}
 HIGH = 2500.0

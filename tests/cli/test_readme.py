@@ -16,7 +16,7 @@ from dielast.readings.instruments import FORMATS
 PAGES = {path.name if path != readme.README else "front": path.read_text() for path in readme.PAGES}
 FRONT, INDEX = PAGES["front"], (readme.GUIDE / "README.md").read_text()
 LONGEST = 200  # lines of the front page
-WITHOUT_RECIPE = {"README.md", "commands.md", "glossary.md", "limits.md", "notebook.md", "what-it-computes.md"}
+WITHOUT_RECIPE = {"README.md", "commands.md", "glossary.md", "install.md", "limits.md", "notebook.md", "what-it-computes.md"}
 NUMBER = re.compile(r"-?\d+(?:\.(\d+))?(?:e([+-]?\d+))?")
 
 

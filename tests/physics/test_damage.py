@@ -32,7 +32,7 @@ from dielast import (
 from dielast.material.damage import InversePower
 from dielast.material.shift import NoShift
 from dielast.numerics.quadrature import _rules, integrals
-from dielast.simulate.actuate import ActuationHistory
+from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.events import Event
 from dielast.simulate.failure_map import plan_failure_map, solve_map
 

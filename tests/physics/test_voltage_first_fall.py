@@ -7,7 +7,7 @@ import pytest
 from hypothesis import Phase, given, settings, strategies as st
 
 from dielast import Gent, Material, NoShift, Spectrum, TimeScale, VoltageStep, Waveform, actuate, failure_map
-from dielast.simulate.actuate import ActuationHistory
+from dielast.simulate.actuation_history import ActuationHistory
 
 EPS, THICKNESS = 3.98e-11, 0.5e-3
 ABOUT = 1 + np.array([-1e-4, -1e-6, 1e-8, 1e-7, 1e-6, 1e-5])

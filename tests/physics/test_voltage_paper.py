@@ -13,7 +13,8 @@ from dielast.material.shift import WLF
 from dielast.material.springs import Gent
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.simulate.actuate import ActuationHistory, actuate
+from dielast.simulate.actuate import actuate
+from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.failure_map import failure_map
 from dielast.simulate.lifetime import fit_lifetime
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum

@@ -14,7 +14,8 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import VoltageStep, Waveform
 from dielast.mechanics.stability import TimeScale
-from dielast.simulate.actuate import ActuationHistory, actuate
+from dielast.simulate.actuate import actuate
+from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
 from dielast.simulate.map_plan import solve_cells
 

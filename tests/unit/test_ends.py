@@ -9,7 +9,8 @@ import pytest
 from films import SOFT
 
 from dielast.mechanics.load import VoltageStep
-from dielast.simulate.actuate import ActuationHistory, actuate
+from dielast.simulate.actuate import actuate
+from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.record import Record, ending
 
 COLUMNS = ("voltage", "stretch_1", "stretch_2", "relative_stretch_1", "nominal_stress_1", "nominal_stress_2", "true_field")

@@ -14,7 +14,8 @@ from dielast.mechanics.criteria.criterion import Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.load import VoltageStep
 from dielast.numerics.roots import fall, samples
-from dielast.simulate.actuate import ActuationHistory, actuate
+from dielast.simulate.actuate import actuate
+from dielast.simulate.actuation_history import ActuationHistory
 
 Array = NDArray[np.float64]
 
@@ -44,7 +45,7 @@ def watched(
     monkeypatch: pytest.MonkeyPatch, margin: Callable[[Array], Array], stop_at: str = "pull-in", rtol: float = 1e-4
 ) -> ActuationHistory:
     """A film whose margin is a given function of time."""
-    from dielast.simulate import actuate as module
+    from dielast.simulate import film_runs as module
 
     class Prescribed(PullIn):
         def signal(self, films: WatchedFilms) -> Signal:

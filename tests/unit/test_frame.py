@@ -21,7 +21,8 @@ from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import stability
-from dielast.simulate.setup import FilmSetup, set_up
+from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.setup import set_up
 
 FILM: dict[str, Any] = {"thickness": 5e-4, "relax": 60.0, "boundary": "frame", "electrode_share": 0.1, "breakdown_field": 4e7}
 STEPS = [VoltageStep(4e3, duration=1.0), VoltageStep.hold(100.0)]

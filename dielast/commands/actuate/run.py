@@ -27,10 +27,11 @@ from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.simulate.actuate import ActuationHistory, actuate
+from dielast.simulate.actuate import actuate
+from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.events import Event, event_columns
+from dielast.simulate.film_setup import MESH_RTOL
 from dielast.simulate.profile import profile_table
-from dielast.simulate.setup import MESH_RTOL
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent

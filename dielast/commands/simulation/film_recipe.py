@@ -12,7 +12,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 from dielast.commands.simulation.recipe import Solver
 from dielast.errors import InputError, nearest, shown
 from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time
-from dielast.simulate.setup import MESH_RTOL
+from dielast.simulate.film_setup import MESH_RTOL
 from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
 
 BOUNDARIES = ("dead-load", "clamped")

@@ -1,0 +1,65 @@
+"""The breakdown field of films: as a user states it, or by their materials."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import InputError
+from dielast.material.breakdown import Breakdown, BreakdownLaw
+from dielast.material.breakdown.following import FollowingField
+from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.material import Material
+from dielast.mechanics.cases import spread
+from dielast.numerics.columns import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BreakdownFields:
+    """The breakdown field as it is stated, in V/m, over prestretch, or by the materials; and whether it must be known."""
+
+    materials: Sequence[Material]
+    stated: ArrayLike | BreakdownLaw | None
+    needed: bool
+
+    def varied(self) -> list[ArrayLike]:
+        """The numbers of which there may be one for each case."""
+        return [] if self.stated is None or isinstance(self.stated, BreakdownLaw) else [self.stated]
+
+    def laws(self) -> list[BreakdownLaw | None]:
+        """The law of all films, or of each, None where none is stated."""
+        if isinstance(self.stated, BreakdownLaw):
+            return [self.stated]
+        return [None if self.varied() else material.breakdown for material in self.materials]
+
+    def over_prestretch(self) -> bool:
+        """Whether a field is a table over prestretch."""
+        return any(isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in self.laws())
+
+    def following(self, stretch: Floats, thickness: Floats, cases: int) -> FollowingField | None:
+        """How the field changes from the prestretch on, where a law says so."""
+        laws = LawsOfCases.of([law if law is not None and law.follows_film else None for law in self.laws()], cases)
+        return FollowingField.of(laws, thickness, stretch) if laws else None
+
+    def field(self, stretch: Floats, thickness: Floats, cases: int) -> Floats:
+        """E_EB (cases,) in V/m at the prestretch sqrt(l1 l2) of films of an undeformed thickness in m, each (cases,); infinite
+        where it is neither known nor needed.
+        """
+        for stated in self.varied():
+            fields = spread(stated, "breakdown_field", cases)
+            if np.any(fields <= 0):
+                raise InputError(f"{float(fields.min()):g} V/m: it must be positive", argument="breakdown_field")
+            return fields
+        fields, present = np.full(cases, np.inf), thickness / np.square(stretch)
+        for index, material in enumerate(self.materials):
+            cases_of = slice(None) if len(self.materials) == 1 else slice(index, index + 1)
+            known = self.stated if isinstance(self.stated, BreakdownLaw) else material.breakdown
+            if known is not None:
+                fields[cases_of] = known.of_film(stretch[cases_of], present[cases_of])
+            elif self.needed:
+                missing = f"a breakdown field is needed: material {material.name!r} has none, and none is given"
+                raise InputError(missing, argument="breakdown_field")
+        return fields
