@@ -1,7 +1,11 @@
-"""The scatter of measured curves. How the model's error goes along a curve is that of the greatest restricted likelihood (Patterson
-and Thompson 1971, DOI 10.1093/biomet/58.3.545), in which the parameters of the linearised model are left out. Close points, whose
+"""The scatter of measured curves. How the model's error goes along a curve is told by the restricted likelihood (Patterson and
+Thompson 1971, DOI 10.1093/biomet/58.3.545), in which the parameters of the linearised model are left out. Close points, whose
 likelihood that mostly is, tell little of how large the error is: that follows from the sum of squares that the fit has left, which
 is expected to be the trace of what the covariance leaves beside the parameters.
+
+Few curves leave open over which length the error is correlated, and a length that is too short makes the parameters look well
+known. Every correlation that is tried is therefore kept with its probability, equal beforehand (Hoeting et al. 1999, DOI
+10.1214/ss/1009212519; Kenward and Roger 1997, DOI 10.2307/2533558, on what a plugged-in covariance leaves out).
 
 Along a curve the covariance is (share^2 K + noise^2) times the levels. The eigenvectors of the correlation K turn it into numbers
 for all shares at once, and a specimen's factor is one rank more (Woodbury).
@@ -17,47 +21,71 @@ import numpy as np
 
 from dielast.calibration.scatter import (
     CORRELATIONS,
-    FIRST_LENGTH,
     FIRST_SHARE,
     USUAL_SCATTER,
     Curves,
     Scatter,
+    Scatters,
     noise_of,
     specimen_factors,
 )
 from dielast.numerics.columns import Floats
 
 SHARES = 0.002 * 3.0 ** np.arange(0, 5.5, 0.5)  # of the model's error, that are tried
-LENGTHS = (0.03, 0.1, 0.3, 1.0)  # of its correlation, that are tried
+LENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0)  # of its correlation, that are tried: from close points to a whole curve
 STEADY = (0.03, 0.2, 0.6)  # shares of the level's square that are the same along a curve, that are tried
 USUAL_ERROR = 0.03  # of springs and branches along a curve
 KNOWN_AS_FROM = 4.0  # specimens from which the usual scatter of specimens is taken to be known
 LIKE_PIECES = 2.0  # of curves, from which the usual error is taken to be known
 SEEN = 1e-4  # of the largest effect: less is rounding
 MOST_POINTS = 80  # of a curve, evenly chosen, which tell the scatter
+UNLIKELY = 1e-4  # probability over that of the likeliest, below which a correlation is left out
 
 
 def estimate(
     curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, precision: Floats, specimen: float, stated: bool
 ) -> Scatter:
-    """The scatter that differences (n,) show from a model that was fitted with this `weight` (n,); its `jacobian` (n, p) and prior
-    `precision` (p, p) say what the fit has taken out of them. The scatter of specimens is `specimen` if that is `stated`, and else
-    so far.
+    """The likeliest scatter that differences (n,) show from a model that was fitted with this `weight` (n,); its `jacobian` (n, p)
+    and prior `precision` (p, p) say what the fit has taken out of them. The scatter of specimens is `specimen` if that is `stated`,
+    and else so far.
     """
-    noise = noise_of(curves, curves.split(differences))
-    found, best = Scatter(noise, FIRST_SHARE, FIRST_LENGTH, specimen), -np.inf
+    tried, logarithm = _tried(curves, differences, jacobian, precision, specimen)
+    return _sized(tried[int(np.argmax(logarithm))], curves, differences, weight, jacobian, stated)
+
+
+def likely(curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, precision: Floats, known: Scatter) -> Scatters:
+    """All that the scatter may be, as `estimate` has it, when that of specimens is about as `known`."""
+    tried, logarithm = _tried(curves, differences, jacobian, precision, known.specimen)
+    probability = np.exp(logarithm - np.max(logarithm))
+    kept = np.flatnonzero(probability >= UNLIKELY)
+    stated = not np.isfinite(known.specimens)
+    members = tuple(_sized(tried[k], curves, differences, weight, jacobian, stated) for k in kept.tolist())
+    return Scatters(members, probability[kept] / np.sum(probability[kept]))
+
+
+def _tried(
+    curves: Curves, differences: Floats, jacobian: Floats, precision: Floats, specimen: float
+) -> tuple[list[Scatter], Floats]:
+    """The correlations that are tried, and the logarithm of the restricted likelihood (tried,) of each, the mean over all sizes of
+    the error (equally likely beforehand on a logarithmic scale).
+    """
     few = _Few.of(curves, differences, jacobian)
     noises = [noise_of(curves, curves.split(differences), steady) for steady in STEADY]
+    tried: list[Scatter] = []
+    logarithm: list[float] = []
     for smooth, length in product(range(len(CORRELATIONS)), LENGTHS):
-        trial = Scatter(noise, FIRST_SHARE, length, specimen, smooth=smooth)
+        trial = Scatter(noises[0], FIRST_SHARE, length, specimen, smooth=smooth)
         spectra = [np.linalg.eigh(trial.correlation(place)) for place in few.curves.places]
         for steady, own in zip(STEADY, noises, strict=True):
-            trial = replace(trial, noise=own, steady=steady)
-            likelihood = _restricted(few, trial, spectra, precision)
-            if float(np.max(likelihood)) > best:
-                best, found = float(np.max(likelihood)), trial
-    left = Left.of(curves, found, weight, jacobian)
-    found = replace(found, model_error=left.size(differences))
+            tried.append(replace(trial, noise=own, steady=steady))
+            half = 0.5 * _restricted(few, tried[-1], spectra, precision)
+            logarithm.append(float(np.max(half) + np.log(np.mean(np.exp(half - np.max(half))))))
+    return tried, np.array(logarithm)
+
+
+def _sized(tried: Scatter, curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, stated: bool) -> Scatter:
+    """A correlation with the sizes of the model's error and, unless `stated`, of the scatter of specimens that differences show."""
+    found = replace(tried, model_error=Left.of(curves, tried, weight, jacobian).size(differences))
     if not stated:
         factors = specimen_factors(curves, found, differences)
         # a scaled inverse chi-square prior: as if so many specimens with the usual scatter were known already

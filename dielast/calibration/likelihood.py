@@ -9,6 +9,10 @@ on what the parameters can do about z at the fit, the likelihood has the covaria
 that of M in everything but the correlation between the two parts, which least squares does not use. It measures how far the curves
 of other parameters are from those of the fit. Its curvature there gives the covariance of least squares under M, the "sandwich"
 (Huber 1967; White 1980, DOI 10.2307/1912934).
+
+M is the mean over all that the scatter may be. As the fit is the same under each, the covariance of the parameters is the mean of
+theirs, and a parameter is distributed as a mixture of Student's distributions, one for each (Hoeting et al. 1999, DOI
+10.1214/ss/1009212519).
 """
 
 from __future__ import annotations
@@ -17,14 +21,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.special import fdtri
+from scipy.special import fdtrc, fdtri
 
-from dielast.calibration.estimate import Left, basis_of
+from dielast.calibration.estimate import Left, basis_of, likely
 from dielast.calibration.fit import Fit, known_beforehand
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import Problem, root_of, weights_of
-from dielast.calibration.scatter import covariance_of
+from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
 from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.roots import fall
 
 MOST_FREEDOM = 1e6  # no quantile changes beyond
 SEEN = 1e-8  # of the largest information about any parameter: less is rounding
@@ -32,18 +37,22 @@ SEEN = 1e-8  # of the largest information about any parameter: less is rounding
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Likelihood:
-    """The likelihood about a `fit`: `residuals` for any coordinates, `information` (p, p) of the data alone at the fit,
-    `covariance` (p, p) with all that is known beforehand, infinite on the diagonal where nothing is, and from how many independent
-    `pieces` of curves the model's error is known. The variance of each parameter, to which specimens and noise contribute, too, is
-    known as from so many `freedom` (p,) pieces (Welch 1947, DOI 10.1093/biomet/34.1-2.28). The sum of squares is 0 at the fit.
+    """The likelihood about a `fit`: `residuals` for any coordinates, `information` (p, p) of the data alone at the fit, and
+    `covariance` (p, p) with all that is known beforehand, infinite on the diagonal where nothing is. Of each of the `scatters`
+    there is the variance of each parameter as a `share` (members, p) of that in the covariance; to it specimens and noise
+    contribute beside the model's error, and it is known as from so many `freedom` (members, p) independent pieces of curves (Welch
+    1947, DOI 10.1093/biomet/34.1-2.28); `value_freedom` is that of the variance of a further measured value. At the fit the sum of
+    squares is 0.
     """
 
     fit: Fit
     residuals: Residuals
     information: Floats
     covariance: Floats
-    pieces: float
+    scatters: Scatters
+    share: Floats
     freedom: Floats
+    value_freedom: float
 
     @property
     def standard_error(self) -> Floats:
@@ -57,19 +66,32 @@ class Likelihood:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(np.isfinite(error[:, None] * error), self.covariance / (error[:, None] * error), np.nan)
 
+    @property
+    def common_freedom(self) -> float:
+        """That of the one Student's distribution of all parameters which comes nearest to those of each."""
+        return float(1 / np.mean(1 / _freedom(self.scatters, self.share, self.freedom)))
+
     def thresholds(self, level: float) -> Floats:
         """By how much the sum of squares rises at the ends of intervals of this level (p,), the scatter being estimated."""
-        return np.asarray(fdtri(1.0, self.freedom, level))
+        ends = self.share * fdtri(1.0, self.freedom, level)  # of each member alone, between which that of the mixture is
+        low, high = (1 - 1e-9) * np.min(ends, axis=0), (1 + 1e-9) * np.max(ends, axis=0)
+
+        def left(rise: Floats) -> Floats:
+            return self.scatters.mean(np.asarray(fdtrc(1.0, self.freedom, rise / self.share), dtype=float)) - (1 - level)
+
+        return fall(left, low, high)
 
 
-def likelihood_of(fit: Fit) -> Likelihood:
-    """The likelihood about a fit."""
+def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
+    """The likelihood about a fit; `scatters` are what the scatter may be, left out what the curves leave likely."""
     problem, curves = fit.problem, fit.curves
     weight = np.concatenate(weights_of(curves, fit.scatter))
+    if scatters is None:
+        scatters = likely(curves, curves.differences, weight, fit.slopes, known_beforehand(problem), fit.scatter)
     slopes = weight[:, None] * fit.slopes
     # what rests on a bound is not where least squares would have it
     basis = basis_of(slopes[:, ~fit.at_bound])
-    whole = covariance_of(curves, fit.scatter) * np.outer(weight, weight)
+    whole = scatters.covariance(curves) * np.outer(weight, weight)
     inside = whole @ basis
     crossed = basis @ inside.T - basis @ (basis.T @ inside) @ basis.T  # P M (1 - P)
     root = np.linalg.cholesky(whole - crossed - crossed.T)
@@ -82,26 +104,53 @@ def likelihood_of(fit: Fit) -> Likelihood:
 
     told = whiten @ fit.slopes
     information = told.T @ told
-    pieces = Left.of(curves, fit.scatter, weight, fit.slopes[:, ~fit.at_bound]).known
     covariance = _covariance(information + known, ~fit.at_bound)
-    told = np.where(np.isfinite(covariance), covariance, 0.0) @ told.T @ whiten
-    return Likelihood(fit, residuals, information, covariance, pieces, _freedom(fit, told, pieces))
-
-
-def _freedom(fit: Fit, follows: Floats, pieces: float) -> Floats:
-    """From how many pieces the variance of each parameter (p,) is known, which `follows` (p, n) what was measured; that of noise is
-    known well.
-    """
-    scatter, curves = fit.scatter, fit.curves
-    quiet = replace(scatter, noise=np.zeros_like(scatter.noise))
-    parts = (replace(quiet, specimen=0.0), pieces), (replace(quiet, model_error=0.0), scatter.specimens)
-    shares = [
-        (np.einsum("pn,nm,pm->p", follows, covariance_of(curves, each), follows, optimize=True), known) for each, known in parts
-    ]
-    total = np.einsum("pn,nm,pm->p", follows, covariance_of(curves, scatter), follows, optimize=True)
-    uncertain = sum(np.square(share) / known for share, known in shares)
+    follows = np.where(np.isfinite(covariance), covariance, 0.0) @ told.T @ whiten
+    pieces = np.array([Left.of(curves, each, weight, fit.slopes[:, ~fit.at_bound]).known for each in scatters.members])
+    variance, freedom = (
+        np.stack(each)
+        for each in zip(
+            *(_variance(curves, each, follows, size) for each, size in zip(scatters.members, pieces.tolist(), strict=True)),
+            strict=True,
+        )
+    )
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(total > 0, np.minimum(np.square(total) / uncertain, MOST_FREEDOM), pieces)
+        # what is known beforehand does not depend on the scatter
+        share = np.where(variance > 0, 1 + (variance - scatters.mean(variance)) / np.diag(covariance), 1.0)
+    value, known_as = np.array([_value(each, size) for each, size in zip(scatters.members, pieces.tolist(), strict=True)]).T
+    return Likelihood(fit, residuals, information, covariance, scatters, share, freedom, float(_freedom(scatters, value, known_as)))
+
+
+def _freedom(scatters: Scatters, variance: Floats, freedom: Floats) -> Floats:
+    """From how many pieces the mean (...) of the variances (members, ...) is known, each of which is from `freedom` pieces: as the
+    squares of so many numbers scatter (Satterthwaite 1946, DOI 10.2307/3002019), the differences between members included.
+    """
+    mean = scatters.mean(variance)
+    spread = scatters.mean(np.square(variance) / freedom + 0.5 * np.square(variance - mean))
+    return np.minimum(np.square(mean) / np.maximum(spread, 1e-300), MOST_FREEDOM)
+
+
+def _value(scatter: Scatter, pieces: float) -> tuple[float, float]:
+    """The variance of a further measured value, over the square of its level, and from how many pieces it is known."""
+    error, specimens = scatter.model_error**2, scatter.specimen**2
+    total = error + specimens + float(np.mean(scatter.noise)) ** 2
+    return total, total**2 / (error**2 / pieces + specimens**2 / scatter.specimens)
+
+
+def _variance(curves: Curves, scatter: Scatter, follows: Floats, pieces: float) -> tuple[Floats, Floats]:
+    """The variance of each parameter (p,), which `follows` (p, n) what was measured, and from how many pieces (p,) it is known if
+    the model's error is from so many; that of noise is known well.
+    """
+
+    def part(own: Scatter) -> Floats:
+        return np.asarray(np.einsum("pn,pn->p", follows @ covariance_of(curves, own), follows), dtype=float)
+
+    quiet = replace(scatter, noise=np.zeros_like(scatter.noise))
+    total, error, specimens = part(scatter), part(replace(quiet, specimen=0.0)), part(replace(quiet, model_error=0.0))
+    uncertain = np.square(error) / pieces + np.square(specimens) / scatter.specimens
+    with np.errstate(invalid="ignore", divide="ignore"):
+        known = np.minimum(np.square(total) / uncertain, MOST_FREEDOM)
+    return total, np.asarray(np.where(total > 0, known, pieces), dtype=float)
 
 
 def _covariance(precision: Floats, moving: Flags) -> Floats:

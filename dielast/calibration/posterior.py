@@ -79,8 +79,8 @@ def _cost(likelihood: Likelihood, at: Floats, fits: Cases) -> Floats:
 
 def _heavy(cost: Floats, likelihood: Likelihood) -> Floats:
     """Minus twice the logarithm of the density (k,): that of Student's t, as the scatter itself is estimated."""
-    pieces = likelihood.pieces
-    return np.asarray((pieces + likelihood.fit.coordinates.size) * np.log1p(cost / pieces))
+    freedom = likelihood.common_freedom
+    return np.asarray((freedom + likelihood.fit.coordinates.size) * np.log1p(cost / freedom))
 
 
 def _opening(

@@ -289,14 +289,12 @@ def compare_tests(
     tests = (*fit.problem.laboratory.tests, *validate)
     answers = Laboratory(tests).answers([fit.material, *fit.space.materials(draws)])
     # Student's, as the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
-    width = float(stdtrit(likelihood.pieces, 0.5 * (1 + level)))
-    parts = stdtrit(likelihood.pieces, (np.arange(PARTS) + 0.5) / PARTS)
-    scatter, noise = fit.scatter, float(np.mean(fit.scatter.noise))
+    width = float(stdtrit(likelihood.value_freedom, 0.5 * (1 + level)))
+    parts = stdtrit(likelihood.value_freedom, (np.arange(PARTS) + 0.5) / PARTS)
     found = []
     for k, (test, answer) in enumerate(zip(tests, answers, strict=True)):
         model, drawn = answer[0], answer[1:]
-        whole = np.sqrt((1 - scatter.steady) * np.square(model) + scatter.steady * np.mean(np.square(model)))
-        spread = np.sqrt(np.square(whole) * (scatter.model_error**2 + noise**2) + np.square(scatter.specimen * model))
+        spread = np.sqrt(likelihood.scatters.variance(model))
         lower, upper = model - width * spread, model + width * spread
         drawn = drawn[np.all(np.isfinite(drawn), axis=1)]
         if len(drawn) > 2 and np.all(np.isfinite(model)):

@@ -62,6 +62,44 @@ class Scatter:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Scatters:
+    """What the scatter may be: `members`, and the `probability` (members,) of each. Few points leave several likely."""
+
+    members: tuple[Scatter, ...]
+    probability: Floats
+
+    @property
+    def model_error(self) -> Floats:
+        """Of the members (members,)."""
+        return np.array([each.model_error for each in self.members])
+
+    def mean(self, values: Floats) -> Floats:
+        """The mean (...) of one value of each member (members, ...)."""
+        return np.asarray(np.tensordot(self.probability, values, axes=1))
+
+    def covariance(self, curves: Curves) -> Floats:
+        """The covariance (n, n) of all differences, whichever member it is: what each gives scatters about the same mean."""
+        whole = np.zeros((curves.measured.size,) * 2)
+        for probability, each in zip(self.probability, self.members, strict=True):
+            whole += probability * covariance_of(curves, each)
+        return whole
+
+    def variance(self, model: Floats) -> Floats:
+        """The variance (n,) of what a further specimen gives at the points of a curve (n,) of the model."""
+        parts = [
+            np.square(level_of(model, each.steady)) * (each.model_error**2 + float(np.mean(each.noise)) ** 2)
+            + np.square(each.specimen * model)
+            for each in self.members
+        ]
+        return self.mean(np.stack(parts))
+
+
+def level_of(values: Floats, steady: float) -> Floats:
+    """The level of a curve at its points (n,), of whose square a share `steady` is that of the whole curve."""
+    return np.sqrt((1 - steady) * np.square(values) + steady * np.mean(np.square(values)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Curves:
     """Measured curves: their `values`, what the `model` gives, and `places` along each, lists of (n,); `specimen` (curves,).
 
@@ -76,7 +114,7 @@ class Curves:
 
     def levels(self, steady: float = 0.5) -> list[Floats]:
         """The level of each curve at its points (n,), of whose square a share `steady` is that of the whole curve."""
-        return [np.sqrt((1 - steady) * np.square(values) + steady * np.mean(np.square(values))) for values in self.model]
+        return [level_of(values, steady) for values in self.model]
 
     @property
     def measured(self) -> Floats:

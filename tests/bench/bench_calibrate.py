@@ -16,7 +16,7 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate, relax
-from dielast.calibration.fit import fit_material
+from dielast.calibration.fit import STARTS, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import likelihood_of
 from dielast.calibration.profiles import profiles_of
@@ -193,8 +193,8 @@ def experiment(number: int, top: float) -> list[MeasuredTest]:
     return tests
 
 
-def bench_coverage(count: int = 100, first: int = 0, specimen_scatter: float | None = 0.05, starts: int = 1) -> None:
-    """How often 90 % intervals hold the truth."""
+def bench_coverage(count: int = 100, first: int = 0, specimen_scatter: float | None = None, starts: int = STARTS) -> None:
+    """How often 90 % intervals hold the truth, by default with the settings of `calibrate`."""
     start = replace(START, shift=NoShift(20.0), equilibrium_modulus=30e3)
     free = {key: value for key, value in FREE.items() if key != "nonequilibrium.J_lim"} | {
         "equilibrium.J_lim": Free(min=5, max=1e4)

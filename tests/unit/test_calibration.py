@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.special import stdtr
 
 from dielast import (
     ArrudaBoyce,
@@ -29,10 +30,10 @@ from dielast.calibration.fit import fit_material, starts_of
 from dielast.calibration.history import corners, path_length
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import minimise
-from dielast.calibration.likelihood import likelihood_of
+from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import parameter_space
 from dielast.calibration.ranking import predicted
-from dielast.calibration.scatter import Curves, Scatter, Whitening, covariance_of, noise_of, specimen_factors
+from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
 from dielast.calibration.stability import stabilities
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
@@ -184,9 +185,51 @@ def test_the_fit_finds_what_made_the_tests(exact: tuple[MeasuredTest, ...]) -> N
     likelihood = likelihood_of(fit)
     assert 0.02 < likelihood.standard_error[0] < 0.08
     # to the level, specimens whose scatter is stated contribute most, to the times the model's error alone
-    assert np.all(likelihood.freedom >= 0.999 * likelihood.pieces)
-    assert likelihood.freedom[0] > 3 * likelihood.freedom[3]
+    assert np.all(likelihood.freedom[:, 0] > 3 * likelihood.freedom[:, 3])
     assert likelihood.thresholds(0.9)[0] == pytest.approx(1.645**2, rel=0.1)
+
+
+def scattered(count: int, every: int = 1) -> list[MeasuredTest]:
+    """Curves of one specimen, `every` so many points: model error 3 %, smooth over a length of 0.3, and noise 0.1 %."""
+    random, scatter = np.random.default_rng(5), Scatter(np.full(1, 1e-3), 0.03, 0.3, 0.0, steady=0.2, smooth=1)
+    made = []
+    for number in range(count):
+        test = cycle(3.0, 0.1 * 10 ** -(number % 3), "A")
+        curve = Curves((test.stress,), (test.stress,), (test.place,), np.zeros(1, dtype=np.intp))
+        error = np.linalg.cholesky(covariance_of(curve, scatter)) @ random.standard_normal(test.stress.size)
+        parts = (each[::every] for each in (test.time, test.stretch, test.stress + error))
+        made.append(MeasuredTest(f"{number}", *parts, 20.0, specimen="A"))
+    return made
+
+
+def test_intervals_hold_whatever_the_correlation_of_the_error_may_be() -> None:
+    material = replace(START, spectrum=TRUTH.spectrum)
+
+    def half_widths(likelihood: Likelihood, level: float) -> np.ndarray:
+        return likelihood.standard_error * np.sqrt(likelihood.thresholds(level))
+
+    few = fit_material(material, scattered(2, 3), MODULI, starts=1, specimen_scatter=0.02)
+    # of a mixture the covariance is the mean of the members', and so is the probability of lying beyond an interval
+    members = replace(few.scatter, length=0.1), replace(few.scatter, length=1.0, model_error=0.05)
+    alone = [likelihood_of(few, Scatters((each,), np.ones(1))) for each in members]
+    both = likelihood_of(few, Scatters(members, np.array([0.7, 0.3])))
+    assert np.allclose(both.covariance, 0.7 * alone[0].covariance + 0.3 * alone[1].covariance, rtol=1e-6)
+    freedom = np.concatenate([each.freedom for each in alone])
+    widths = half_widths(both, 0.9) / np.stack([each.standard_error for each in alone])
+    assert np.allclose(np.array([0.7, 0.3]) @ (2 * stdtr(freedom, -widths)), 0.1, rtol=1e-6)
+    # 16 points leave open whether the error is correlated over more than the likeliest length, 0.3; 576 points do not
+    many = fit_material(material, scattered(24), MODULI, starts=1, specimen_scatter=0.02)
+    for fit, known in ((few, False), (many, True)):
+        every, plugged = likelihood_of(fit), likelihood_of(fit, Scatters((fit.scatter,), np.ones(1)))
+        assert float(np.sum(every.scatters.probability)) == pytest.approx(1.0)
+        assert fit.scatter.length == 0.3
+        wider = half_widths(every, 0.999) / half_widths(plugged, 0.999)
+        if known:
+            assert np.max(every.scatters.probability) > 0.999
+            assert np.allclose(wider, 1.0, atol=1e-3)
+        else:
+            assert np.max(every.scatters.probability) < 0.2
+            assert np.all(wider > 1.2)
 
 
 def test_an_interrupt_keeps_the_best_so_far(exact: tuple[MeasuredTest, ...]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dielast import Free, Gent, Material, MeasuredTest, NoShift, Spectrum
+from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum
 from dielast.calibration.estimate import LIKE_PIECES, USUAL_ERROR, Left, estimate
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
@@ -93,7 +93,7 @@ def test_beyond_the_tests_is_warned_of(recwarn: pytest.WarningsRecorder) -> None
     known = CalibratedRange(("uniaxial",), 9.0, (1.0, 100.0), (20.0, 40.0))
     material = Material("m", 2e4, Spectrum([10.0], [1e4]), NoShift(20.0), calibrated=known)
     warn_of_lasting(material, [20.0], [150.0])
-    warn_of_use(material, [22.0, 42.0])
+    warn_of_use(replace(material, shift=WLF(20.0, 13.0, 187.0)), [22.0, 42.0])
     assert not recwarn.list
     with pytest.warns(DielastWarning, match="3.6e\\+03 s at 30 degC are longer than the tests .*, which tell of 100 s there"):
         warn_of_lasting(material, [20.0, 30.0], [150.0, 3600.0])
