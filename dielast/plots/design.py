@@ -178,7 +178,7 @@ def _lives(axes: Axes, along: _Axis, result: Design, life: Array, lines: Sequenc
     """The times, over these the marks of films that live longer than the horizon, and below them those of films without a life."""
     above, below = _strips(result, life)
     known = life[np.isfinite(life) & (life > 0)]
-    shown = (float(known.min()) / ROOM if known.size else min(result.at, result.horizon / 10), result.horizon)
+    shown = (float(known.min()) / ROOM if known.size else min(result.at, result.horizon / 100), result.horizon)
     if not above.used and known.size:
         shown = shown[0], float(known.max()) * ROOM
     side = _side_by_side(along, len(lines))
