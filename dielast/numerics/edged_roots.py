@@ -23,7 +23,7 @@ GROWTH = 1.5  # of the argument from one round to the next, at most, while all v
 DOWNWARDS = np.array((0.0, 0.5, 0.75, 0.93))  # of the lowest argument beyond zero, while no value is below zero
 WITHIN = np.array((0.25, 0.5, 0.75))  # of a bracket that interpolation does not help to divide
 CLOSER = np.array((-0.15, -0.02, 0.02, 0.15))  # of a bracket about an edge: how far trials lie from where the edge is expected
-SPACED = np.array((0.2, 0.4, 0.6, 0.8))  # of such a bracket, as long as nothing is expected
+SPACED = np.arange(1, 10) / 10  # of such a bracket, while nothing is expected: trials that end at once do not tell, and cost little
 
 
 @dataclass(slots=True, eq=False)
@@ -121,15 +121,18 @@ class EdgedRoots:
         with np.errstate(all="ignore"):
             # upwards: a little beyond what is expected, so that the root lies between values
             upwards = np.where(known, np.clip(1.02 * inside, 1.02 * low, GROWTH * low), GROWTH * low)
-            rows.append((is_open & has_low & ~has_high, np.stack((upwards, 1.2 * upwards), axis=1)))
+            further = np.where(known & (inside < GROWTH * low), 1.2, 2.0) * upwards
+            rows.append((is_open & has_low & ~has_high, np.stack((upwards, further), axis=1)))
             downwards = DOWNWARDS * high[:, None]
             downwards[:, -1] = np.where(known, inside, downwards[:, -1])
             rows.append((is_open & ~has_low & has_high, downwards))
             between = is_open & has_low & has_high
             rows.append((between & self.passes & known, inside[:, None]))
-            sections = low[:, None] + WITHIN * (high - low)[:, None]
-            rows.append((between & self.passes & ~known, sections))
-            rows.append((between & ~self.passes, self._about_the_edge(low, high, inside)))
+            rows.append((between & self.passes & ~known, _sections(low, high, WITHIN)))
+            edge = self._edge(low, high)
+            near = edge[:, None] + CLOSER * (high - low)[:, None]
+            for which, about in ((np.isfinite(edge), near), (np.isnan(edge), _sections(low, high, SPACED))):
+                rows.append((between & ~self.passes & which, _with_root(about, low, high, inside)))
             rows.append((is_open & ~has_low & ~has_high, 0.5 * self.first))  # no trial told anything
         columns = np.concatenate([np.repeat(np.flatnonzero(which), entries.shape[1]) for which, entries in rows])
         arguments = np.concatenate([entries[which].ravel() for which, entries in rows])
@@ -138,34 +141,32 @@ class EdgedRoots:
         new = (np.diff(columns, prepend=-1) != 0) | (np.diff(arguments, prepend=np.nan) != 0)
         return columns[new], arguments[new]
 
-    def _about_the_edge(self, low: Floats, high: Floats, inside: Floats) -> Floats:
-        """Arguments (k, 5) within brackets (k,) whose upper end ended short of zero: about where trials are expected to last just
-        long enough, by the two that came nearest to that, or evenly spaced; and where the root is expected, if that is `inside`.
+    def _edge(self, low: Floats, high: Floats) -> Floats:
+        """Where trials are expected to last just long enough (k,), by the two that came nearest to that; NaN where they do not
+        tell, or not within brackets (k,).
         """
         ended = np.where(self.kind == SHORT, self.argument, np.inf)
         order = np.argsort(ended, axis=1, kind="stable")[:, :2]
-        edge = np.full(low.size, np.nan)
-        if order.shape[1] == 2:
-            first, second = np.take_along_axis(ended, order, axis=1).T
-            lasted, shorter = np.take_along_axis(np.where(np.isinf(self.lasted), np.nan, self.lasted), order, axis=1).T
-            edge = first - lasted * (second - first) / (shorter - lasted)
-        width = (high - low)[:, None]
-        edge = np.where((edge > low) & (edge < high), edge, np.nan)
-        about = np.where(np.isnan(edge)[:, None], low[:, None] + SPACED * width, edge[:, None] + CLOSER * width)
-        about = np.clip(about, low[:, None] + 1e-3 * width, high[:, None] - 1e-3 * width)
-        root = np.where(np.isfinite(inside), inside, about[:, 0])
-        trials: Floats = np.concatenate((about, root[:, None]), axis=1)
-        return trials
+        if order.shape[1] < 2:
+            return np.full(low.size, np.nan)
+        first, second = np.take_along_axis(ended, order, axis=1).T
+        lasted, shorter = np.take_along_axis(np.where(np.isinf(self.lasted), np.nan, self.lasted), order, axis=1).T
+        edge = first - lasted * (second - first) / (shorter - lasted)
+        return np.where((edge > low) & (edge < high), edge, np.nan)
 
     def _over(self) -> Flags:
-        """Trials (k, trials) that came to zero."""
-        return np.asarray((self.kind == PASSED) | ((self.kind == ENDED) & (self.value >= 0)))
+        """Trials (k, trials) that came to zero; one that passed it beyond a trial that ended short tells nothing about less."""
+        passed = (self.kind == PASSED) & (self.argument < self._short()[:, None])
+        return np.asarray(passed | ((self.kind == ENDED) & (self.value >= 0)))
+
+    def _short(self) -> Floats:
+        """The smallest argument of a trial that ended short (k,), infinite without any."""
+        return np.asarray(np.min(np.where(self.kind == SHORT, self.argument, np.inf), axis=1, initial=np.inf))
 
     def _above(self) -> Floats:
         """The smallest argument that came to zero (k,); without one, that of a trial that ended short; infinite without any."""
         over = np.min(np.where(self._over(), self.argument, np.inf), axis=1, initial=np.inf)
-        short = np.min(np.where(self.kind == SHORT, self.argument, np.inf), axis=1, initial=np.inf)
-        return np.asarray(np.where(np.isfinite(over), over, short))
+        return np.asarray(np.where(np.isfinite(over), over, self._short()))
 
     def _values(self) -> Floats:
         """The values (k, trials), infinite where there is none."""
@@ -201,6 +202,21 @@ class EdgedRoots:
                 ]
                 result = _within(np.sqrt(parts[0]), low, high, result)
         return result
+
+
+def _sections(low: Floats, high: Floats, at: Floats) -> Floats:
+    """Arguments (k, sections) that divide brackets (k,)."""
+    sections: Floats = low[:, None] + at * (high - low)[:, None]
+    return sections
+
+
+def _with_root(about: Floats, low: Floats, high: Floats, inside: Floats) -> Floats:
+    """Arguments (k, some) well within brackets (k,), and where the root is expected, if that is `inside`."""
+    margin = 1e-3 * (high - low)[:, None]
+    about = np.clip(about, low[:, None] + margin, high[:, None] - margin)
+    root = np.where(np.isfinite(inside), inside, about[:, 0])
+    trials: Floats = np.concatenate((about, root[:, None]), axis=1)
+    return trials
 
 
 def _within(estimate: Floats, low: Floats, high: Floats, instead: Floats) -> Floats:

@@ -10,14 +10,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
+from dielast.plots.strips import limits, ticks_within
 from dielast.plots.style import (
     COLOURS,
     LINES,
     MARKERS,
-    SHADE,
     degrees,
     lasting,
     legend_below,
@@ -31,9 +33,19 @@ from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
 
 Array = NDArray[np.float64]
 MOST_LINES = 7
-ROW = 0.045  # of the height of the axes: the marks of a line below the times shown
-ABOVE = 1.5  # times the horizon: the marks of a line, and of the next one times that
-CROSSES: Mapping[str, str] = {FAILS_FIRST: "x", OUT_OF_REACH: "+"}
+ROOM = 1.6  # times the longest time, and below the shortest
+WIDTH = 180.0  # points, about that of the axes
+ROW = 0.045  # of the height of the axes: a row of marks in a strip
+WORDS = 0.09  # of that: what the strip says
+APART = 4.6  # points between marks that would lie on each other
+FRONTIER: Any = {"color": "0.8", "linewidth": 5.0, "solid_capstyle": "round"}
+AT_ONCE = "fails at once"
+CROSSES: Mapping[str, str] = {FAILS_FIRST: "x", OUT_OF_REACH: "+", AT_ONCE: "*"}
+SAID: Mapping[str, str] = {
+    "x": "\N{MULTIPLICATION SIGN} fails first",
+    "+": "+ out of reach",
+    "*": "\N{ASTERISK OPERATOR} fails at once",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +66,8 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
     """Voltage and life over the goal, where there are several, or else over what films differ in most, a line for the rest.
 
     With draws, the voltage has bars of the `interval`, and the life is the one that a `share` of films does not reach; a thick line
-    is the longest life of all films for each goal. Films that live longer than the horizon are above its line, and those that do
-    not reach the goal are crosses at the foot.
+    is the longest life of all films for each goal. Films that live longer than the horizon have their marks in a strip above the
+    times, and those that do not reach the goal crosses in one below.
     """
     along, others = _axes(result)
     combinations = np.unique(np.stack([axis.values for axis in others]), axis=1).T if others else np.zeros((1, 0))
@@ -64,9 +76,8 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
     with style():
         figure, (left, right) = panels(2, title, height=2.9)
         unit, factor = unit_for("V", float(np.nanmax(result.voltage, initial=1.0)))
-        if along.label.startswith(result.goal.replace("_", " ")):
-            _frontier(right, along, life, result.horizon)
-        handles = []
+        frontier = along.label.startswith(result.goal.replace("_", " ")) and _frontier(right, along, life)
+        handles, lines, looks = [], [], []
         for index, combination in enumerate(shown):
             alike = np.ones(result.target.shape, dtype=bool)
             for axis, value in zip(others, combination, strict=True):
@@ -76,23 +87,24 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
             look: Any = {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "linewidth": 1.1}
             look |= {"marker": MARKERS[index % len(MARKERS)], "markerfacecolor": "white"}
             _voltages(left, along, result, films, factor, look)
-            _lives(right, along, result, life, films, look, index)
+            lines.append(films)
+            looks.append(look)
             if others:
                 label = ", ".join(axis.texts[int(films[0])] for axis in others)
                 handles.append(Line2D([], [], label=label, **look))
+        _lives(right, along, result, life, lines, looks)
         left.set_ylabel(f"voltage [{unit}]")
         name = "time to failure" if result.drawn is None else f"life that {number(100 * share)} % of films do not reach"
         right.set_ylabel(f"{name} [s]")
-        _time_axis(right, result, life, len(shown))
         if np.isnan(result.voltage).all():
             left.set_yticks([])
             left.text(0.5, 0.5, "no film reaches the goal", transform=left.transAxes, ha="center", va="center")
         for label, place in zip("ab", (left, right), strict=True):
             place.set_xlabel(along.label)
-            room = 0.04 * float(np.ptp(along.levels)) or 0.1
+            room = max(0.04, 0.5 * APART * (_side_by_side(along, len(shown)) + 1) / WIDTH) * float(np.ptp(along.levels)) or 0.1
             place.set_xlim(along.levels[0] - room, along.levels[-1] + room)
             place.set_title(f"({label})", loc="left")
-        handles += _marks(result, along, interval, len(combinations) - len(shown))
+        handles += _marks(result, frontier, interval, len(combinations) - len(shown))
         if handles:
             legend_below(figure, handles)
     return figure
@@ -132,49 +144,87 @@ def _voltages(axes: Axes, along: _Axis, result: Design, films: NDArray[np.intp],
         axes.vlines(along.values[films][known], low[known], high[known], color=look["color"], linewidth=1.0)
 
 
-def _lives(axes: Axes, along: _Axis, result: Design, life: Array, films: NDArray[np.intp], look: Any, index: int) -> None:
-    place, time = along.values[films], life[films]
-    axes.plot(place, np.where(np.isfinite(time), np.maximum(time, 1e-12), np.nan), **look)
-    lasts = np.isposinf(time)
-    axes.plot(place[lasts], np.full(int(lasts.sum()), result.horizon * ABOVE ** (index + 1)), **look | {"linestyle": "none"})
-    for reason, cross in CROSSES.items():
-        lost = result.reached[films] == reason
-        at = {"transform": axes.get_xaxis_transform(), "linestyle": "none", "marker": cross, "color": look["color"]}
-        axes.plot(place[lost], np.full(int(lost.sum()), ROW * (index + 1)), markersize=4.0, **at)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Strip:
+    """Marks (films,) of what has no time, in a strip of the axes: the `marker` of each, none where it has no mark there, and what
+    the strip says.
+    """
+
+    marker: NDArray[np.object_]
+    words: str
+
+    @property
+    def used(self) -> bool:
+        """Whether anything is there."""
+        return any(self.marker)
 
 
-def _frontier(axes: Axes, along: _Axis, life: Array, horizon: float) -> None:
-    """The longest life of all films at each goal."""
-    best = [np.max(np.where(along.values == level, np.nan_to_num(life, nan=-1.0), -1.0)) for level in along.levels]
-    longest = np.minimum(np.where(np.array(best) > 0, best, np.nan), horizon)
-    axes.plot(along.levels, longest, color="0.4", alpha=2 * SHADE, linewidth=5.0, solid_capstyle="round", zorder=1)
+def _strips(result: Design, life: Array) -> tuple[_Strip, _Strip]:
+    """The strips above the times, of films that live longer, and below them."""
+    above = np.where(np.isposinf(life), "film", "")
+    below = np.array([CROSSES.get(reason, "") for reason in result.reached.tolist()])
+    below[life == 0] = CROSSES[AT_ONCE]
+    words = [SAID[mark] for mark in CROSSES.values() if mark in below]
+    return _Strip(above, f"longer than {lasting(result.horizon)}"), _Strip(below, ", ".join(words))
 
 
-def _time_axis(axes: Axes, result: Design, life: Array, lines: int) -> None:
+def _side_by_side(along: _Axis, lines: int) -> int:
+    """How many marks the next value along the axis leaves room for side by side; further ones stand in rows."""
+    gaps = np.diff(along.levels) / max(float(np.ptp(along.levels)), 1e-9)
+    return max(1, min(lines, int(WIDTH * float(gaps.min(initial=1.0)) / APART) - 1))
+
+
+def _lives(axes: Axes, along: _Axis, result: Design, life: Array, lines: Sequence[NDArray[np.intp]], looks: Sequence[Any]) -> None:
+    """The times, over these the marks of films that live longer than the horizon, and below them those of films without a life."""
+    above, below = _strips(result, life)
     known = life[np.isfinite(life) & (life > 0)]
-    low = min(float(known.min(initial=np.inf)), result.horizon / 10)
-    axes.set_yscale("log")
-    lasting_on = lines + 1 if np.any(np.isposinf(life)) else 1
-    axes.set_ylim(low / 4, result.horizon * ABOVE**lasting_on)
+    shown = (float(known.min()) / ROOM if known.size else min(result.at, result.horizon / 100), result.horizon)
+    if not above.used and known.size:
+        shown = shown[0], float(known.max()) * ROOM
+    side = _side_by_side(along, len(lines))
+    height = WORDS + ROW * (-(-len(lines) // side) + 0.5)
+    share = {strip: height if strip.used else 0.0 for strip in (above, below)}
+    axes.set_ylim(*limits(shown, share[above], share[below]))
     log_axis(axes, "y")
-    axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
+    ticks_within(axes, shown)
+    for films, look in zip(lines, looks, strict=True):
+        timed = np.where(np.isfinite(life[films]) & (life[films] > 0), life[films], np.nan)
+        axes.plot(along.values[films], timed, **look)
+    for strip, foot, words in ((above, 1 - height, 1 - 0.6 * WORDS), (below, 0.0, height - 0.5 * WORDS)):
+        if not strip.used:
+            continue
+        axes.add_patch(Rectangle((0, foot), 1, height, transform=axes.transAxes, color="0.93", linewidth=0.0, zorder=0))
+        axes.axhline(shown[int(strip is above)], color="0.5", linewidth=0.6)
+        axes.text(0.5, words, strip.words, transform=axes.transAxes, ha="center", va="center", fontsize=6.5, color="0.25")
+        for index, (films, look) in enumerate(zip(lines, looks, strict=True)):
+            row, place = divmod(index, side)
+            aside = (place - 0.5 * (min(side, len(lines)) - 1)) * APART / 72
+            shift = ScaledTranslation(aside, 0, axes.figure.dpi_scale_trans)
+            at: Any = {"transform": axes.get_xaxis_transform() + shift, "linestyle": "none"}
+            for marker in dict.fromkeys(strip.marker[films].tolist()):
+                some = films[strip.marker[films] == marker]
+                mark = {} if marker == "film" else {"marker": marker, "markersize": 4.0}
+                if marker:
+                    axes.plot(along.values[some], np.full(some.size, foot + ROW * (row + 0.75)), **look | at | mark)
 
 
-def _marks(result: Design, along: _Axis, interval: str | None, left_out: int) -> list[Line2D]:
+def _frontier(axes: Axes, along: _Axis, life: Array) -> bool:
+    """The longest life of all films at each goal, where it is known; whether it is anywhere."""
+    lives = np.where(np.isnan(life), 0.0, life)
+    best = np.array([np.max(lives[along.values == level]) for level in along.levels])
+    known = np.where(np.isfinite(best) & (best > 0), best, np.nan)
+    axes.plot(along.levels, known, **FRONTIER)
+    axes.plot(along.levels, known, linestyle="none", marker="o", **{"color": FRONTIER["color"], "markersize": 5.0}, zorder=1)
+    return bool(np.isfinite(known).any())
+
+
+def _marks(result: Design, frontier: bool, interval: str | None, left_out: int) -> list[Line2D]:
     """What marks mean that are not of a film."""
-    plain: Any = {"color": "0.35", "linestyle": "none"}
     marks = []
-    if np.any(np.isposinf(result.life)):
-        marks.append(
-            Line2D([], [], color="0.5", linestyle=":", linewidth=0.8, label=f"above: longer than {lasting(result.horizon)}")
-        )
-    for reason, cross in CROSSES.items():
-        if np.any(result.reached == reason):
-            marks.append(Line2D([], [], marker=cross, label=reason.removeprefix("no: "), **plain))
     if interval is not None and np.any(result.reached == YES):
         marks.append(Line2D([], [], color="0.35", linewidth=1.0, label=f"bars: {interval}"))
-    if along.label.startswith(result.goal.replace("_", " ")):
-        marks.append(Line2D([], [], color="0.4", alpha=2 * SHADE, linewidth=5.0, label="frontier: the longest life"))
+    if frontier:
+        marks.append(Line2D([], [], label="frontier: the longest life", **FRONTIER))
     if left_out:
         marks.append(Line2D([], [], linestyle="none", label=f"{left_out} more films are not shown"))
     return marks

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
+from dielast.plots.strips import limits, ticks_within
 from dielast.plots.style import COLOURS, LINES, MARKERS, SHADE, degrees, log_axis, number, row_legend, spread_indices
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
@@ -146,18 +146,14 @@ def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequenc
             _times(axes, result.voltage, factor, film)
         axes.set_xlabel(f"voltage [{unit}]")
         if above or below or len(all_axes) > 1:
-            axes.set_ylim(*_limits(shown, above, below))
+            axes.set_ylim(*limits(shown, _share(above), _share(below)))
             # as many voltages in each panel, wherever its films fail
             axes.update_datalim([(voltage.min(), shown[0]), (voltage.max(), shown[0])])
             axes.autoscale_view(scaley=False)
         log_axis(axes, "y")
         if above or below:
             _rows(axes, voltage, films, above, below)
-            for locate, ticks in (
-                (axes.yaxis.set_major_locator, axes.get_yticks()),
-                (axes.yaxis.set_minor_locator, axes.get_yticks(minor=True)),
-            ):
-                locate(FixedLocator([tick for tick in ticks if shown[0] <= tick <= shown[1]]))
+            ticks_within(axes, shown)
         if above:
             axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
 
@@ -174,12 +170,6 @@ def _span(films: Sequence[Drawn], result: FailureMap, opened: bool) -> tuple[flo
     if not positive.size:
         return result.horizon / 1e3, result.horizon
     return float(positive.min()) / ROOM, float(positive.max()) * ROOM if not opened else 1.2 * float(positive.max())
-
-
-def _limits(shown: tuple[float, float], above: int, below: int) -> tuple[float, float]:
-    """The ends of a log axis that has so many rows beyond the times shown."""
-    decades = np.log10(shown[1] / shown[0]) / (1 - _share(above) - _share(below))
-    return float(shown[0] * 10 ** (-decades * _share(below))), float(shown[1] * 10 ** (decades * _share(above)))
 
 
 def _share(rows: int) -> float:

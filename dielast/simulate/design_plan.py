@@ -25,6 +25,7 @@ MET = 1e-4  # how exactly a goal is met, in the logarithm of the stretch or of t
 CLOSE = 0.2  # of that, where a search ends
 SHARE = 1e-3  # of the way to the goal, if that is less
 NOISE = 3.0  # times the relative tolerance of the solver, which no stretch is known better than
+ROUNDING = 1e-12
 SPREAD = np.array((0.75, 0.92, 1.13, 1.39))  # of the expected voltage, tried first
 CHUNK = 256  # films
 NONE, UNFINISHED = "none", "unfinished"
@@ -100,7 +101,9 @@ class Designed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trials:
-    """Trials (t,) on columns of films: how far each is from its goal, how it ended, and what came first and when in s."""
+    """Trials (t,) on columns of films: the voltage, or that up to which a film came before it failed at once; how far each is from
+    its goal, how it ended, and what came first and when in s.
+    """
 
     columns: Cases
     voltage: Floats
@@ -187,9 +190,9 @@ def _search(
         trials = _tried(plan, part, goal, columns, voltage, goal.at)
         rounds += 1
         with np.errstate(divide="ignore"):
-            search.note(columns, voltage, trials.value, trials.kind, np.log(trials.time / goal.at))
+            search.note(columns, trials.voltage, trials.value, trials.kind, np.log(trials.time / goal.at))
         for trial in np.flatnonzero(trials.kind == SHORT).tolist():
-            column, volts = int(columns[trial]), float(voltage[trial])
+            column, volts = int(columns[trial]), float(trials.voltage[trial])
             if column not in lowest or volts < lowest[column][0]:
                 lowest[column] = volts, str(trials.mode[trial])
     return {column: mode for column, (_, mode) in lowest.items()}, rounds
@@ -216,5 +219,10 @@ def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: F
         mode[first_of(lives.happened, [name]).time == end.time] = name
     lived = ~(end.time < goal.at) & np.isfinite(lives.stretched[0, 0])
     value = np.where(lived, goal.missed(lives.stretched[:, 0]), np.nan)
-    passed = goal.missed(lives.relative_stretch(end)) >= 0
+    # a film that fails on the way to a voltage at once fails so under all voltages from there on; what such a voltage has done to a
+    # film that did not stand it is nothing that the film would come to
+    failed_at = np.abs(end.field) * part.thickness[columns]
+    halfway = (end.time == 0) & (failed_at < voltage * (1 - ROUNDING))
+    voltage = np.where(halfway, failed_at, voltage)
+    passed = (halfway | (end.time > 0)) & (goal.missed(lives.relative_stretch(end)) >= 0)
     return _Trials(columns, voltage, value, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)

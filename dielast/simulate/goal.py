@@ -12,6 +12,7 @@ from dielast.mechanics.span import Control, Controls
 from dielast.numerics.columns import Cases, Flags, Floats
 from dielast.simulate.film_grid import Group, axis_of
 
+WAY = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the logarithm of the stretch to the goal
 RELATIVE_STRETCH, AREA_STRAIN = "relative_stretch", "area_strain"
 
 
@@ -76,23 +77,30 @@ def voltage_about(group: Group, goal: Goal, controls: Controls) -> tuple[Floats,
     of the equilibrium spring.
 
     It holds the springs there, each weakened to exp(-t/tau) of its modulus by the time t of the goal and its viscous stretch as
-    after the prestretch (quasi-elastic approximation); a passive part is left out.
+    after the prestretch (quasi-elastic approximation), and takes the largest voltage on the way; a passive part is left out.
     """
     film = group.film
     now, points = film.condition, film.points
     internal = now.internal if film.assembly is None else 2 * np.log(now.internal[:, :, 0])
     held = points.modulus * np.exp(-3 * points.rate * goal.at)
     steps = goal.steps(controls)
-    moved = now.log_squared_stretch + 2 * np.log(steps)
+    rigid = np.zeros(steps.shape[1])
     with np.errstate(all="ignore"):
-        before, after = (
-            np.einsum("nm,cnm->cm", held, points.law.stress(points.springs(internal, place)))
-            for place in (now.log_squared_stretch, moved)
-        )
-        more = np.max(np.where(steps > 1, after - before * steps, -np.inf), axis=0)
-        # of a film that this tells nothing about, the field that balances its moduli
-        more = np.where(np.isfinite(more) & (more > 0), more, held.sum(axis=0) * goal.size)
-        thickness = group.thickness * np.exp(-0.5 * (moved[0] + moved[1]))
-        volts = thickness * np.sqrt(more / points.permittivity_at(moved))
+        before = _carried(group, held, internal, now.log_squared_stretch)
+        for part in WAY:
+            way = steps**part
+            moved = now.log_squared_stretch + 2 * np.log(way)
+            more = np.max(np.where(steps > 1, _carried(group, held, internal, moved) - before * way, -np.inf), axis=0)
+            # of a film that this tells nothing about, the field that balances its moduli
+            more = np.where(np.isfinite(more) & (more > 0), more, held.sum(axis=0) * goal.size * part)
+            rigid = np.maximum(rigid, np.exp(-moved.sum(axis=0)) * more / points.permittivity_at(moved))
         squared = np.repeat(np.exp(moved)[:, None], points.modulus.shape[0], axis=1)
-        return np.asarray(volts), np.asarray(points.law.room(squared)[0] <= 0)
+        return np.asarray(group.thickness * np.sqrt(rigid)), np.asarray(points.law.room(squared)[0] <= 0)
+
+
+def _carried(group: Group, held: Floats, internal: Floats, log_squared_stretch: Floats) -> Floats:
+    """True stresses (2, films) in Pa of the springs, of moduli `held` (springs, films), at these Lambda (2, films)."""
+    points = group.film.points
+    stress = points.law.stress(points.springs(internal, log_squared_stretch))
+    carried: Floats = np.einsum("nm,cnm->cm", held, stress)
+    return carried

@@ -17,6 +17,7 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, NeoHookean, Yeoh
 from dielast.mechanics.load import VoltageStep
+from dielast.plots.design import plot_design
 from dielast.simulate.actuate import actuate
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design, design, designed, plan_design, under_way
 from dielast.simulate.design_plan import solve_draws, solve_films
@@ -62,6 +63,40 @@ def test_an_elastic_film_without_prestress(law: Any) -> None:
         assert (beyond.reached[0], beyond.failure_mode[0], beyond.because[0]) == (FAILS_FIRST, "pull-in", "pull-in")
         assert beyond.largest[0] == pytest.approx(2 ** (1 / 3), rel=1e-2)  # the stretch has a vertical tangent there
         assert np.isnan(beyond.voltage[0])
+
+
+@pytest.mark.parametrize(
+    "film",
+    [
+        {"prestretch": [1.0, 1.2], "goals": [1.1, 1.15, 1.2, 1.22, 1.3, 2.0]},
+        {"prestretch": [1.2], "boundary": ("dead-load", "clamped"), "goals": [1.2, 1.25, 1.28, 1.4, 2.0]},
+    ],
+)
+def test_an_elastic_film_fails_at_once_or_not_at_all(film: dict[str, Any]) -> None:
+    """Neo-Hookean, without any branch: eps E^2 = tau(l) - P l, and E at the goal is below the breakdown field or the film fails."""
+    material = replace(ELASTIC, equilibrium_modulus=2e5, permittivity=2.48e-11, equilibrium_law=NeoHookean())
+    goals, axis_2 = np.array(film["goals"]), "boundary" in film
+    result = design(
+        material,
+        relative_stretch=goals,
+        at=1.0,
+        horizon=10.0,
+        thickness=5e-5,
+        breakdown_field=8e7,
+        **{name: value for name, value in film.items() if name != "goals"},
+    )
+    for row, pre in enumerate(result.prestretch[:, 0].tolist()):
+        stretch = np.linspace(pre, pre * result.target[row], 2001)
+        across = np.full_like(stretch, pre) if axis_2 else stretch
+        stress = 2e5 * (stretch**2 - (stretch * across) ** -2)
+        field = np.sqrt(np.maximum(stress - 2e5 * (pre - pre**-5) * stretch, 0) / 2.48e-11)
+        voltage = 5e-5 * field / (stretch * across)
+        assert result.reached[row] == (YES if field[-1] < 8e7 else FAILS_FIRST)
+        if result.reached[row] == YES:
+            assert result.voltage[row] == pytest.approx(voltage[-1], rel=1e-6)
+            continue
+        assert result.because[row] == "breakdown"
+        assert result.largest[row] == pytest.approx(stretch[np.argmax(field > 8e7)] / pre, rel=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -216,3 +251,18 @@ def test_bad_designs(change: dict[str, Any], message: str) -> None:
         design(FILM, **(GOAL | {"prestretch": 1.7, "relative_stretch": 1.1} | change))
     with pytest.raises(InputError, match="permittivity"):
         design(replace(FILM, permittivity=None), prestretch=1.7, relative_stretch=1.1, **GOAL)
+
+
+def test_films_without_a_time_are_in_strips_beyond_the_times() -> None:
+    """Nothing in the figure looks like a time that is none."""
+    result = design(FILM, prestretch=[1.7, 1.9], relative_stretch=[1.1, 1.2, 1.25, 1.6], **GOAL)
+    figure = plot_design(result)
+    figure.draw_without_rendering()
+    right = figure.axes[1]
+    drawn = [line for line in right.lines if line.get_transform() == right.transData and len(line.get_xdata()) > 2]
+    times = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in drawn])
+    assert set(times[np.isfinite(times)]) == set(result.life[np.isfinite(result.life)])
+    assert {text.get_text() for text in right.texts} == {"longer than 1 d", "\N{MULTIPLICATION SIGN} fails first"}
+    low, high = right.get_ylim()
+    ticks = np.concatenate((right.get_yticks(), right.get_yticks(minor=True)))
+    assert low * 2 < ticks.min() <= ticks.max() <= 86400.0 < high / 2

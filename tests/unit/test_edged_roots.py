@@ -85,3 +85,19 @@ def test_columns_know_nothing_of_each_other() -> None:
         runaway(edge[[column]], np.ones(1), goal[[column]], alone, 9)
         assert alone.state[0] == together.state[column] != OPEN
         assert np.array_equal(alone.root, together.root[[column]], equal_nan=True)
+
+
+def test_what_passed_beyond_a_trial_that_ended_short_tells_nothing() -> None:
+    """Trials that end at once, without telling how nearly they lasted: one far up passed zero, as no lower one would."""
+    search = EdgedRoots(2e3 * SPREAD[None], np.array([1e-5]))
+    rounds = 0
+    while rounds < 9:
+        columns, argument = search.trials()
+        if not columns.size:
+            break
+        kind = np.select([argument < 1999.0, argument < 2700.0], [0, 2], 1)
+        search.note(columns, argument, np.where(kind == 0, 1e-4 * argument - 0.3, np.nan), kind, np.full(columns.size, -np.inf))
+        rounds += 1
+    assert rounds <= 6
+    assert search.state.tolist() == [EDGE]
+    assert search.below[0] <= 1999.0 <= search.above[0]
