@@ -70,7 +70,8 @@ class MeasuredTest(Result):
     Time counts from the undeformed state at rest; a stretch other than 1 at time 0 was reached at once. `temperature` in degC.
     A voltage that electrodes on both faces hold from time 0 on is a `nominal_field`; the stress is that of the machine all the
     same. Tests of one `specimen` share the factor by which its stress differs from the material's. Raises `InputError` for columns
-    of unequal length, for fewer than 3 points, for what is not finite and for times that do not ascend.
+    of unequal length, for fewer than 3 points, for what is not finite, for times that do not ascend, and for a test without any
+    stretch or stress.
     """
 
     name: str
@@ -103,6 +104,10 @@ class MeasuredTest(Result):
             raise InputError("times must ascend from 0 s", argument=self.name)
         if np.any(stretch <= 0):
             raise InputError(f"a stretch of {stretch.min():g}: a number above 0 is needed (1 is undeformed)", argument=self.name)
+        if not np.any(stress):
+            raise InputError("the stress is 0 throughout: nothing was measured", argument=self.name)
+        if np.all(stretch == 1) and not self.nominal_field:
+            raise InputError("the stretch is 1 throughout, which is undeformed: the test says nothing of the material", argument=self.name)
         # what is measured at once is not what holds a moment later
         if time[0] == 0 and (stretch[0] != 1 or self.nominal_field):
             kept = corners(time, stretch)
