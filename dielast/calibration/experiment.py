@@ -48,6 +48,10 @@ class Experiment(Protocol):
         """In degC."""
 
     @property
+    def header(self) -> str:
+        """What was measured, as tables head it: `name [unit]`."""
+
+    @property
     def unit(self) -> str:
         """The unit of what was measured."""
 
@@ -61,6 +65,9 @@ class SimulatedExperiment(Experiment, Protocol):
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:
         """What each material gives (materials, n), NaN where it cannot follow the test."""
+
+    def reach(self, material: Material) -> tuple[str, float]:
+        """The mode of loading, such as "equibiaxial", and the largest I1 to which this material comes in the test."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -87,6 +94,7 @@ class MeasuredTest(Result):
     """Of the ramp from rest to the first point, which is then held until its time, 1/s; None: a straight line leads there."""
     corner_time: Floats = field(init=False)
     corner_stretch: Floats = field(init=False)
+    header: ClassVar = "nominal_stress_1 [Pa]"
     unit: ClassVar = "Pa"
     rest: ClassVar = 0.0
 
@@ -107,7 +115,9 @@ class MeasuredTest(Result):
         if not np.any(stress):
             raise InputError("the stress is 0 throughout: nothing was measured", argument=self.name)
         if np.all(stretch == 1) and not self.nominal_field:
-            raise InputError("the stretch is 1 throughout, which is undeformed: the test says nothing of the material", argument=self.name)
+            raise InputError(
+                "the stretch is 1 throughout, which is undeformed: that tells nothing of a material", argument=self.name
+            )
         # what is measured at once is not what holds a moment later
         if time[0] == 0 and (stretch[0] != 1 or self.nominal_field):
             kept = corners(time, stretch)

@@ -202,8 +202,6 @@ def warn_of_tests_beyond(result: Calibration) -> None:
     """Warn of tests to validate that go on for longer, or further, than any that was fitted: the model is extrapolated there."""
     known = range_of(result.fit)
     measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
-    if known is None:
-        return
     late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
     if late:
         last, longest = max(test.time[-1] for test in late), known.time[1]
