@@ -10,6 +10,7 @@ Only what changed is run again. A NAME is that of a recipe, or a pattern such as
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import subprocess
 import sys
@@ -171,4 +172,7 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except BrokenPipeError:  # as head leaves it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -152,7 +152,7 @@ def basis_of(columns: Floats) -> Floats:
     size = np.linalg.norm(columns, axis=0)
     seen = size > SEEN * float(np.max(size, initial=0.0))
     vectors, values, _ = np.linalg.svd(columns[:, seen] / size[seen], full_matrices=False)
-    return np.asarray(vectors[:, values > SEEN * values[0]])
+    return np.asarray(vectors[:, values > SEEN * np.max(values, initial=0.0)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

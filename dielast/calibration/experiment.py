@@ -48,6 +48,10 @@ class Experiment(Protocol):
         """In degC."""
 
     @property
+    def header(self) -> str:
+        """What was measured, as tables head it: `name [unit]`."""
+
+    @property
     def unit(self) -> str:
         """The unit of what was measured."""
 
@@ -62,6 +66,9 @@ class SimulatedExperiment(Experiment, Protocol):
     def answers(self, materials: Sequence[Material | None]) -> Floats:
         """What each material gives (materials, n), NaN where it cannot follow the test."""
 
+    def reach(self, material: Material) -> tuple[str, float]:
+        """The mode of loading, such as "equibiaxial", and the largest I1 to which this material comes in the test."""
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MeasuredTest(Result):
@@ -70,7 +77,8 @@ class MeasuredTest(Result):
     Time counts from the undeformed state at rest; a stretch other than 1 at time 0 was reached at once. `temperature` in degC.
     A voltage that electrodes on both faces hold from time 0 on is a `nominal_field`; the stress is that of the machine all the
     same. Tests of one `specimen` share the factor by which its stress differs from the material's. Raises `InputError` for columns
-    of unequal length, for fewer than 3 points, for what is not finite and for times that do not ascend.
+    of unequal length, for fewer than 3 points, for what is not finite, for times that do not ascend, and for a test without any
+    stretch or stress.
     """
 
     name: str
@@ -86,6 +94,7 @@ class MeasuredTest(Result):
     """Of the ramp from rest to the first point, which is then held until its time, 1/s; None: a straight line leads there."""
     corner_time: Floats = field(init=False)
     corner_stretch: Floats = field(init=False)
+    header: ClassVar = "nominal_stress_1 [Pa]"
     unit: ClassVar = "Pa"
     rest: ClassVar = 0.0
 
@@ -103,6 +112,12 @@ class MeasuredTest(Result):
             raise InputError("times must ascend from 0 s", argument=self.name)
         if np.any(stretch <= 0):
             raise InputError(f"a stretch of {stretch.min():g}: a number above 0 is needed (1 is undeformed)", argument=self.name)
+        if not np.any(stress):
+            raise InputError("the stress is 0 throughout: nothing was measured", argument=self.name)
+        if np.all(stretch == 1) and not self.nominal_field:
+            raise InputError(
+                "the stretch is 1 throughout, which is undeformed: that tells nothing of a material", argument=self.name
+            )
         # what is measured at once is not what holds a moment later
         if time[0] == 0 and (stretch[0] != 1 or self.nominal_field):
             kept = corners(time, stretch)

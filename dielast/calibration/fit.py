@@ -124,7 +124,7 @@ def fit_material(
     answers = Laboratory(tests).answers(space.materials(start))
     kept = [test for test, own in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(own), axis=1))]
     if not kept:
-        raise NumericsError("no start can follow any of the tests: is a stretch beyond a limit of the springs?")
+        raise NumericsError(f"no start can follow any of the tests{_furthest(tests)}")
     fit = fit_space(space, Laboratory(kept), start, specimen_scatter, watch)
     return replace(fit, left_out=tuple(test.name for test in tests if test not in kept))
 
@@ -159,7 +159,7 @@ def fit_space(
     try:
         found = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=look("starts", curves, scatter))
         if not np.isfinite(found.cost[found.best]):
-            raise NumericsError("no start can follow all tests: is a stretch beyond a limit of the springs?")
+            raise NumericsError(f"no start can follow all tests{_furthest(laboratory.tests)}")
         ends = found.cost
         at = found.coordinates[found.best]
         for _ in range(ROUNDS):
@@ -180,6 +180,15 @@ def fit_space(
     if finished:
         scatter = shown(curves, scatter, slopes)
     return Fit(problem, at, scatter, curves, slopes, ends, finished)
+
+
+def _furthest(tests: Sequence[Experiment]) -> str:
+    """How far the tests go, which may be why nothing follows."""
+    reached = [(float(np.max(test.stretch)), test.name) for test in tests if test.stretch is not None]
+    if not reached:
+        return ""
+    stretch, name = max(reached)
+    return f"; {name} goes to a stretch of {stretch:.4g}: is that beyond a limit of the springs, or is a unit wrong?"
 
 
 @dataclass(slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment
+from dielast.calibration.experiment import Experiment, MeasuredTest, SimulatedExperiment
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import Likelihood, likelihood_of
@@ -208,19 +208,19 @@ class Calibration(TabularResult):
         ]
 
 
-def range_of(fit: Fit) -> CalibratedRange | None:
-    """The range of the tests of a fit, None without tests in which the stretch was prescribed."""
-    machine = fit.problem.laboratory.machine.values()
-    if not machine:
-        return None
-    times = [float(end) for test in machine for end in (test.time[test.time > 0][0], test.time[-1])]
-    heat = [test.temperature for test in machine]
-    return CalibratedRange(
-        tuple(sorted({Mode(test.mode).value for test in machine})),
-        max(test.largest_invariant for test in machine),
-        (min(times), max(times)),
-        (min(heat), max(heat)),
-    )
+def range_of(fit: Fit) -> CalibratedRange:
+    """The range of the tests of a fit; that of tests which a recipe simulates is what the fitted material does in them."""
+    reached, times, heat = [], [], []
+    for test in fit.problem.laboratory.tests:
+        if isinstance(test, MeasuredTest):
+            reached.append((Mode(test.mode).value, test.largest_invariant))
+        else:
+            simulated: SimulatedExperiment = test  # type: ignore[assignment]
+            reached.append(simulated.reach(fit.material))
+        times += test.time[test.time > 0][[0, -1]].tolist()
+        heat.append(test.temperature)
+    modes, invariants = zip(*reached, strict=True)
+    return CalibratedRange(tuple(sorted(set(modes))), max(invariants), (min(times), max(times)), (min(heat), max(heat)))
 
 
 def calibrate(

@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dielast.calibration.profiles import Profile
 from dielast.calibration.result import Calibration, Comparison
+from dielast.plots.quantities import axis_of, unit_for
 from dielast.plots.style import COLOURS, SHADE, log_axis, number, sheet, spread, spread_indices, style, typeset
 
 KILO = 1e-3  # from Pa
@@ -76,7 +77,7 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
         still = np.abs(np.diff(test.stretch)) <= 1e-3 * float(np.ptp(test.stretch))
         over_time = bool(np.mean(still) > LEFT_TO_TIME)
         x = test.time if over_time else test.stretch
-    factor = KILO if test.unit == "Pa" else 1.0
+    called, factor = axis_of(test.header, [test.measured + test.rest])
     order = np.arange(x.size)
     axes.fill(
         np.concatenate((x, x[::-1])),
@@ -98,7 +99,7 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     )
     axes.plot(x, factor * (comparison.model + test.rest), "-", color=COLOURS[0], linewidth=1.0)
     axes.set_xlabel("time [s]" if over_time else "stretch [1]")
-    axes.set_ylabel("nominal stress [kPa]" if test.unit == "Pa" else "stretch [1]")
+    axes.set_ylabel(called if " [" in called else f"{called} [1]")
     if over_time:
         log_axis(axes, "x")
     name = test.name if len(test.name) <= 30 else f"{test.name[:29]}\N{HORIZONTAL ELLIPSIS}"
@@ -118,8 +119,11 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     parameter, profile = calibration.fit.space.parameters[k], calibration.profiles[k]
     threshold = float(calibration.likelihood.thresholds(calibration.level)[k])
     near = _window(profile, threshold)
-    factor, unit = (KILO, "kPa") if parameter.unit == "Pa" and parameter.scale is None else (1.0, parameter.unit)
-    x, y = factor * parameter.value(profile.coordinate[near]), profile.rise[near]
+    values = parameter.value(profile.coordinate[near])
+    most = float(np.max(np.abs(values)))
+    small = parameter.unit == "Pa" and most < 1 / KILO  # such as Yeoh's C20
+    unit, factor = ("Pa", 1.0) if small else unit_for(parameter.unit, most)
+    x, y = factor * values, profile.rise[near]
     # between the points as the ends of the interval are found: straight in the root, which changes its sign at the fit
     fine = np.unique(
         np.append(profile.coordinate[near], np.linspace(profile.coordinate[near[0]], profile.coordinate[near[-1]], 200))

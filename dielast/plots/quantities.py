@@ -20,6 +20,7 @@ UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "A": (("mA", 1e3, 1e-4), ("µA", 1e6, 1e-7), ("nA", 1e9, 0.0)),
     "A/m^2": (("A/m²", 1.0, 0.1), ("mA/m²", 1e3, 0.0)),
     "J/m^3": (("kJ/m³", 1e-3, 0.0),),
+    "F/m": (("pF/m", 1e12, 0.0),),
     "degC": (("°C", 1.0, 0.0),),
 }
 MODULUS = "MPa"  # moduli run over many decades, and have one unit in all figures

@@ -38,6 +38,10 @@ QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
         (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { prior = "draws" }\n', "has 0 draws, at least 10 are needed"),
         (HEAD + '[[test]]\nmode = "uniaxial"\n' + FREE, "test[0]: either file (a table) or recipe (of relax, creep or actuate)"),
         (HEAD + '[[test]]\nfile = "true.csv"\ncolumns = { stress = "true_stress" }\n' + FREE, "nominal stress is needed"),
+        (
+            HEAD + '[[test]]\nfile = "strain.csv"\n' + FREE,
+            "line 2: stretch 0: a number above 0 is needed (1 is undeformed)",
+        ),
         (HEAD + '[[test]]\nfile = "back.csv"\n' + FREE, "back.csv: line 4: time 1 s does not come after 2 s"),
         (
             HEAD + TEST.replace(SPECIMEN, 'voltage = "6 kV"') + FREE,
@@ -50,6 +54,7 @@ QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
 def test_mistakes_are_said(recipe: str, message: str, dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "true.csv").write_text("time [s],stretch,true_stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
     (tmp_path / "back.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n1,1.3,5\n")
+    (tmp_path / "strain.csv").write_text("time [s],stretch,stress [Pa]\n1,0,3\n2,0.2,4\n3,0.3,5\n")
     (tmp_path / "good.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
     (tmp_path / "plain.toml").write_text('kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\nstretch = 2.0\n')
     (tmp_path / "r.toml").write_text(recipe)
@@ -130,3 +135,30 @@ def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "relax.toml").write_text(relax)
     done = dielast("relax", "relax.toml", "--plot", "none", "-q")
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_recipes_are_tests_and_the_material_knows_how_far_they_went(dielast: Run, tmp_path: Path) -> None:
+    head = 'material = "example:tensile/start.toml"\n'
+    compare = '[[compare]]\nfile = "{}/{}.csv"\nx = "time [s]"\ny = "{} [1]"\n'
+    made = "[output]\npoints_per_decade = 3\n"
+    film = f'kind = "actuate"\n{head}[film]\nthickness = "0.5 mm"\nprestretch = 3.0\nrelax = "1 h"\n'
+    film += '[[step]]\nvoltage = "1 kV"\nduration = "1 s"\n[[step]]\nhold = "10 s"\n'
+    pulled = f'kind = "creep"\n{head}[[step]]\nstress = "20 kPa"\nduration = "1 s"\n[[step]]\nhold = "20 min"\n'
+    for name, kind, recipe, column in (("film", "actuate", film, "relative_stretch_1"), ("pulled", "creep", pulled, "stretch_1")):
+        (tmp_path / f"{name}.toml").write_text(recipe + made)
+        assert dielast(kind, f"{name}.toml", "--plot", "none", "-q").returncode == 0
+        (tmp_path / f"{name}.toml").write_text(recipe + made + compare.format(name, kind, column))
+    free = FREE + '"dielectric.permittivity" = { start = "6e-11 F/m" }\n"shift.C1" = { prior = 13.7, relative = "5 %" }\n'
+    tests = '[[test]]\nrecipe = "film.toml"\n[[test]]\nrecipe = "pulled.toml"\n'
+    (tmp_path / "r.toml").write_text(HEAD + tests + free + QUICK)
+    done = dielast("calibrate", "r.toml", "-q", "--plot", "svg")
+    assert done.returncode == 0, done.stderr
+    assert "shift.C1 is not determined by these tests: draws follow the prior" in done.stderr
+    known = read_material(tmp_path / "r/material.toml").calibrated
+    assert known is not None
+    assert known.modes == ("equibiaxial", "uniaxial")
+    assert 18 < known.largest_invariant < 22
+    assert known.time[1] == pytest.approx(1201)
+    found = parse_csv((tmp_path / "r/parameters.csv").read_bytes(), "parameters")
+    row = list(found["parameter"]).index("dielectric.permittivity")
+    assert float(found["value"][row]) == pytest.approx(3.98e-11, rel=0.01)  # with which the points were made

@@ -26,6 +26,7 @@ from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.checks import BEYOND_TESTS, LONGER
 from dielast.material.material import Material
+from dielast.mechanics.load import Mode
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
@@ -96,7 +97,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         raise NumericsError(*failures)
     ranked = _ranked(candidates)
     best = ranked[0].calibration
-    failures += [f"test {name}: the material cannot follow it; it is left out" for name in best.not_followed]
+    failures += [f"test {name}: the material cannot follow it; it is left out" for name in dict.fromkeys(best.not_followed)]
     if interrupted:
         failures.append("interrupted: the best so far is written, without what would have come after it")
     _warn(ranked[0])
@@ -157,9 +158,10 @@ def _candidate(
         prediction = predicted(result.fit) if across and result.fit.finished else None
     except KeyboardInterrupt:
         interrupted = True
-    reached = [float(np.max(test.stretch)) for test in asked.tests if test.stretch is not None]
-    furthest = options.stable_up_to or max(reached, default=STRETCHED)
-    return Candidate(name, result, prediction, stabilities(result.material, furthest), interrupted)
+    fitted = [test for test in result.fit.problem.laboratory.tests if isinstance(test, MeasuredTest)]
+    furthest = options.stable_up_to or max((float(np.max(test.stretch)) for test in fitted), default=STRETCHED)
+    tested = {Mode(test.mode).value for test in fitted if np.max(test.stretch) >= furthest}
+    return Candidate(name, result, prediction, stabilities(result.material, furthest, tested), interrupted)
 
 
 def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -173,10 +175,14 @@ def _warn(best: Candidate) -> None:
     """Warn of what the tests do not tell, and of a law that is unstable."""
     result = best.calibration
     fit = result.fit
+    expected = dict(zip(fit.space.names, np.diag(fit.space.precision) > 0, strict=True))
     left_open = [name for name, verdict in result.verdicts.items() if verdict == Verdict.UNDETERMINED]
-    if left_open:
-        verb = "is" if len(left_open) == 1 else "are"
-        warn(f"{', '.join(left_open)} {verb} not determined by these tests: draws spread over the whole range between the bounds")
+    for prior, spread in ((False, "spread over the whole range between the bounds"), (True, "follow the prior")):
+        if names := [name for name in left_open if expected[name] == prior]:
+            verb = "is" if len(names) == 1 else "are"
+            warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")
+    if result.profiles and np.all(fit.at_bound):
+        warn("every free parameter rests on a bound: are the units and signs of the tests right, and the bounds wide enough?")
     for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False):
         if profile.verdict in (Verdict.LOWER, Verdict.UPPER):
             side, end = ("least", profile.lower) if profile.verdict is Verdict.LOWER else ("most", profile.upper)
@@ -196,8 +202,6 @@ def warn_of_tests_beyond(result: Calibration) -> None:
     """Warn of tests to validate that go on for longer, or further, than any that was fitted: the model is extrapolated there."""
     known = range_of(result.fit)
     measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
-    if known is None:
-        return
     late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
     if late:
         last, longest = max(test.time[-1] for test in late), known.time[1]

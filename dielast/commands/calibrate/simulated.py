@@ -52,6 +52,15 @@ class SimulatedTest:
         self._solve([k for k, material in enumerate(materials) if material is not None], materials, found)
         return found
 
+    def reach(self, material: Material) -> tuple[str, float]:
+        """The mode of loading, and the largest I1 to which a material comes until the last point."""
+        (result,) = solve_batches(self.simulation.batches([self.case], [material], self.inputs))
+        until = np.asarray(result.columns["time [s]"]) <= self.time[-1]
+        first, second = (np.asarray(result.columns[f"stretch_{axis} [1]"])[until] for axis in (1, 2))
+        invariant = float(np.max(first**2 + second**2 + (first * second) ** -2.0, initial=3.0))
+        alike = "equibiaxial" if np.allclose(first, second) else "biaxial"
+        return str(getattr(self.case.recipe, "mode", alike)), invariant
+
     def _solve(self, chosen: Sequence[int], materials: Sequence[Material | None], found: Floats) -> None:
         """Fill in the rows of the materials that are `chosen`."""
         used = [material for k in chosen if (material := materials[k]) is not None]

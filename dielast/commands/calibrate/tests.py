@@ -14,6 +14,7 @@ from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.errors import InputError, Mistakes, located, placed, warn
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.material.checks import SQUEEZED
 from dielast.numerics.columns import Flags, Floats
 from dielast.readings.specimen import mistaken, read_as, role_in
 from dielast.units import TIME
@@ -65,7 +66,8 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     lines = table.lines[rows]
     for row in np.flatnonzero(stretch <= 0)[:1]:
         line = int(lines[row])
-        raise InputError(f"stretch {stretch[row]:g}: a number above 0 is needed (1 is undeformed)", file=test.file, line=line)
+        wanted = "a number above 0 is needed (1 is undeformed): is the column a strain? say columns.strain"
+        raise InputError(f"stretch {stretch[row]:g}: {wanted}", file=test.file, line=line)
     if test.rate is not None:
         time = np.cumsum(np.abs(np.diff(stretch, prepend=1.0))) / test.rate
         moved = np.diff(time, prepend=-1.0) > 0
@@ -86,6 +88,9 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
         made = MeasuredTest(
             name, time[kept], stretch[kept], stress[kept], at, test.mode, specimen, test.nominal_field, test.ramp_rate
         )
+    if np.min(made.stretch) < SQUEEZED:
+        squeezed = f"a stretch of {np.min(made.stretch):.4g} squeezes the specimen (1 is undeformed)"
+        warn(f"{test.file}: {squeezed}: is the column a strain? say columns.strain")
     if test.ramp_rate is None and test.rate is None and begins_late(made):
         began = f"the first point is at {made.time[0]:g} s and a stretch of {made.stretch[0]:g}"
         warn(f"{test.file}: {began}: a straight line from rest leads there; was it a ramp and a hold? state ramp_rate")
