@@ -63,6 +63,11 @@ def plot_operating_map(result: FailureMap, title: str | None = None) -> Figure:
         axes = grid(figure, len(panels), across, sharex=True, sharey=True)
         draw = _maps if _is_map(result) else _curves
         draw(figure, axes, result, panels)
+        unit, _ = unit_for("V", float(result.voltage.max()))
+        for place in axes[-across:]:
+            place.set_xlabel(f"voltage [{unit}]")
+        for place in axes[::across]:
+            place.set_ylabel("prestretch" if _is_map(result) else "relative stretch")
         for place, (temperature, name) in zip(axes, panels, strict=True):
             at = f", {degrees(result.temperature[temperature])}" if temperatures > 1 else ""
             place.set_title(f"stretch after {name}{at}", loc="right")
@@ -81,7 +86,7 @@ def _is_map(result: FailureMap) -> bool:
 
 def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:
     """The maps, with one scale of time for all."""
-    unit, factor = unit_for("V", float(result.voltage.max()))
+    _, factor = unit_for("V", float(result.voltage.max()))
     order = np.argsort(result.prestretch[:, 0])
     voltage, prestretch = result.voltage * factor, result.prestretch[order, 0]
     levels = _levels(result)
@@ -113,9 +118,6 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
         # the contours end half a cell within what pcolor draws
         place.set_xlim(voltage[0], voltage[-1])
         place.set_ylim(prestretch[0], prestretch[-1])
-        place.label_outer()
-        place.set_xlabel(f"voltage [{unit}]")
-        place.set_ylabel("prestretch")
     if len(levels) > 1:
         norm = BoundaryNorm(np.log10(levels), len(levels) - 1)
         shown = LinearSegmentedColormap.from_list("bands", colours, N=len(levels) - 1)
@@ -177,7 +179,7 @@ def _stretch_lines(axes: Axes, voltage: Array, prestretch: Array, stretch: Array
 
 def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:
     """The stretch over voltage of some films, with a mark at the last voltage under which each lives so long."""
-    unit, factor = unit_for("V", float(result.voltage.max()))
+    _, factor = unit_for("V", float(result.voltage.max()))
     chosen = spread_indices(len(result.prestretch), MOST_LINES)
     handles = []
     for index, film in enumerate(chosen):
@@ -209,8 +211,4 @@ def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Se
             label="the highest voltage that it lives under so long",
         )
     )
-    for place in axes:
-        place.set_xlabel(f"voltage [{unit}]")
-        place.set_ylabel("relative stretch")
-        place.label_outer()
     row_legend(figure, handles, min(len(handles), 2), loc="outside lower center", fontsize=6.5)

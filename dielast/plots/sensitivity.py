@@ -58,10 +58,9 @@ def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | 
             lines = [line for part in called.splitlines() for line in textwrap.wrap(part, LONGEST_TITLE)]
             axes.set_title("\n".join(lines), loc="left", fontsize=7.5)
             axes.axvline(0, color="black", linewidth=0.7)
-        name = "share of the variance of log life" if shares else "change of the life, % for 1 % of the number"
+        name = "share of the variance of log life" if shares else "change of the life, %\nfor 1 % of the number"
         for axes in all_axes[-across:]:
             axes.set_xlabel(name)
-            axes.tick_params(axis="x", labelbottom=True)
         axes = all_axes[0]
         axes.set_yticks(range(len(rows)), [f"{whole}: {name}" if whole else name for name, whole in rows.items()])
         axes.set_ylim(len(rows) - 0.4, -0.6)

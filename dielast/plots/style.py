@@ -90,10 +90,12 @@ def sheet(title: str | None, columns: float, height: float) -> Figure:
 
 
 def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
-    """The axes of `count` panels, so many `across`; the last row may be shorter."""
+    """The axes of `count` panels, so many `across`; the last row may be shorter, and ticks above its end are labelled."""
     axes = list(figure.subplots(-(-count // across), across, squeeze=False, **shared).ravel())
     for unused in axes[count:]:
         unused.remove()
+    for lowest in axes[max(0, count - across) : count]:
+        lowest.tick_params(axis="x", labelbottom=True)
     return axes[:count]
 
 
