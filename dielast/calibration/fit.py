@@ -120,6 +120,9 @@ def fit_material(
     if not tests:
         raise InputError("at least one test is needed", argument="tests")
     space = parameter_space(material, free)
+    if (points := sum(test.measured.size for test in tests)) <= len(space):
+        fewer = f"{points} measured points for {len(space)} free parameters: more points are needed, or fewer parameters"
+        raise InputError(fewer, argument="tests")
     start = starts_of(space, starts)
     answers = Laboratory(tests).answers(space.materials(start))
     kept = [test for test, own in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(own), axis=1))]

@@ -245,17 +245,14 @@ def calibrate(
     likelihood = likelihood_of(fit)
     profiles: tuple[Profile, ...] = ()
     drawn = np.zeros((0, len(fit.space)))
-    finished = fit.finished
     try:
-        if finished:
+        if fit.finished:
             say(watch, "profiles", fit)
             profiles = tuple(profiles_of(likelihood, level))
             if draws:
                 drawn = draw(likelihood, profiles, draws, seed=seed, watch=_moves(watch, fit))
     except KeyboardInterrupt:
-        finished = False
-    if not finished:
-        object.__setattr__(fit, "finished", False)
+        fit = replace(fit, finished=False)
     comparisons = compare_tests(fit, likelihood, drawn, validate, level)
     lost = tuple(each.test.name for each in comparisons if not each.followed)
     return Calibration(fit, likelihood, profiles, drawn, comparisons, level, (*fit.left_out, *lost))

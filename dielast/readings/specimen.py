@@ -79,7 +79,7 @@ def read_as(
 # the role of a column that holds a quantity by its name: names of users, then those of dielast's results
 KNOWN_AS = {
     "stretch": {name: name for name in ("stretch", "strain", "extension")} | {"stretch_1": "stretch"},
-    "stress": {"force": "force", "stress": "stress", "nominal_stress_1": "stress"},
+    "stress": {"force": "force", "stress": "stress", "nominal_stress": "stress", "nominal_stress_1": "stress"},
 }
 DIMENSION = {"stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
 

@@ -66,6 +66,14 @@ def test_mistakes_are_said(recipe: str, message: str, dielast: Run, tmp_path: Pa
     assert message in dielast("validate", "r.toml").stderr
 
 
+def test_a_fit_needs_more_points_than_parameters(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "few.csv").write_text("time [s],stretch,nominal_stress [Pa]\n1,1.1,3e3\n2,1.2,4e3\n3,1.3,5e3\n")
+    free = '[free]\n"equilibrium.shear_modulus" = {}\n"equilibrium.J_lim" = {}\n"nonequilibrium.scale" = {}\n'
+    (tmp_path / "r.toml").write_text(HEAD + '[[test]]\nfile = "few.csv"\n' + free)
+    done = dielast("calibrate", "r.toml")
+    assert (done.returncode, done.stderr.startswith("r.toml: test: 3 measured points for 3 free parameters: ")) == (2, True)
+
+
 def test_a_test_that_cannot_be_followed_is_named_and_the_others_are_kept(dielast: Run, tmp_path: Path) -> None:
     fast = TEST.replace("hold", "fast")  # up to a stretch of 4
     material = 'name = "short"\nreference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "20 kPa"\nJ_lim = 8\n'

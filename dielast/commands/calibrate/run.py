@@ -19,7 +19,7 @@ from dielast.calibration.stability import Stability, stabilities
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import InputError, NumericsError, warn
+from dielast.errors import InputError, NumericsError, in_keys, warn
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
@@ -140,18 +140,19 @@ def _candidate(
 ) -> Candidate:
     """Fit one material."""
     options, wanted = recipe.fit, recipe.uncertainty
-    result = calibrate(
-        asked.tests,
-        material,
-        asked.free[name],
-        validate=asked.predicted,
-        starts=options.starts,
-        specimen_scatter=options.specimen_scatter,
-        draws=wanted.draws,
-        seed=wanted.seed,
-        level=wanted.level,
-        watch=watch,
-    )
+    with in_keys({"tests": "test"}):
+        result = calibrate(
+            asked.tests,
+            material,
+            asked.free[name],
+            validate=asked.predicted,
+            starts=options.starts,
+            specimen_scatter=options.specimen_scatter,
+            draws=wanted.draws,
+            seed=wanted.seed,
+            level=wanted.level,
+            watch=watch,
+        )
     across = options.cross_validation if options.cross_validation is not None else several
     prediction, interrupted = None, not result.fit.finished
     try:
