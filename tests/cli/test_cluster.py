@@ -238,7 +238,7 @@ def test_options_that_exclude_each_other(dielast: Run, tmp_path: Path) -> None:
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("--jobs and --scheduler: one or the other")
     done = dielast("spectrum", "m.toml", "--scheduler", "tcp://127.0.0.1:8786")
-    expected = "--scheduler: relax, creep, actuate and failure-map can be shared out to a cluster, spectrum runs here: "
+    expected = "--scheduler: relax, creep, actuate, failure-map and design can be shared out to a cluster, spectrum runs here: "
     assert (done.returncode, done.stderr) == (2, f"{expected}leave the option out\n")
 
 
