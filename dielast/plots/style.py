@@ -20,7 +20,7 @@ from matplotlib.legend import Legend
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from dielast import units
+from dielast.simulate import durations
 
 # Okabe and Ito's colours, ordered so that neighbours differ in lightness too: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
@@ -145,7 +145,7 @@ def degrees(temperature: float) -> str:
 
 def lasting(seconds: float, digits: int = 3) -> str:
     """A time as a label says it, in the largest unit of which it is at least one."""
-    return typeset(units.lasting(seconds, digits))
+    return typeset(durations.lasting(seconds, digits))
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], title: str | None = None) -> Legend:

@@ -22,11 +22,11 @@ from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
+from dielast.simulate.durations import lasting
 from dielast.simulate.film import REASONS
 from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
-from dielast.units import lasting
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
