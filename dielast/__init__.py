@@ -33,7 +33,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from dielast._version import __version__ as __version__
+__version__ = "0.1.0"
 
 if TYPE_CHECKING:  # the public names, of which this is the only list: type checkers read it, and so does `_modules`
     from dielast.calibration.experiment import MeasuredTest as MeasuredTest
@@ -132,11 +132,11 @@ def _modules() -> dict[str, str]:
 
 def __getattr__(name: str) -> Any:
     if name == "__all__":
-        return sorted(_modules())
+        return __dir__()
     if name.startswith("__") or name not in _modules():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_modules()[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted(_modules())
+    return sorted(["__version__", *_modules()])

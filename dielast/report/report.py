@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dielast._version import __version__
 from dielast.io.files import Inputs, sha256
 from dielast.io.table import Table, to_csv
 
@@ -46,9 +45,9 @@ class Source:
     settings: Sequence[str] = ()
 
 
-def summarise(kind: str, report: Report, inputs: Inputs, source: Source, warnings: Sequence[str]) -> Summary:
-    """The summary: version, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
-    summary: dict[str, Any] = {"kind": kind, "version": __version__, "recipe": source.name}
+def summarise(kind: str, report: Report, inputs: Inputs, source: Source, warnings: Sequence[str], version: str) -> Summary:
+    """The summary: `version` of dielast, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
+    summary: dict[str, Any] = {"kind": kind, "version": version, "recipe": source.name}
     if source.settings:
         summary["set"] = list(source.settings)
     if warnings:
