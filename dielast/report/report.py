@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -70,14 +71,19 @@ def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) 
     files = {name: to_csv(table) for name, table in report.tables.items()}
     files.update(report.files)
     if plots:
-        from dielast.plots.style import render
-
         for name, draw in {kind: report.figure, **report.figures}.items():
             figure = draw()
-            files.update({f"{name}.{form}": render(figure, form) for form in plots})
+            files.update({f"{name}.{form}": _saved(figure, form) for form in plots})
     # last, so that a whole summary stands for a whole result
     files["summary.toml"] = tomli_w.dumps(dict(summary)).encode()
     return files
+
+
+def _saved(figure: Figure, form: str) -> bytes:
+    """The figure as png, svg or pdf."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=form)
+    return buffer.getvalue()
 
 
 def left_over(folder: Path, names: Collection[str], kind: str, written: Collection[str]) -> list[str]:
