@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import warn
+from dielast.errors import and_more, warn
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import VACUUM_PERMITTIVITY, Material
 from dielast.material.springs.stable_range import stable_range, tension_rises
@@ -78,7 +78,7 @@ def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Seque
     (first, second), value, law = outside[0]
     what = f"prestretch {first:g}" if first == second else f"prestretch {first:g} x {second:g} (as {value:.4g} equibiaxial)"
     others = len({pair for pair, _, _ in outside}) - 1
-    warn(f"{what}{f' (and {others} more)' if others else ''}: {law.outside(value)}")
+    warn(f"{what}{and_more(others)}: {law.outside(value)}")
 
 
 def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
