@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, shown
-from dielast.io.text_table import MeasuredTable, decode, is_number, read_measured
+from dielast.io.cells import decode, is_number
+from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook
 from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.readings.curve_recipe import CurveColumns, CurveData

@@ -12,7 +12,7 @@ from dielast.recipe.fields import Permittivity, Section, SheetName
 from dielast.units import Dimension, conversion
 
 if TYPE_CHECKING:
-    from dielast.io.text_table import TextFormat
+    from dielast.io.cells import TextFormat
 
 
 class RecipeBase(Section):
@@ -59,7 +59,7 @@ class TextTable(Section):
 
     def text_format(self) -> TextFormat:
         """The same for the reader."""
-        from dielast.io.text_table import TextFormat
+        from dielast.io.cells import TextFormat
 
         return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows, self.sheet)
 

@@ -12,7 +12,7 @@ from exports import LAYOUTS, Step
 from hypothesis import given, settings, strategies as st
 
 from dielast.errors import InputError
-from dielast.io.text_table import decode
+from dielast.io.cells import decode
 from dielast.readings.instruments import FORMATS, ExportedStep, recognise
 from dielast.readings.instruments.names import columns_by_role, deformation_of
 from dielast.readings.recipe import ROLES

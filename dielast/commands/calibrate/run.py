@@ -24,8 +24,8 @@ from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
-from dielast.material.checks import BEYOND_TESTS, LONGER
 from dielast.material.material import Material
+from dielast.material.use_checks import BEYOND_TESTS, LONGER
 from dielast.mechanics.load import Mode
 from dielast.recipe.cases import Case
 from dielast.report.report import Report

@@ -19,22 +19,24 @@ from dielast.material.checks import (
     FAINTEST,
     STRONGEST,
     THICKEST_SPECIMEN,
-    Pace,
-    fastest_branch,
     warn_of_breakdown,
     warn_of_elongation,
-    warn_of_falling_tension,
     warn_of_field,
-    warn_of_lasting,
     warn_of_leak,
-    warn_of_paces,
     warn_of_prestretches,
-    warn_of_range,
     warn_of_stretch,
     warn_of_thickness,
-    warn_of_use,
 )
 from dielast.material.material import Material
+from dielast.material.use_checks import (
+    Pace,
+    fastest_branch,
+    warn_of_falling_tension,
+    warn_of_lasting,
+    warn_of_paces,
+    warn_of_range,
+    warn_of_use,
+)
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 
