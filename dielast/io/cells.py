@@ -1,5 +1,5 @@
-"""The text of a laboratory's table, its lines and its cells, whatever encoding, workbook, separator and decimal mark it has: these are
-sniffed unless stated.
+"""The text of a laboratory's table, its lines and its cells, whatever its encoding, separator and decimal mark, which are sniffed
+unless stated; of a workbook, one sheet.
 """
 
 from __future__ import annotations

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Literal, Self
 from pydantic import AfterValidator, BaseModel, Field, field_validator, model_validator
 
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import Permittivity, Section, SheetName
+from dielast.recipe.fields import Permittivity, Section
+from dielast.recipe.file_fields import SheetName
 from dielast.units import Dimension, conversion
 
 if TYPE_CHECKING:

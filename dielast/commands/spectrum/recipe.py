@@ -11,15 +11,8 @@ from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.readings.curve_recipe import CurveData
 from dielast.recipe.base import Dielectric, RecipeBase
-from dielast.recipe.fields import (
-    InputFolder,
-    Modulus,
-    PositiveModulus,
-    PositiveTime,
-    RelaxationTime,
-    Section,
-    Temperatures,
-)
+from dielast.recipe.fields import Modulus, PositiveModulus, PositiveTime, RelaxationTime, Section, Temperatures
+from dielast.recipe.file_fields import InputFolder
 
 # the recipe's key for each argument of the fit and of the reduction
 FIT_KEYS = {
