@@ -29,15 +29,7 @@ from dielast.material.checks import (
     warn_of_thickness,
 )
 from dielast.material.material import Material
-from dielast.material.use_checks import (
-    Pace,
-    fastest_branch,
-    warn_of_falling_tension,
-    warn_of_lasting,
-    warn_of_paces,
-    warn_of_range,
-    warn_of_use,
-)
+from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 
@@ -160,8 +152,7 @@ def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResul
             if known is material and wanted == mode
         ]
         stretch = np.concatenate([np.array(stretches) for stretches in stretched], axis=1)
-        warn_of_falling_tension(material, stretch, mode)
-        warn_of_range(material, stretch, mode)
+        warn_of_stretches(material, stretch, mode)
 
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:

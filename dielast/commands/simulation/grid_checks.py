@@ -11,15 +11,7 @@ from dielast.errors import warn
 from dielast.handover.breakdown_section import breakdown
 from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
 from dielast.material.material import Material
-from dielast.material.use_checks import (
-    Pace,
-    fastest_branch,
-    warn_of_falling_tension,
-    warn_of_lasting,
-    warn_of_paces,
-    warn_of_range,
-    warn_of_use,
-)
+from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.columns import Floats
 
 if TYPE_CHECKING:
@@ -53,8 +45,7 @@ def warn_of_grid(
     warn_of_setups(film.prestretch, [film.boundary] * pairs, film.thickness, [limit] * pairs)
     for pair in film.prestretch:
         mode = "equibiaxial" if pair[0] == pair[1] else None
-        warn_of_falling_tension(material, np.array(pair)[:, None], mode)
-        warn_of_range(material, np.array(pair)[:, None], mode)
+        warn_of_stretches(material, np.array(pair)[:, None], mode)
 
 
 def warn_of_design(recipe: DesignRecipe, material: Material, result: Design) -> None:
