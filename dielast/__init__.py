@@ -33,12 +33,12 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from dielast._version import __version__ as __version__
+__version__ = "0.1.0"
 
 if TYPE_CHECKING:  # the public names, of which this is the only list: type checkers read it, and so does `_modules`
     from dielast.calibration.experiment import MeasuredTest as MeasuredTest
     from dielast.calibration.parameters import Free as Free
-    from dielast.calibration.result import Calibration as Calibration, calibrate as calibrate
+    from dielast.calibration.result import Calibration as Calibration, Comparison as Comparison, calibrate as calibrate
     from dielast.errors import (
         DielastError as DielastError,
         DielastWarning as DielastWarning,
@@ -51,6 +51,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.handover.material_file import read_material as read_material, write_material as write_material
     from dielast.material.breakdown import PowerBreakdown as PowerBreakdown
     from dielast.material.damage import InversePower as InversePower
+    from dielast.material.dielectric import VACUUM_PERMITTIVITY as VACUUM_PERMITTIVITY
     from dielast.material.leakage import Leakage as Leakage
     from dielast.material.material import Breakdown as Breakdown, Material as Material
     from dielast.material.measurement import (
@@ -132,11 +133,11 @@ def _modules() -> dict[str, str]:
 
 def __getattr__(name: str) -> Any:
     if name == "__all__":
-        return sorted(_modules())
+        return __dir__()
     if name.startswith("__") or name not in _modules():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_modules()[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted(_modules())
+    return sorted(["__version__", *_modules()])

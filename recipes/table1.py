@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import tomli_w
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dielast.io.files import write_files
-from dielast.io.table import Column, to_csv
-from dielast.plots.style import COLOURS, MARKERS, legend_below, log_axis, panels, render, style
+from dielast.plots.style import COLOURS, MARKERS, legend_below, log_axis, panels, style
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ def read_spectrum(folder: Path) -> Array:
         return np.array([[float(cell) for cell in row] for row in list(csv.reader(lines))[1:]])
 
 
-def plot(spectra: list[Array]) -> bytes:
+def plot(spectra: list[Array]) -> Figure:
     with style():
         figure, (axes,) = panels(1, "VHB 4905 (reconstruction), spectra of Table 1, 20 °C", height=3.0)
         for case, spectrum in enumerate(spectra):
@@ -40,7 +40,7 @@ def plot(spectra: list[Array]) -> bytes:
         log_axis(axes, "x")
         log_axis(axes, "y")
         legend_below(figure, axes.get_legend_handles_labels()[0])
-    return render(figure, "png")
+    return figure
 
 
 def main() -> None:
@@ -52,15 +52,21 @@ def main() -> None:
     # the sums as the runs state them: the CSV rounds each branch
     summaries = [tomllib.loads((folder / "summary.toml").read_text(encoding="utf-8")) for folder in options.spectra]
     totals = [summary["moduli"]["nonequilibrium_shear_Pa"] for summary in summaries]
-    table = [
-        Column("case", None, np.arange(1, len(spectra) + 1)),
-        Column("branches", None, np.array([len(spectrum) for spectrum in spectra])),
-        Column("relaxation_time_max", "s", np.array([spectrum[0, 0] for spectrum in spectra])),
-        Column("relaxation_time_min", "s", np.array([spectrum[-1, 0] for spectrum in spectra])),
-        Column("nonequilibrium_shear_modulus", "Pa", np.array(totals)),
-    ]
-    summary = tomli_w.dumps({"kind": "table", "recipe": Path(__file__).name, "table1": {"cases": len(spectra)}}).encode()
-    write_files(options.out, {"table1.csv": to_csv(table), "table1.png": plot(spectra), "summary.toml": summary})
+    table = pd.DataFrame(
+        {
+            "case": range(1, len(spectra) + 1),
+            "branches": [len(spectrum) for spectrum in spectra],
+            "relaxation_time_max [s]": [spectrum[0, 0] for spectrum in spectra],
+            "relaxation_time_min [s]": [spectrum[-1, 0] for spectrum in spectra],
+            "nonequilibrium_shear_modulus [Pa]": totals,
+        }
+    )
+    summary = tomli_w.dumps({"kind": "table", "recipe": Path(__file__).name, "table1": {"cases": len(spectra)}})
+    options.out.mkdir(parents=True, exist_ok=True)
+    table.to_csv(options.out / "table1.csv", index=False, float_format="%.9g", lineterminator="\n")
+    plot(spectra).savefig(options.out / "table1.png")
+    # last, as make takes it for a sign that all is there
+    (options.out / "summary.toml").write_text(summary, encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

@@ -16,60 +16,6 @@ from dielast.mechanics.load import Mode
 from dielast.numerics.columns import Floats
 
 
-class Experiment(Protocol):
-    """A test as the fit needs it."""
-
-    @property
-    def name(self) -> str:
-        """What the test is called."""
-
-    @property
-    def specimen(self) -> str:
-        """Which specimen it was made on: tests of one specimen share the factor by which its stress differs."""
-
-    @property
-    def measured(self) -> Floats:
-        """What was measured (n,), in SI."""
-
-    @property
-    def place(self) -> Floats:
-        """Where along the curve each point lies (n,), as `path_length` has it."""
-
-    @property
-    def time(self) -> Floats:
-        """When (n,), in s."""
-
-    @property
-    def stretch(self) -> Floats | None:
-        """The stretch (n,), where it was prescribed."""
-
-    @property
-    def temperature(self) -> float:
-        """In degC."""
-
-    @property
-    def header(self) -> str:
-        """What was measured, as tables head it: `name [unit]`."""
-
-    @property
-    def unit(self) -> str:
-        """The unit of what was measured."""
-
-    @property
-    def rest(self) -> float:
-        """What was measured of a specimen at rest, which `measured` is counted from."""
-
-
-class SimulatedExperiment(Experiment, Protocol):
-    """A test that a simulation of its own stands for."""
-
-    def answers(self, materials: Sequence[Material | None]) -> Floats:
-        """What each material gives (materials, n), NaN where it cannot follow the test."""
-
-    def reach(self, material: Material) -> tuple[str, float]:
-        """The mode of loading, such as "equibiaxial", and the largest I1 to which this material comes in the test."""
-
-
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MeasuredTest(Result):
     """A test in which the stretch was prescribed: `time` in s, `stretch` and nominal `stress` in Pa, all (n,), times ascending.
@@ -174,3 +120,57 @@ class MeasuredTest(Result):
         second = {Mode.UNIAXIAL: 1 / np.sqrt(squared), Mode.EQUIBIAXIAL: squared, Mode.PURE_SHEAR: np.ones_like(squared)}
         other = second[Mode(self.mode)]
         return float(np.max(squared + other + 1 / (squared * other)))
+
+
+class SimulatedExperiment(Protocol):
+    """A test that a simulation of its own stands for, as the fit needs it."""
+
+    @property
+    def name(self) -> str:
+        """What the test is called."""
+
+    @property
+    def specimen(self) -> str:
+        """Which specimen it was made on: tests of one specimen share the factor by which its stress differs."""
+
+    @property
+    def measured(self) -> Floats:
+        """What was measured (n,), in SI."""
+
+    @property
+    def place(self) -> Floats:
+        """Where along the curve each point lies (n,), as `path_length` has it."""
+
+    @property
+    def time(self) -> Floats:
+        """When (n,), in s."""
+
+    @property
+    def stretch(self) -> Floats | None:
+        """The stretch (n,), where it was prescribed."""
+
+    @property
+    def temperature(self) -> float:
+        """In degC."""
+
+    @property
+    def header(self) -> str:
+        """What was measured, as tables head it: `name [unit]`."""
+
+    @property
+    def unit(self) -> str:
+        """The unit of what was measured."""
+
+    @property
+    def rest(self) -> float:
+        """What was measured of a specimen at rest, which `measured` is counted from."""
+
+    def answers(self, materials: Sequence[Material | None]) -> Floats:
+        """What each material gives (materials, n), NaN where it cannot follow the test."""
+
+    def reach(self, material: Material) -> tuple[str, float]:
+        """The mode of loading, such as "equibiaxial", and the largest I1 to which this material comes in the test."""
+
+
+Experiment = MeasuredTest | SimulatedExperiment
+"""A test as the fit needs it."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, MeasuredTest, SimulatedExperiment
+from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.errors import DielastError, InputError
 from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
@@ -47,10 +47,9 @@ class Laboratory:
                     self._carried(mode, members, springs, np.array(there), found)
         for index in self.electric:
             _under_voltage(self.machine[index], materials, there, self.rtol, found[index])
-        for index, other in enumerate(self.tests):
-            if index not in self.machine:
-                answering: SimulatedExperiment = other  # type: ignore[assignment]
-                found[index] = answering.answers(materials)
+        for index, test in enumerate(self.tests):
+            if not isinstance(test, MeasuredTest):
+                found[index] = test.answers(materials)
         return found
 
     def _carried(self, mode: Mode, members: Sequence[int], springs: Springs, there: Cases, found: list[Floats]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, MeasuredTest, SimulatedExperiment
+from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import Likelihood, likelihood_of
@@ -215,8 +215,7 @@ def range_of(fit: Fit) -> CalibratedRange:
         if isinstance(test, MeasuredTest):
             reached.append((Mode(test.mode).value, test.largest_invariant))
         else:
-            simulated: SimulatedExperiment = test  # type: ignore[assignment]
-            reached.append(simulated.reach(fit.material))
+            reached.append(test.reach(fit.material))
         times += test.time[test.time > 0][[0, -1]].tolist()
         heat.append(test.temperature)
     modes, invariants = zip(*reached, strict=True)

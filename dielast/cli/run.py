@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from dielast import __version__
 from dielast.cli.help import listed
 from dielast.cli.interrupt import leave, working
 from dielast.cli.progress import Bar
@@ -111,7 +112,7 @@ def compute(
         except DielastError as error:
             raise error.at(file=path) from None
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
-    summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught)
+    summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught, __version__)
     if plots:
         import logging  # which a run without figures need not load
 

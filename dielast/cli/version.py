@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from dielast._version import __version__
+from dielast import __version__
 
 TOP = Path(__file__).parents[2]
 """The folder that holds the package: of a checkout its top, of an installation `site-packages`."""

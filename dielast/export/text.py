@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterable
 from itertools import islice
 
-from dielast.units import ZERO_CELSIUS
+from dielast.material.shift import kelvin
 
 
 def number(value: float) -> str:
@@ -23,7 +23,7 @@ def rows_of(numbers: Iterable[str], width: int) -> list[tuple[str, ...]]:
 
 def temperature(value: float, scale: str) -> str:
     """A temperature in degC as a number on the model's `scale`, "degC" or "K"."""
-    return number(value + (ZERO_CELSIUS if scale == "K" else 0.0))
+    return number(kelvin(value) if scale == "K" else value)
 
 
 def identifier(name: str) -> str:

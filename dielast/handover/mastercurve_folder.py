@@ -18,7 +18,6 @@ from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
 from dielast.material.modulus import CONSTANT_MODULUS, EntropicModulus, ModulusLaw
 from dielast.material.shift import SHIFTS, ShiftLaw
-from dielast.units import THERMAL_EXPANSION, parse
 
 Array = NDArray[np.float64]
 
@@ -67,9 +66,8 @@ def _scaling(shift: Mapping[str, Any], source: str) -> ModulusLaw:
     """How moduli change with temperature: a vertical shift by density and temperature is that of entropic springs."""
     if shift.get("vertical") != "density-temperature":
         return CONSTANT_MODULUS
-    expansion = shift.get("thermal_expansion")
     with located(file=source, key="shift.thermal_expansion"):
-        return EntropicModulus(0.0 if expansion is None else parse(expansion, THERMAL_EXPANSION))
+        return EntropicModulus.from_summary(shift)
 
 
 def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> ShiftLaw:

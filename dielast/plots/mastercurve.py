@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,8 +13,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
 
-from dielast.material.measurement import Measurement
 from dielast.plots.style import TEMPERATURES, degrees, log_axis, sheet, style
 from dielast.plots.superposition import (
     MOST_IN_LEGEND,
@@ -27,7 +28,19 @@ from dielast.plots.superposition import (
 from dielast.superposition.mastercurve import MasterCurve
 
 
-def plot_master_curve(result: MasterCurve, curves: Sequence[Measurement], title: str | None = None) -> Figure:
+class MeasuredCurve(Protocol):
+    """What was measured at one temperature, as the figure shows it."""
+
+    @property
+    def temperature(self) -> float:
+        """In degC."""
+
+    @property
+    def columns(self) -> NDArray[np.float64]:
+        """Abscissa and ordinates, (1 + c, n)."""
+
+
+def plot_master_curve(result: MasterCurve, curves: Sequence[MeasuredCurve], title: str | None = None) -> Figure:
     """The measured `curves`, the shift factors with error bars and fitted law, and the master curve with the fitted one.
 
     The storage and loss moduli of frequency sweeps have tan delta below them.

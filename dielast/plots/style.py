@@ -1,13 +1,14 @@
-"""One style for all figures, and rendering to bytes that do not change between runs."""
+"""One style for all figures, and a figure that is saved in it as bytes that do not change between runs."""
 
 from __future__ import annotations
 
-import io
+import os
 import re
 import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -20,7 +21,7 @@ from matplotlib.legend import Legend
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from dielast import units
+from dielast.simulate import durations
 
 # Okabe and Ito's colours, ordered so that neighbours differ in lightness too: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
@@ -60,6 +61,12 @@ STYLE: Any = {
     "svg.fonttype": "path",
     "pdf.fonttype": 42,
 }
+UNDATED: dict[str, Any] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+}
+"""What each form of file is to hold neither of: dates, versions and names of programs."""
 
 
 @contextmanager
@@ -71,18 +78,30 @@ def style() -> Iterator[None]:
         yield
 
 
+class Sheet(Figure):
+    """A figure that is saved in dielast's style, whoever saves it, without dates, versions or random names."""
+
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """As matplotlib has it; `fname` is a path or an open file."""
+        form = options.get("format") or (Path(fname).suffix[1:] if isinstance(fname, str | os.PathLike) else "")
+        with style(), warnings.catch_warnings():
+            # a figure that matplotlib finds crowded, or a mark that its font lacks, is nothing a user could mend
+            warnings.simplefilter("ignore")
+            super().savefig(fname, **{"metadata": UNDATED.get(form.lower() or "png"), **options})
+
+
 def panels(count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7) -> tuple[Figure, list[Axes]]:
     """A figure with `count` panels in a row, each one column wide, below a title; call within `style()`."""
     figure = sheet(title, count, height)
     return figure, list(figure.subplots(1, count, squeeze=False, width_ratios=widths)[0])
 
 
-def sheet(title: str | None, columns: float, height: float) -> Figure:
+def sheet(title: str | None, columns: float, height: float) -> Sheet:
     """An empty figure of so many column widths, `height` in inches without the `title`, whose lines are kept apart, and not broken
     at spaces that are not to be. Call within `style()`.
     """
     lines = [line for part in typeset(title or "").splitlines() for line in textwrap.wrap(part, int(56 * columns))]
-    figure = Figure(figsize=(COLUMN_WIDTH * columns, height + 0.17 * len(lines)), layout="constrained")
+    figure = Sheet(figsize=(COLUMN_WIDTH * columns, height + 0.17 * len(lines)), layout="constrained")
     if lines:
         # a dollar sign is money here, not mathematics
         figure.suptitle("\n".join(lines).replace(FIXED, " "), fontsize=8, parse_math=False)
@@ -145,7 +164,7 @@ def degrees(temperature: float) -> str:
 
 def lasting(seconds: float, digits: int = 3) -> str:
     """A time as a label says it, in the largest unit of which it is at least one."""
-    return typeset(units.lasting(seconds, digits))
+    return typeset(durations.lasting(seconds, digits))
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], title: str | None = None) -> Legend:
@@ -194,18 +213,3 @@ def spread(position: NDArray[np.float64], count: int = 60) -> NDArray[np.intp]:
     if chosen[-1] != position.size - 1:
         chosen[max(1, len(chosen) - 1) :] = [position.size - 1]
     return np.sort(order[chosen])
-
-
-def render(figure: Figure, form: str) -> bytes:
-    """The figure as png, svg or pdf, without dates, versions or random names."""
-    metadata: dict[str, dict[str, Any]] = {
-        "png": {"Software": None},
-        "svg": {"Date": None, "Creator": None},
-        "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-    }
-    buffer = io.BytesIO()
-    with style(), warnings.catch_warnings():
-        # a figure that matplotlib finds crowded, or a mark that its font lacks, is nothing a user could mend
-        warnings.simplefilter("ignore")
-        figure.savefig(buffer, format=form, metadata=metadata[form])
-    return buffer.getvalue()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dielast._version import __version__
 from dielast.io.files import Inputs, sha256
 from dielast.io.table import Table, to_csv
 
@@ -46,9 +46,9 @@ class Source:
     settings: Sequence[str] = ()
 
 
-def summarise(kind: str, report: Report, inputs: Inputs, source: Source, warnings: Sequence[str]) -> Summary:
-    """The summary: version, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
-    summary: dict[str, Any] = {"kind": kind, "version": __version__, "recipe": source.name}
+def summarise(kind: str, report: Report, inputs: Inputs, source: Source, warnings: Sequence[str], version: str) -> Summary:
+    """The summary: `version` of dielast, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
+    summary: dict[str, Any] = {"kind": kind, "version": version, "recipe": source.name}
     if source.settings:
         summary["set"] = list(source.settings)
     if warnings:
@@ -71,14 +71,19 @@ def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) 
     files = {name: to_csv(table) for name, table in report.tables.items()}
     files.update(report.files)
     if plots:
-        from dielast.plots.style import render
-
         for name, draw in {kind: report.figure, **report.figures}.items():
             figure = draw()
-            files.update({f"{name}.{form}": render(figure, form) for form in plots})
+            files.update({f"{name}.{form}": _saved(figure, form) for form in plots})
     # last, so that a whole summary stands for a whole result
     files["summary.toml"] = tomli_w.dumps(dict(summary)).encode()
     return files
+
+
+def _saved(figure: Figure, form: str) -> bytes:
+    """The figure as png, svg or pdf."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=form)
+    return buffer.getvalue()
 
 
 def left_over(folder: Path, names: Collection[str], kind: str, written: Collection[str]) -> list[str]:

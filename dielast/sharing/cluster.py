@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dielast.errors import InputError
-from dielast.io.files import read_file
 from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
 from dielast.sharing.versions import VERSIONS
 
@@ -121,10 +120,11 @@ def _address(scheduler: str) -> str:
     if not scheduler.endswith(".json"):
         return scheduler
     try:
-        return str(json.loads(read_file(Path(scheduler), scheduler))["address"])
-    except (ValueError, KeyError, TypeError) as error:
-        if isinstance(error, InputError):
-            raise
+        return str(json.loads(Path(scheduler).read_bytes())["address"])
+    except OSError as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else (error.strerror or "cannot be read").lower()
+        raise InputError(reason, file=scheduler) from None
+    except (ValueError, KeyError, TypeError):
         raise InputError("not the file that a Dask scheduler writes (dask scheduler --scheduler-file)", file=scheduler) from None
 
 

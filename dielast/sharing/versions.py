@@ -2,6 +2,6 @@
 
 import numpy as np
 
-from dielast._version import __version__
+from dielast import __version__
 
 VERSIONS = {"dielast": __version__, "numpy": np.__version__}

@@ -215,14 +215,12 @@ def plan_design(
     check_weights(film, pairs)
     goal = goal.take(of_goal)
     goal.steps(film.controls)
-    if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
-        breakdown_field = np.full(of_pair.size, float(breakdown_field))  # type: ignore[assignment]
     grid = lay_out(
         material,
         film,
         prestretch=pairs[of_pair],
         temperature=temperatures[of_temperature],
-        breakdown_field=breakdown_field,  # type: ignore[arg-type]
+        breakdown_field=breakdown_field,
         pull_in_timescale=pull_in_timescale,
         rtol=rtol,
         sample=sample,

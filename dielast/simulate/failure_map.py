@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,11 +22,11 @@ from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
+from dielast.simulate.durations import lasting
 from dielast.simulate.film import REASONS
 from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
-from dielast.units import lasting
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
@@ -174,34 +174,29 @@ def plan_failure_map(
     *,
     voltage: ArrayLike,
     prestretch: ArrayLike,
-    thickness: float,
     horizon: float,
     temperature: ArrayLike | None = None,
-    prestretch_rate: float | None = None,
-    relax: float = 0.0,
     ramp: float = 0.0,
-    boundary: str | tuple[str, str] = "dead-load",
-    electrode_share: ArrayLike | None = None,
-    mesh_rtol: float = MESH_RTOL,
-    force: float | tuple[float | None, float | None] | None = None,
-    width: float | tuple[float | None, float | None] | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
     stretch_at: Mapping[str, float] | ArrayLike = (),
     rtol: float = 1e-6,
     sample: Sample | None = None,
     drawn_rtol: float | None = None,
+    **film: Any,
 ) -> MapPlan:
-    """Check the arguments of `failure_map`, and stretch and relax its films; with a `sample`, also those of all its draws, solved
-    to `drawn_rtol`, by default a loose one.
+    """Check the arguments of `failure_map`, of which `film` are those that say how its films are made and held (see `FilmSetup`),
+    and stretch and relax its films; with a `sample`, also those of all its draws, solved to `drawn_rtol`, by default a loose one.
     """
+    setup = FilmSetup(prestretch=prestretch, **film)
     volts = axis_of(voltage, "voltage")
     if not np.all(volts >= 0):
         raise InputError(f"{volts.min():g} V: it must not be negative", argument="voltage")
     pairs = prestretches_of(prestretch)
-    shares = None if electrode_share is None else axis_of(electrode_share, "electrode_share")
+    shares = None if setup.electrode_share is None else axis_of(setup.electrode_share, "electrode_share")
+    of_each = 1 if shares is None else shares.size
     if shares is not None:
-        pairs, shares = np.repeat(pairs, shares.size, axis=0), np.tile(shares, len(pairs))
+        pairs, shares = np.repeat(pairs, of_each, axis=0), np.tile(shares, len(pairs))
     temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
     if not (np.isfinite(horizon) and horizon > 0):
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
@@ -209,10 +204,7 @@ def plan_failure_map(
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
     asked = _asked(stretch_at, horizon)
     if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
-        given, of_each = (
-            np.asarray(breakdown_field, dtype=float).reshape(-1),
-            1 if electrode_share is None else np.size(electrode_share),
-        )
+        given = np.asarray(breakdown_field, dtype=float).reshape(-1)
         if given.size not in (1, len(pairs) // of_each):
             raise InputError(
                 f"{given.size} fields for {len(pairs) // of_each} prestretches: one, or one for each is needed",
@@ -220,13 +212,10 @@ def plan_failure_map(
             )
         given = np.repeat(given, of_each) if given.size > 1 else given
         breakdown_field = np.tile(np.broadcast_to(given, (len(pairs),)), temperatures.size)
-    film = FilmSetup(
-        thickness, prestretch_rate=prestretch_rate, relax=relax, boundary=boundary, mesh_rtol=mesh_rtol, force=force, width=width
-    )
-    check_weights(film, pairs)
+    check_weights(setup, pairs)
     grid = lay_out(
         material,
-        replace(film, electrode_share=None if shares is None else np.tile(shares, temperatures.size)),
+        replace(setup, electrode_share=None if shares is None else np.tile(shares, temperatures.size)),
         prestretch=np.tile(pairs, (temperatures.size, 1)),
         temperature=np.repeat(temperatures, len(pairs)),
         breakdown_field=breakdown_field,

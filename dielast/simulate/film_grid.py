@@ -98,7 +98,7 @@ def lay_out(
     *,
     prestretch: Floats,
     temperature: Floats,
-    breakdown_field: Floats | BreakdownLaw | None,
+    breakdown_field: ArrayLike | BreakdownLaw | None,
     pull_in_timescale: TimeScale,
     rtol: float,
     sample: Sample | None = None,
@@ -110,7 +110,7 @@ def lay_out(
     """
     films = temperature.size
 
-    def of_all(materials: Sequence[Material], field: Floats | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
+    def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
         """The films of each material, one material after the other."""
         first, second = (np.tile(prestretch[:, axis], len(materials)) for axis in (0, 1))
         stretched = (None if film.weights[0] is not None else first, None if film.weights[1] is not None else second)

@@ -14,7 +14,6 @@ import os
 import re
 import sys
 import warnings
-from io import BytesIO
 from pathlib import Path
 
 for library in ("OPENBLAS", "OMP", "MKL"):  # as the command line does, so that all round alike
@@ -24,14 +23,12 @@ sys.path.insert(1, str(RECIPES))
 
 from claims import differences
 from coupled import coupled
-from gallery import small
+from gallery import shrink
 from intervals import shift_intervals
 from polystyrene import other_tests, shifts
 from vhb4905 import halves
 
 from dielast import DielastWarning
-from dielast.io.files import write_files
-from dielast.plots.style import render
 
 SECTIONS = {"shifts": shifts, "other-tests": other_tests, "halves": halves, "coupled": coupled, "intervals": shift_intervals}
 HEAD = """# Validation on measured data
@@ -70,11 +67,12 @@ def main() -> int:
         return 1 if lines else 0
     texts |= now
     parts = [HEAD, *(MARK.format(name) + texts[name] for name in SECTIONS if name in texts)]
-    write_files(RECIPES, {page.name: ("\n\n".join(parts) + "\n").encode()})
+    page.write_text("\n\n".join(parts) + "\n", encoding="utf-8", newline="\n")
     figures = {name: figure for section in made.values() for name, figure in section.figures.items()}
-    write_files(
-        RECIPES / "gallery", {f"validation-{name}.png": small(BytesIO(render(figure, "png"))) for name, figure in figures.items()}
-    )
+    for name, figure in figures.items():
+        picture = RECIPES / "gallery" / f"validation-{name}.png"
+        figure.savefig(picture)
+        shrink(picture, picture)
     return 0
 
 

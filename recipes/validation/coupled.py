@@ -10,9 +10,7 @@ from matplotlib.figure import Figure
 from section import Section, picture, table
 from vhb4905 import FREE, HANDLES, START, draw, read, summary
 
-from dielast import Calibration, MeasuredTest, NoShift, Spectrum, calibrate
-from dielast.calibration.result import Comparison
-from dielast.material.material import VACUUM_PERMITTIVITY
+from dielast import VACUUM_PERMITTIVITY, Calibration, Comparison, MeasuredTest, NoShift, Spectrum, calibrate
 from dielast.plots.style import COLOURS, grid, legend_below, sheet, style
 
 THICKNESS = 0.5e-3  # m

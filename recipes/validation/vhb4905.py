@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from section import Section, picture, table
 
-from dielast import WLF, Calibration, Free, Gent, Material, MeasuredTest, Spectrum, calibrate
-from dielast.calibration.result import Comparison
+from dielast import WLF, Calibration, Comparison, Free, Gent, Material, MeasuredTest, Spectrum, calibrate
 from dielast.plots.style import COLOURS, MARKERS, SHADE, grid, legend_below, sheet, spread, style, typeset
 
 START = Material(

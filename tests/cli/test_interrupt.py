@@ -63,9 +63,9 @@ KEPT = r"interrupted: 1024 of 1030 cells are kept: the same command goes on from
 @pytest.mark.parametrize(
     ("module", "function", "points", "message"),
     [
-        ("plots.style", "render", 1030, KEPT),
+        ("report.report", "_saved", 1030, KEPT),
         ("cli.run", "write_files", 1030, KEPT),
-        ("plots.style", "render", 3, "interrupted: nothing is kept or written; the same command begins anew\n"),
+        ("report.report", "_saved", 3, "interrupted: nothing is kept or written; the same command begins anew\n"),
         ("cli.run", "print_summary", 3, "interrupted: the results are written\n"),
     ],
     ids=["drawing", "writing", "small", "written"],

@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.checks import warn_of_design, warn_of_grid
+from dielast.commands.simulation.grid_checks import warn_of_design, warn_of_grid
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import Problem, in_keys, placed

@@ -12,7 +12,7 @@ import numpy as np
 from dielast.commands.failure_map.recipe import FailureMapRecipe, VoltageAxis
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.checks import warn_of_failures, warn_of_map
+from dielast.commands.simulation.grid_checks import warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import Problem, placed

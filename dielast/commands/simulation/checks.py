@@ -27,7 +27,6 @@ from dielast.material.checks import (
     warn_of_field,
     warn_of_lasting,
     warn_of_leak,
-    warn_of_material,
     warn_of_paces,
     warn_of_prestretches,
     warn_of_range,
@@ -41,11 +40,6 @@ from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
-    from dielast.commands.design.recipe import DesignRecipe
-    from dielast.commands.failure_map.recipe import FailureMapRecipe
-    from dielast.simulate.design import Design
-    from dielast.simulate.failure_map import FailureMap
-    from dielast.simulate.map_plan import MapPlan
 
 WHOLE = 0.5  # of the range of a step through many points: a run of them that goes so far one way is a load of its own
 EARLY = 1e-3  # of what follows a load at once: nobody looks at what is earlier, though tables begin there
@@ -136,79 +130,6 @@ def warn_of_slack_frames(slack: Sequence[bool]) -> None:
         warn(f"film.prestretch: 1 in a frame: {buckles}; the result is of a film that stays flat")
 
 
-def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
-    """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
-    warn_of_grid(recipe, material, plan.temperature, plan.breakdown_field, recipe.horizon)
-    area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
-    if np.isfinite(plan.breakdown_field).any():
-        warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
-
-
-def warn_of_grid(
-    recipe: FailureMapRecipe | DesignRecipe, material: Material, temperature: Floats, field: Floats, horizon: float
-) -> None:
-    """Warn of films of a grid, at temperatures in degC and with breakdown fields (films,) in V/m, up to a horizon in s, that look
-    as if something were in another unit, or that their material was not measured for.
-    """
-    warn_of_material(material)
-    warn_of_use(material, temperature)
-    warn_of_lasting(material, temperature, np.full(len(temperature), horizon))
-    warn_of_breakdown(field[np.isfinite(field)])
-    warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
-    warn_of_thickness(recipe.film.thickness)
-    warn_of_slack_frames([recipe.film.boundary[0] == "frame" and max(pair) == 1 for pair in recipe.film.prestretch])
-    for pair in recipe.film.prestretch:
-        mode = "equibiaxial" if pair[0] == pair[1] else None
-        warn_of_falling_tension(material, np.array(pair)[:, None], mode)
-        warn_of_range(material, np.array(pair)[:, None], mode)
-
-
-def warn_of_design(recipe: DesignRecipe, material: Material, result: Design) -> None:
-    """Warn of goals, prestretches and lives that are shorter than the material's fastest branch."""
-    for reason, count in result.out_of_reach.items():
-        warn(f"{count} of {result.target.size} films: out of reach: {reason}")
-    film, paces = recipe.film, []
-    for temperature in sorted(set(result.temperature.tolist())):
-        fastest = fastest_branch(material, temperature)
-        time = result.time_to_failure[result.temperature == temperature]
-        if np.any(time < fastest):
-            paces.append(Pace("a film fails after", float(np.nanmin(time)), fastest, temperature))
-        paces.append(Pace("the goal is at", result.at, fastest, temperature))
-        took = min(_prestretching(pair, film.prestretch_rate, film.relax) for pair in film.prestretch)
-        paces.append(Pace("prestretch and relaxation take", took, fastest, temperature))
-    warn_of_paces(paces)
-
-
-def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:
-    """Warn of cells that fail before the material's fastest branch moves, or that break down at once."""
-    area = result.prestretch[:, 0] * result.prestretch[:, 1]
-    field = result.voltage * area[:, None] / recipe.film.thickness
-    beyond = (result.time_to_failure == 0) & (field >= result.breakdown_field[:, None])
-    if broken := int(np.count_nonzero(beyond & (result.time_to_breakdown == 0))):
-        share = f"{broken} of {result.failure_mode.size} cells"
-        warn(f"{share} break down {AT_ONCE}: they are beyond the breakdown field from the start")
-    if (slack := result.time_to_loss_of_tension) is not None:
-        # survivors that go slack do so before the horizon
-        early = int(np.count_nonzero((slack < result.time_to_failure) | (np.isfinite(slack) & np.isnan(result.time_to_failure))))
-        if early:
-            what = f"{early} of {slack.size} cells: the film around the electrode goes slack before it fails"
-            warn(f"{what}, and would wrinkle: times after that are of a film that does not")
-    scale, by_share = recipe.pull_in.timescale
-    film, paces = recipe.film, []
-    for index, temperature in enumerate(result.temperature.tolist()):
-        fastest = fastest_branch(material, temperature)
-        # a pull-in that is watched for longer than the fastest branch takes knows nothing of it
-        slow = (result.failure_mode[index] == "pull-in") & (not by_share and scale >= fastest)
-        time = np.where(beyond[index] | slow, np.nan, result.time_to_failure[index])
-        if early := int(np.count_nonzero(time < fastest)):
-            what = f"{early} of {time.size} cells fail too early for the spectrum, the first after"
-            paces.append(Pace(what, float(np.nanmin(time)), fastest, temperature))
-        paces.append(Pace("the horizon is", recipe.horizon, fastest, temperature))
-        took = min(_prestretching(pair, film.prestretch_rate, film.relax) for pair in film.prestretch)
-        paces.append(Pace("prestretch and relaxation take", took, fastest, temperature))
-    warn_of_paces(paces)
-
-
 def _warn_of_use(materials: Sequence[Material], results: Sequence[CaseResult]) -> None:
     """Warn of the temperatures that the materials are used at."""
     for one in {id(material): material for material in materials}.values():
@@ -293,13 +214,13 @@ def _paces(
             times = recipe.output.times
         else:
             film, times = recipe.film, None  # a film under voltage may fail at any time, whatever is asked for
-            took = _prestretching(film.prestretch, film.prestretch_rate, film.relax)
+            took = prestretching(film.prestretch, film.prestretch_rate, film.relax)
             yield Pace(f"{of_case}prestretch and relaxation take", took, fastest, temperature)
         for what, took in _loads(entries, rest, last(result.columns["time [s]"]), times):
             yield Pace(of_case + what, took, fastest, temperature)
 
 
-def _prestretching(prestretch: tuple[float, float], rate: float | None, relax: float) -> float:
+def prestretching(prestretch: tuple[float, float], rate: float | None, relax: float) -> float:
     """How long a film is stretched and held in s before the voltage comes; infinite where it is not, or without a time at all."""
     further = max(prestretch) - 1
     return (further / rate if rate else 0.0) + relax or np.inf if further else np.inf

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from dielast.errors import InputError
 from dielast.material.law import Constant
 from dielast.material.modulus.law import ModulusLaw
 from dielast.numerics.columns import Floats
-from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS
+from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS, parse
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,3 +41,9 @@ class EntropicModulus(ModulusLaw):
         for value in wanted[~(wanted > -ZERO_CELSIUS)].flat[:1]:
             raise InputError(f"{value:g} degC: a temperature above absolute zero is needed", argument="temperature")
         return np.asarray((wanted + ZERO_CELSIUS) / (expanded * (reference_temperature + ZERO_CELSIUS)))
+
+    @classmethod
+    def from_summary(cls, shift: Mapping[str, Any]) -> Self:
+        """The law behind a "density-temperature" vertical shift, as a master curve's summary states it; raises `InputError`."""
+        stated = shift.get("thermal_expansion")
+        return cls() if stated is None else cls(parse(stated, THERMAL_EXPANSION))
