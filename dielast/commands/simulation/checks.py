@@ -96,6 +96,8 @@ def warn_of_films(
     stated = [breakdown(case.recipe.breakdown) for case in cases]
     limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
+    if any(case.recipe.stop.at is None for case in cases):
+        warn_of_no_breakdown([law is not None for law in limits], materials)
     warn_of_prestretches([film.prestretch for film in films], limits)
     warn_of_thickness([film.thickness for film in films])
     warn_of_slack_frames([film.boundary[0] == "frame" and max(film.prestretch) == 1 for film in films])
@@ -129,6 +131,12 @@ def warn_of_films(
         warn(f"case {broken[0]}{more}: {beyond}")
 
 
+def warn_of_no_breakdown(known: Sequence[bool], materials: Sequence[Material]) -> None:
+    """Warn of films of which no breakdown field is `known`, and that do not age either: only pull-in ends them."""
+    if not any(known) and all(material.damage is None for material in materials):
+        warn("no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field")
+
+
 def warn_of_slack_frames(slack: Sequence[bool]) -> None:
     """Warn of films in a frame that are not stretched: a voltage pushes the film around the electrode together."""
     if any(slack):
@@ -154,6 +162,7 @@ def warn_of_grid(
     warn_of_use(material, temperature)
     warn_of_lasting(material, temperature, np.full(len(temperature), horizon))
     warn_of_breakdown(field[np.isfinite(field)])
+    warn_of_no_breakdown(np.isfinite(field).tolist(), [material])
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
     warn_of_slack_frames([recipe.film.boundary[0] == "frame" and max(pair) == 1 for pair in recipe.film.prestretch])
