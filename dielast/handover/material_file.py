@@ -21,9 +21,9 @@ from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
-from dielast.material.material import Material
+from dielast.material.material import NEO_HOOKEAN, Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
-from dielast.material.shift import SHIFTS, ShiftLaw
+from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
 from dielast.recipe.base import Dielectric
@@ -33,7 +33,7 @@ from dielast.recipe.validate import check
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 
 
-OPTIONAL = ("dielectric", "breakdown", "damage", "temperature")  # tables of laws that a material file may lack
+OPTIONAL = ("nonequilibrium", "shift", "dielectric", "breakdown", "damage", "temperature")  # tables of laws that a file may lack
 
 
 class SpringSection(LawSection):
@@ -156,8 +156,8 @@ class MaterialFile(Section):
     name: str = Field("unnamed", description="Of the material, for legends.")
     reference_temperature: Temperature = Field(description="Where the relaxation times hold.")
     equilibrium: Equilibrium = Field(description="The spring that never relaxes.")
-    nonequilibrium: Nonequilibrium = Field(description="The relaxation processes.")
-    shift: ShiftSection = Field(description="The shift law and its constants.")
+    nonequilibrium: Nonequilibrium | None = Field(None, description="The relaxation processes; left out: purely elastic.")
+    shift: ShiftSection | None = Field(None, description="The shift law and its constants; needed with nonequilibrium.")
     measured_temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] | None = Field(
         None, description="Lowest and highest that the shift law was measured at; simulations outside are warned of."
     )
@@ -172,16 +172,31 @@ class MaterialFile(Section):
 
     @model_validator(mode="after")
     def _carries(self) -> Self:
-        if self.equilibrium.modulus() == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
+        if self.equilibrium.modulus() == 0 and not any(self.spectrum.shear_modulus):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
             raise InputError("the lowest comes first", key="measured_temperature")
-        shift, there = self.shift.at(self.reference_temperature), self.reference_temperature
-        reach = shift.measured_range()
+        if self.nonequilibrium is not None and self.shift is None:
+            raise InputError('is needed; law = "none" says that temperature does not change relaxation times', key="shift")
+        if self.nonequilibrium is None and self.shift_law.depends_on_temperature:
+            needed = "is needed, as [shift] says how relaxation times change; leave both out of a purely elastic material"
+            raise InputError(needed, key="nonequilibrium")
+        reach, there = self.shift_law.measured_range(), self.reference_temperature
         if reach is not None and not reach[0] <= there <= reach[1]:
-            outside = f"{there:g} degC is outside the {shift.title}'s {reach[0]:g} to {reach[1]:g} degC"
+            outside = f"{there:g} degC is outside the {self.shift_law.title}'s {reach[0]:g} to {reach[1]:g} degC"
             raise InputError(f"{outside}: an entry of 0 is needed there", key="reference_temperature")
         return self
+
+    @property
+    def spectrum(self) -> Spectrum:
+        """The branches, none of a purely elastic material."""
+        return Spectrum(np.zeros(0), np.zeros(0)) if self.nonequilibrium is None else self.nonequilibrium.spectrum()
+
+    @property
+    def shift_law(self) -> ShiftLaw:
+        """How relaxation times change with temperature."""
+        there = self.reference_temperature
+        return NoShift(there) if self.shift is None else self.shift.at(there)
 
     def material(self) -> Material:
         """The material that the file describes."""
@@ -189,10 +204,10 @@ class MaterialFile(Section):
         return Material(
             name=self.name,
             equilibrium_modulus=self.equilibrium.modulus(),
-            spectrum=self.nonequilibrium.spectrum(),
-            shift=self.shift.at(self.reference_temperature),
+            spectrum=self.spectrum,
+            shift=self.shift_law,
             equilibrium_law=self.equilibrium.stated(),
-            nonequilibrium_law=self.nonequilibrium.stated(),
+            nonequilibrium_law=NEO_HOOKEAN if self.nonequilibrium is None else self.nonequilibrium.stated(),
             permittivity=None if self.dielectric is None else self.dielectric.for_material(),
             breakdown=None if self.breakdown is None else self.breakdown.stated(),
             measured_temperature=None if measured is None else (measured[0], measured[1]),

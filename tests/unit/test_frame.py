@@ -376,7 +376,7 @@ def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: A
     """(M/gamma - h J) u = h f + M history + h^2 gamma_i df/dt, J by differences, from a state off equilibrium."""
     material = replace(SOFT, permittivity=dielectric)
     asked = FilmSetup(1e-3, 2.0, None, 100.0, boundary, np.array([0.3, 0.3]))
-    none: dict[str, Any] = {"temperature": None, "breakdown_field": None, "breakdown_needed": False, "rtol": 1e-6}
+    none: dict[str, Any] = {"temperature": None, "breakdown_field": None, "rtol": 1e-6}
     setup = set_up(material, asked, **none)
     film = setup.film(np.arange(2), 1e-6)
     start = film.condition.prescribed(setup.controls)

@@ -59,10 +59,10 @@ StopAt = Annotated[str, PlainValidator(_stop), WithJsonSchema({"enum": [*names()
 class Stop(Section):
     """Where a simulation ends."""
 
-    at: StopAt = Field(
-        "breakdown",
-        description="The event to stop at, or the end of the last step. With breakdown, a film with a passive part stops at loss "
-        "of tension as well.",
+    at: StopAt | None = Field(
+        None,
+        description="The event to stop at, or the end of the last step. Left out: breakdown, or where no breakdown field is known, "
+        "the first failure. With breakdown, or left out, a film with a passive part stops at loss of tension as well.",
     )
 
 

@@ -90,6 +90,8 @@ def warn_of_films(
     stated = [breakdown(case.recipe.breakdown) for case in cases]
     limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
+    if any(case.recipe.stop.at is None for case in cases):
+        warn_of_no_breakdown([law is not None for law in limits], materials)
     warn_of_prestretches([film.prestretch for film in films], limits)
     warn_of_thickness([film.thickness for film in films])
     warn_of_slack_frames([film.boundary[0] == "frame" and max(film.prestretch) == 1 for film in films])
@@ -121,6 +123,12 @@ def warn_of_films(
         more = _and_more(broken)
         beyond = f"the film breaks down {_at_once(cases[broken[0]].recipe)}: it is beyond the breakdown field from the start"
         warn(f"case {broken[0]}{more}: {beyond}")
+
+
+def warn_of_no_breakdown(known: Sequence[bool], materials: Sequence[Material]) -> None:
+    """Warn of films of which no breakdown field is `known`, and that do not age either: only pull-in ends them."""
+    if not any(known) and all(material.damage is None for material in materials):
+        warn("no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field")
 
 
 def warn_of_slack_frames(slack: Sequence[bool]) -> None:

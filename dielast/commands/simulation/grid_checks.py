@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_slack_frames
+from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_slack_frames
 from dielast.errors import warn
 from dielast.handover.breakdown_section import breakdown
 from dielast.material.checks import (
@@ -52,6 +52,7 @@ def warn_of_grid(
     warn_of_use(material, temperature)
     warn_of_lasting(material, temperature, np.full(len(temperature), horizon))
     warn_of_breakdown(field[np.isfinite(field)])
+    warn_of_no_breakdown(np.isfinite(field).tolist(), [material])
     warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
     warn_of_thickness(recipe.film.thickness)
     warn_of_slack_frames([recipe.film.boundary[0] == "frame" and max(pair) == 1 for pair in recipe.film.prestretch])
