@@ -132,8 +132,11 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
         (RELAX.replace("2 h", "0 s"), 'step[1].hold: "0 s": a time above 0 s is needed'),
         (RELAX.replace('rate = "12.5 %/s"', 'duration = "1e-300 s"'), 'step[0].duration: "1e-300 s": a time from 1e-15 to 1e+15 s'),
         (RELAX.replace("12.5 %/s", "-1e300 /s"), 'step[0].rate: "-1e300 /s": a strain rate from 1e-15 to 1e+15 1/s is needed'),
-        (CREEP + '[uncertainty]\nthickness = "2 %"\n', "uncertainty.thickness: relax and creep draw the material alone"),
-        (RELAX + '[uncertainty]\nbreakdown_field = { law = "weibull" }\n', "uncertainty.breakdown_field: relax and creep draw the"),
+        (CREEP + '[uncertainty]\nthickness = "2 %"\n', "uncertainty.thickness: relax and creep draw only the material"),
+        (
+            RELAX + '[uncertainty]\nbreakdown_field = { law = "weibull" }\n',
+            "uncertainty.breakdown_field: relax and creep draw only",
+        ),
     ],
 )
 def test_each_mistake_says_what_is_needed(tmp_path: Path, text: str, expected: str) -> None:

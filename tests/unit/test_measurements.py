@@ -235,7 +235,7 @@ def test_wrong_numbers_say_where(tmp_path: Path, change: dict[int, float], messa
     [
         (
             {"columns": {"temperature": "T", "tan_delta": "d", "frequency": "f"}},
-            "data.columns: tan_delta says nothing of a modulus",
+            "data.columns: tan_delta alone gives no modulus",
         ),
         (
             {"columns": {"temperature": "T", "storage": "E", "loss": "L"}},
@@ -248,17 +248,17 @@ def test_wrong_numbers_say_where(tmp_path: Path, change: dict[int, float], messa
         ),
         (
             {"columns": SWEEP | {"modulus": "E"}},
-            "modulus are of a test over time, frequency and storage and loss of a frequency sweep",
+            "columns of a test over time (modulus) and of a frequency sweep (frequency, storage, loss)",
         ),
         ({"columns": {"temperature": "T", "modulus": "E", "compliance": "J"}}, "not modulus and compliance"),
         ({"columns": SWEEP | {"loss": "E'"}}, 'storage and loss are the same column, "E\'"'),
-        ({"columns": SWEEP, "measurement": "creep"}, 'measurement = "creep", but columns are those of "oscillation"'),
+        ({"columns": SWEEP, "measurement": "creep"}, 'measurement = "creep", but the columns are those of "oscillation"'),
         (
             {"columns": {"temperature": "T", "strain": "e", "stress": "s"}, "measurement": "oscillation"},
             'measurement = "oscillation", but strain and stress are columns of a test over time',
         ),
-        ({"columns": SWEEP, "ramp": "1 s"}, "a frequency sweep has none"),
-        ({"columns": SWEEP, "discard_before": "1 s"}, "a frequency sweep has none"),
+        ({"columns": SWEEP, "ramp": "1 s"}, "leave them out for a frequency sweep"),
+        ({"columns": SWEEP, "discard_before": "1 s"}, "leave them out for a frequency sweep"),
         ({"skip_rows": 2}, "columns are needed for a plain table"),
         ({"columns": SWEEP, "steps": [0]}, "data.steps[0]: 0: a step's name, or its number from 1, is needed"),
         ({"columns": SWEEP, "units": {"frequency": "1/s"}}, "1/s may mean a frequency or an angular frequency"),
