@@ -299,7 +299,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
 def _stated_spring(law: SpringLaw, modulus: float) -> dict[str, Any]:
     """The keys of the equilibrium spring."""
     if modulus == 0 and law.initial_modulus() is not None:
-        law = NeoHookean()  # constants that are stresses cannot state a spring that carries nothing
+        law = NeoHookean()  # constants that are stresses cannot describe a spring with modulus 0
     name = {} if law.name == "gent" else {"law": law.name}
     return {**({"shear_modulus": f"{modulus:.9g} Pa"} if law.takes_modulus else {}), **name, **law.in_file(modulus)}
 

@@ -15,7 +15,7 @@ SCALING_KEYS = {
     key: f"Moduli of {springs}: entropic ones are proportional to T in kelvin."
     for key, springs in {"equilibrium": "the equilibrium spring", "nonequilibrium": "all branches"}.items()
 }
-"""The keys of the laws and their descriptions."""
+"""Keys that state a law -> their descriptions."""
 
 
 class ScalingSection(FamilySection):
@@ -47,7 +47,7 @@ def law_constants_of(law: type[ModulusLaw]) -> list[str]:
 def stated_scaling(material: Material) -> dict[str, Any]:
     """The table that states how the moduli of the material change with temperature; empty if they are constant.
 
-    Raises `InputError` for two laws that no table can state side by side.
+    Raises `InputError` if the equilibrium spring and the branches need different values of one key.
     """
     laws = {"equilibrium": material.equilibrium_scaling, "nonequilibrium": material.nonequilibrium_scaling}
     stated: dict[str, Any] = {key: law.name for key, law in laws.items() if law.name != CONSTANT_MODULUS.name}

@@ -1,4 +1,4 @@
-"""What recipes of several kinds share."""
+"""Base classes and tables that recipes of several kinds share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class RecipeBase(Section):
-    """What every recipe has."""
+    """Base of all recipes."""
 
     title: str | None = Field(None, description="Title of the plot, such as the origin of the data.")
 

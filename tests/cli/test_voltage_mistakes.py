@@ -120,7 +120,10 @@ def test_errors_of_a_film_name_the_key_and_the_case(text: str, message: str, tmp
     ("keys", "message"),
     [
         ("[output]\nnoise = 0.01\n", "output.noise: only relax and creep make test data with noise"),
-        ('[plot]\ny = "major_axis [m]"\n', 'plot.y: "major_axis [m]" needs the size of the electrode: state film.electrode_diameter'),
+        (
+            '[plot]\ny = "major_axis [m]"\n',
+            'plot.y: "major_axis [m]" needs the size of the electrode: state film.electrode_diameter',
+        ),
         (
             '[[compare]]\nfile = "r.toml"\nx = "time [s]"\ny = "minor_axis [m]"\n',
             'compare[0].y: "minor_axis [m]" needs the size of the electrode: state film.electrode_diameter',

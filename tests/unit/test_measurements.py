@@ -152,7 +152,7 @@ def test_hz_and_rad_per_second_are_never_confused(tmp_path: Path) -> None:
     sweep_file(tmp_path, "T [degC],f [1/s],E' [Pa],E'' [Pa]")
     expect_sweeps(read(tmp_path, file="sweep.csv", columns=SWEEP, units={"frequency": "Hz"}).measurements)
     sweep_file(tmp_path, "T [degC],f,E' [Pa],E'' [Pa]")
-    with pytest.raises(InputError, match=r'column "f" has no unit: call it "f \[Hz\]" or say units = { frequency = "Hz" }'):
+    with pytest.raises(InputError, match=r'column "f" has no unit: call it "f \[Hz\]" or state units = { frequency = "Hz" }'):
         read(tmp_path, file="sweep.csv", columns=SWEEP)
 
 
