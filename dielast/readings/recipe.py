@@ -1,4 +1,4 @@
-"""`[data]` of `mastercurve`: files of measurements, which column is what, and what was measured."""
+"""`[data]` of `mastercurve`: files of measurements, which column holds what, and what was measured."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ ROLES = {
 OVER_TIME = ("time", "modulus", "strain", "stretch", "stress", "extension", "force", "compliance")
 OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
 MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
-"""What the two moduli of a sweep can be told from."""
+"""The columns from which the two moduli of a sweep can be computed."""
 MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "complex_modulus")
 """What differs between tension and shear."""
 
@@ -66,31 +66,33 @@ MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "c
 class Columns(NamedColumns):
     """Columns of a relaxation or creep test over time, or of a frequency sweep."""
 
-    temperature: ColumnName | None = Field(None, description="Temperature, where a file holds several.")
+    temperature: ColumnName | None = Field(None, description="Temperature, where one file holds several temperatures.")
     set: ColumnName | None = Field(
-        None, description="What is the same in all rows of one isothermal set; without it, temperature_tolerance parts the sets."
+        None,
+        description="A label or number that is the same in all rows at one temperature. Default: temperature_tolerance separates "
+        "them.",
     )
-    time: ColumnName | None = Field(None, description='Time since the start of the test; left out: "time".')
+    time: ColumnName | None = Field(None, description='Time since the start of the test. Default: "time".')
     modulus: ColumnName | None = Field(None, description="Relaxation modulus.")
-    strain: ColumnName | None = Field(None, description="With stress or force, instead of modulus or compliance.")
-    stretch: ColumnName | None = Field(None, description="1 + strain, instead of strain.")
-    stress: ColumnName | None = Field(None, description="Nominal, with strain, stretch or extension.")
-    extension: ColumnName | None = Field(None, description="A length, instead of strain; needs specimen.gauge_length.")
-    force: ColumnName | None = Field(None, description="Instead of stress; needs specimen.width and thickness.")
+    strain: ColumnName | None = Field(None, description="Strain, with stress or force; instead of modulus or compliance.")
+    stretch: ColumnName | None = Field(None, description="Stretch, which is 1 + strain; instead of strain.")
+    stress: ColumnName | None = Field(None, description="Nominal stress, with strain, stretch or extension.")
+    extension: ColumnName | None = Field(None, description="Extension, a length, instead of strain; needs specimen.gauge_length.")
+    force: ColumnName | None = Field(None, description="Force, instead of stress; needs specimen.width and thickness.")
     compliance: ColumnName | None = Field(None, description="Creep compliance.")
     frequency: ColumnName | None = Field(None, description="Frequency of a sweep, in Hz.")
     angular_frequency: ColumnName | None = Field(None, description="Angular frequency of a sweep, in rad/s.")
     storage: ColumnName | None = Field(None, description="Storage modulus, with loss or tan_delta.")
     loss: ColumnName | None = Field(None, description="Loss modulus.")
-    tan_delta: ColumnName | None = Field(None, description="Loss over storage modulus, with storage or complex_modulus.")
+    tan_delta: ColumnName | None = Field(None, description="Loss modulus over storage modulus, with storage or complex_modulus.")
     complex_modulus: ColumnName | None = Field(None, description="Magnitude of the complex modulus, with tan_delta.")
     complex_viscosity: ColumnName | None = Field(
-        None, description="Magnitude of the complex viscosity; it shows whether frequencies are in Hz or rad/s as stated."
+        None, description="Magnitude of the complex viscosity, by which the unit of the frequencies, Hz or rad/s, is checked."
     )
 
     @property
     def measurement(self) -> KindName:
-        """What the columns say was measured; strain and stress are taken for relaxation unless the recipe says creep."""
+        """The kind of measurement that the columns show; strain and stress mean relaxation unless the recipe says creep."""
         columns = self.by_role
         if any(role in columns for role in OVER_FREQUENCY):
             return "oscillation"
@@ -103,8 +105,8 @@ class Columns(NamedColumns):
         over_frequency = [role for role in OVER_FREQUENCY if role in columns]
         if over_time and over_frequency:
             raise InputError(
-                f"{' and '.join(over_time)} are of a test over time, {' and '.join(over_frequency)} of a frequency sweep: "
-                "one kind of measurement makes a master curve"
+                f"columns of a test over time ({', '.join(over_time)}) and of a frequency sweep ({', '.join(over_frequency)}): "
+                "state those of one kind of measurement"
             )
         if over_frequency:
             _check_sweep(columns)
@@ -139,7 +141,7 @@ def _check_over_time(columns: Collection[str]) -> None:
 def _check_sweep(columns: Collection[str]) -> None:
     measured = [role for role in ("storage", "loss", "tan_delta", "complex_modulus") if role in columns]
     if measured == ["tan_delta"]:
-        raise InputError("tan_delta says nothing of a modulus: storage or complex_modulus is needed with it")
+        raise InputError("tan_delta alone gives no modulus: storage or complex_modulus is needed with it")
     if set(measured) not in MODULI:
         ways = "storage and loss, or storage and tan_delta, or complex_modulus and tan_delta"
         raise InputError(f"{ways}, are needed" + (f", not {' and '.join(measured)}" if measured else ""))
@@ -148,31 +150,35 @@ def _check_sweep(columns: Collection[str]) -> None:
 
 
 class MeasuredData(TextTable):
-    """What was measured in a test: which column is what, in which units, of which specimen."""
+    """What was measured in a test: which column holds what, in which units, on which specimen."""
 
     file: InputFile | None = Field(None, description="A table of numbers or an instrument's export.")
-    measurement: KindName | None = Field(None, description="What was measured; told from the columns if left out.")
-    columns: Columns | None = Field(None, description="Which column is what; an instrument's export says it itself.")
+    measurement: KindName | None = Field(None, description="What was measured. Default: as the columns show.")
+    columns: Columns | None = Field(None, description="Which column holds what; an instrument's export needs none.")
     steps: list[Step] | None = Field(
-        None, description="Steps of an instrument's export to take, by name (with * and ?) or number; left out: all that fit."
+        None,
+        description="Steps of an instrument's export to read, by name (with * and ?) or number. Default: all of this measurement.",
     )
-    format: Literal["table"] | None = Field(None, description="Take the file for a plain table, whatever it looks like.")
-    units: Annotated[dict[str, str], units_of(**ROLES)] = Field(
-        {}, description="Units by column, where the header does not say them."
+    format: Literal["table"] | None = Field(
+        None, description="Read the file as a plain table, even if it looks like an instrument's export."
     )
-    specimen: Specimen | None = Field(None, description="What extension and force are measured on.")
+    units: Annotated[dict[str, str], units_of(**ROLES)] = Field({}, description="Units by column, where the header states none.")
+    specimen: Specimen | None = Field(None, description="The specimen on which extension and force were measured.")
     test: Literal["tension", "shear"] | None = Field(
         None,
-        description="A shear modulus is written as Young's, three times as much. Left out: tension, or what an export says.",
+        description="A modulus in shear is converted to Young's modulus, three times as large. Default: tension, or what an "
+        "instrument's export states.",
     )
-    discard_before: Time = Field(0.0, validate_default=False, description="Drop earlier points, such as the ramp.")
+    discard_before: Time = Field(
+        0.0, validate_default=False, description="Drop points before this time, such as those of the ramp."
+    )
     ramp: PositiveTime | None = Field(
         None,
-        description="Duration of the ramp that the times begin with. They are then counted from its middle, and points before "
-        "twice the ramp are dropped unless discard_before says otherwise.",
+        description="Duration of the ramp at the beginning of each test. Times are then counted from the middle of the ramp, and "
+        "points before twice its duration are dropped, unless discard_before is stated.",
     )
     temperature_tolerance: TemperatureDifference = Field(
-        0.5, validate_default=False, description="Readings closer together than this belong to one temperature."
+        0.5, validate_default=False, description="Temperature readings closer together than this count as one temperature."
     )
 
     @field_validator("sheet", mode="before")
@@ -197,12 +203,12 @@ class MeasuredData(TextTable):
 
     @property
     def first_time(self) -> float:
-        """Points before this time in s, as measured, are dropped; at 0 none are."""
+        """Measured points before this time in s are dropped; 0 drops none."""
         return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
 
     @property
     def time_offset(self) -> float:
-        """What is taken from the times as measured, in s.
+        """The time in s that is subtracted from the measured times.
 
         A ramp acts like a step at its middle, to second order in ramp/time: L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur.
         Stand. A 75 (1971) 33. With times from its start, shift factors would come out wrong by tenths of a decade.
@@ -211,7 +217,7 @@ class MeasuredData(TextTable):
 
     @property
     def is_plain(self) -> bool:
-        """Whether the recipe itself says how the text is laid out, so that it is no instrument's export."""
+        """Whether the recipe itself states the layout of the text, so that the file is not read as an instrument's export."""
         return self.format == "table" or self.separator is not None or self.skip_rows > 0
 
     @model_validator(mode="after")
@@ -219,12 +225,12 @@ class MeasuredData(TextTable):
         by_columns = self.columns.measurement if self.columns is not None else None
         stressed = not {"stress", "force"}.isdisjoint(self.roles)
         if self.measurement is not None and by_columns not in (None, self.measurement) and not stressed:
-            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{by_columns}"')
+            raise InputError(f'measurement = "{self.measurement}", but the columns are those of "{by_columns}"')
         if self.measurement == "oscillation" and stressed:
             raise InputError('measurement = "oscillation", but strain and stress are columns of a test over time')
         kind = self.measurement or by_columns
         if kind == "oscillation" and (self.ramp is not None or self.discard_before > 0):
-            raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
+            raise InputError("ramp and discard_before belong to a test over time: leave them out for a frequency sweep")
         return self
 
     @model_validator(mode="after")
@@ -232,7 +238,7 @@ class MeasuredData(TextTable):
         machine = [role for role in ("stretch", "extension", "force") if role in self.roles]
         if machine and self.test == "shear":
             raise InputError(
-                f"{' and '.join(machine)} are of a test in tension: of one in shear, state strain and stress, or modulus"
+                f"{' and '.join(machine)} belong to a test in tension: for a test in shear state strain and stress, or modulus"
             )
         if lacking := unmeasured(machine, self.specimen):
             raise InputError(lacking)
@@ -243,29 +249,30 @@ class MeasurementData(MeasuredData):
     """Measurements at several temperatures: one file with a temperature column, one file for each, or an instrument's export."""
 
     file: InputFile | None = Field(
-        None, description="One file with a temperature column, or with columns for each temperature, or an instrument's export."
+        None, description="One file: with a temperature column, with columns for each temperature, or an instrument's export."
     )
     files: InputFiles | None = Field(None, description="A list of files, or a glob pattern relative to the recipe.")
-    temperatures: list[Temperature] | None = Field(None, description="Temperature of each of files, in their order.")
+    temperatures: list[Temperature] | None = Field(None, description="Temperature of each of the files, in their order.")
     temperature_in_name: str | None = Field(
-        None, description="Where a file's name states its temperature: text with {degC} or {K} in the number's place."
+        None, description="Pattern of file names that state the temperature: text with {degC} or {K} in place of the number."
     )
     layout: Literal["long", "wide"] | None = Field(
         None,
-        description="Wide: columns of their own for each temperature, which their headers or a row above state; long: the same "
-        "columns for all. Left out: wide where headers state several temperatures and nothing else states any.",
+        description="wide: a column (or several) for each temperature, which the headers or a row above them state; long: the same "
+        "columns for all temperatures. Default: wide where the headers state several temperatures and no other key states any.",
     )
 
     temperature_stderr: TemperatureError = Field(
         0.1,
         validate_default=False,
-        description='Standard error of each temperature by itself; it is in the standard errors and the draws. "0 K" for none.',
+        description="Standard error of each temperature, independent of the others; it enters the standard errors and the draws. "
+        '"0 K": none.',
     )
     drift: Share | None = Field(
         None,
-        description="By how much the specimen's modulus changes from one temperature to the next, as a standard deviation, such as "
-        '"2 %": a random walk in the order in which they stand in the data, in the standard errors and the draws. Left out: only '
-        "offsets of whole curves that show are allowed for.",
+        description="Standard deviation of the change of the specimen's modulus from one temperature to the next, such as "
+        '"2 %": a random walk in the order of the temperatures in the data, which enters the standard errors and the draws. '
+        "Default: only the offsets between whole curves that the data show.",
     )
 
     @property
@@ -275,17 +282,17 @@ class MeasurementData(MeasuredData):
 
     @property
     def is_plain(self) -> bool:
-        """Whether the recipe itself says how the text is laid out, so that it is no instrument's export."""
+        """Whether the recipe itself states the layout of the text, so that the file is not read as an instrument's export."""
         return super().is_plain or self.layout is not None
 
     @property
     def sources(self) -> str:
-        """Where the temperatures may be stated."""
+        """The keys that may state the temperatures."""
         return "columns.temperature" if self.file else "one of columns.temperature, temperatures, temperature_in_name"
 
     @property
     def states_temperatures(self) -> bool:
-        """Whether the recipe says where the temperatures are."""
+        """Whether the recipe states where the temperatures stand."""
         in_column = self.columns is not None and self.columns.temperature is not None
         return in_column or self.temperatures is not None or self.temperature_in_name is not None
 

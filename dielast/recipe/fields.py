@@ -30,7 +30,7 @@ from dielast.units import Dimension
 class Section(BaseModel):
     """Base of every table of a recipe: unknown keys are errors, and no value is converted silently.
 
-    `ELSEWHERE` holds, by key, why a key of other recipes is not here.
+    `ELSEWHERE` holds messages for keys that belong to other recipes, by key.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
@@ -38,19 +38,19 @@ class Section(BaseModel):
 
 
 def _one_or_more(value: Any, read: Callable[[Any], float], needed: str) -> tuple[float, ...]:
-    """The number, or each of a list of them; `needed` is what an empty list lacks."""
+    """One number, or all numbers of a list; `needed` names the quantity for the message about an empty list."""
     if value == []:
         raise InputError(f"{needed} is needed, or a list of them")
     return tuple(map(read, value if isinstance(value, list) else [value]))
 
 
 QUANTITY, UNIT = "x-quantity", "x-unit"
-"""Keys of the JSON Schema for the name of a quantity and the SI unit in which it is kept."""
+"""Keys of the JSON Schema for the name of a quantity and its SI unit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Marks a number in `dimension.unit`, given as text with a unit, optionally bounded.
+    """Marks a number in `dimension.unit` that is stated as text with a unit, optionally bounded.
 
     `within` bounds the magnitude of all numbers but 0; `many` allows a number or a list, read as a tuple.
     """
@@ -91,10 +91,10 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class NamedQuantity(Quantity):
-    """Marks quantities that are known by what the recipe calls them: a list is read as pairs of its text and the number."""
+    """Marks quantities that keep their text as a name, such as "1 h": a list is read as pairs of text and number."""
 
     def read_many(self, value: Any) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
-        """Each entry of a list, or the one there is, and its number; raises `InputError`."""
+        """The text and the number of one quantity or of each entry of a list; raises `InputError`."""
         numbers = _one_or_more(value, self.read, self.dimension.name)
         texts = [" ".join(entry.split()) for entry in (value if isinstance(value, list) else [value])]
         return tuple(zip(texts, numbers, strict=True))
@@ -135,7 +135,7 @@ class Numbers:
 
 @dataclass(frozen=True, slots=True)
 class OneOf:
-    """Marks text that is one of `names()`, asked for as a recipe is read, so that laws can be added from outside."""
+    """Marks text that is one of `names()`, which is called when a recipe is read, so that laws can be registered from outside."""
 
     names: Callable[[], Sequence[str]]
 
@@ -190,7 +190,7 @@ Share = Annotated[float, PlainValidator(_share), WithJsonSchema({"type": "string
 
 
 def is_path(field: FieldInfo) -> bool:
-    """Whether the values of a field name files or folders."""
+    """Whether the values of a field are names of files or folders."""
 
     def within(annotation: Any) -> bool:
         return annotation == NAMES_FILES or any(map(within, get_args(annotation)))
@@ -199,7 +199,7 @@ def is_path(field: FieldInfo) -> bool:
 
 
 def dimension_of(field: FieldInfo | None) -> Dimension | None:
-    """The dimension of the quantities that a field takes, if it takes any."""
+    """The dimension of the quantities that a field takes; None if it takes none."""
 
     def within(annotation: Any) -> Iterator[Dimension]:
         for inner in get_args(annotation):
@@ -214,7 +214,7 @@ def dimension_of(field: FieldInfo | None) -> Dimension | None:
 def on_one_scale(values: Sequence[Any], dimension: Dimension | None = None) -> tuple[list[float], str] | None:
     """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension.
 
-    `dimension` is that of quantities whose text may stand for another, as "187 K" for a temperature.
+    `dimension` is needed for quantities with a unit of two dimensions, such as "187 K", a temperature or a difference.
     """
     quantities = []
     for value in values:
@@ -257,10 +257,10 @@ def _folder(name: Any, info: ValidationInfo) -> str:
 
 
 def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
-    """The files of a list as they stand, or those that a glob pattern matches, sorted by name."""
+    """The files of a list in its order, or those that a glob pattern matches, sorted by name."""
     if isinstance(names, list) and names:
         return tuple(_file(name, info) for name in names)
-    if not isinstance(names, str) or not Path(names).name:  # "." and "/" are no patterns
+    if not isinstance(names, str) or not Path(names).name:  # "." and "/" have no file name
         raise InputError("a list of files or a glob pattern is needed")
     folder = (info.context or {}).get("folder")
     if folder is None:
@@ -269,15 +269,15 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     try:
         matches = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
     except (
-        OSError,  # a name that is too long
-        ValueError,  # ** as a part of a name
+        OSError,  # the name is too long
+        ValueError,  # ** within a name
         NotImplementedError,  # more than one root: ///x
-        RecursionError,  # hundreds of folders within each other
+        RecursionError,  # hundreds of nested folders
     ) as error:
         raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
     if not matches:
         raise InputError(f"{shown(names)}: no file matches{of_backslashes(names)}")
-    # with slashes, as a result is the same on every system
+    # with slashes, so that results are the same on every system
     return tuple(Path(path if base else os.path.relpath(path, folder)).as_posix() for path in matches)
 
 

@@ -138,5 +138,5 @@ def test_materials_that_ship_are_read_by_their_names() -> None:
     assert vhb.name == dielast.read_material("example:vhb4905.toml").name == "VHB 4905 (reconstruction)"
     with pytest.raises(dielast.InputError, match=r"^example:vhb: no such example; there are example:frequency-sweeps\.csv"):
         dielast.read_material("example:vhb")
-    with pytest.raises(dielast.InputError, match="a material without draws"):
+    with pytest.raises(dielast.InputError, match="the material has no draws"):
         dielast.read_draws("example:vhb4905")
