@@ -38,10 +38,12 @@ def results() -> dict[str, Any]:
     test = dielast.MeasuredTest("test", time, 1 + 0.1 * time, 3e4 * time**0.5, 20.0)
     film_of_few = dielast.read_material("example:tensile/start.toml")
     retardation = dielast.retardation_from_relaxation(fit.spectrum, fit.equilibrium_shear_modulus)
+    calibration = dielast.calibrate([test], film_of_few, {"nonequilibrium.scale": dielast.Free()}, starts=1, draws=0)
     return {
         "curve": curves[0],
         "test": test,
-        "calibration": dielast.calibrate([test], film_of_few, {"nonequilibrium.scale": dielast.Free()}, starts=1, draws=0),
+        "calibration": calibration,
+        "comparison": calibration.comparisons[0],
         "master": master,
         "draws": dielast.bootstrap_master_curve(curves, master, draws=4, law="table"),
         "fit": fit,
