@@ -32,6 +32,7 @@ from reconstruction import spectrum
 STRESS, RAMP, HOLD = 0.17 / 3e-6, 17.0, 21600.0
 STEPS = [Step(stress=STRESS, duration=RAMP), Step.hold(HOLD)]
 TIMES = np.concatenate((np.linspace(0.01, RAMP, 200), RAMP + np.geomspace(1e-2, HOLD, 400)))
+TOLERANCES = (5e-6, 3e-6, 2e-6, 1.5e-6, 1e-6, 7e-7, 5e-7, 3e-7)
 TIMES[199], TIMES[-1] = RAMP, RAMP + HOLD
 
 
@@ -209,19 +210,23 @@ def main() -> None:
     full = parser.parse_args().full
     solid = vhb(30)
     reference = creep(solid, STEPS, times=TIMES, rtol=1e-11).stretch_1[0]
-    mine = creep(solid, STEPS, times=TIMES, rtol=1e-6)
+
+    def coarsest(run: Callable[[float], np.ndarray]) -> float:
+        """The loosest tolerance at which stretches are within 1e-6."""
+        return next(rtol for rtol in TOLERANCES if np.max(np.abs(run(rtol) / reference - 1)) <= 1e-6)
+
+    own_rtol = coarsest(lambda rtol: creep(solid, STEPS, times=TIMES, rtol=rtol).stretch_1[0])
+    mine = creep(solid, STEPS, times=TIMES, rtol=own_rtol)
     error = np.max(np.abs(mine.stretch_1[0] / reference - 1))
     print(f"6 h creep, N = 30, errors against dielast at 1e-11 over {TIMES.size} output times")
-    print(f"  dielast, rtol 1e-6: stretch error {error:.1e}, {int(mine.steps[0])} steps tried")
+    print(f"  dielast, rtol {own_rtol:g}: stretch error {error:.1e}, {int(mine.steps[0])} steps tried")
     try:
         peer = Peer(solid)
-        rtol = next(
-            rtol for rtol in (3e-6, 2e-6, 1e-6, 7e-7, 5e-7, 3e-7) if np.max(np.abs(peer.run(rtol, TIMES) / reference - 1)) <= 1e-6
-        )
+        rtol = coarsest(lambda rtol: peer.run(rtol, TIMES))
     except ImportError:
         print("  scipy: not installed")
         return
-    own, other = seconds(lambda: creep(solid, STEPS, rtol=1e-6), lambda: peer.run(rtol))
+    own, other = seconds(lambda: creep(solid, STEPS, rtol=own_rtol), lambda: peer.run(rtol))
     ratio = f"ratio {other / own:.2f}   (reach > 1)"
     print(f"  one case:    dielast {own * 1e3:.1f} ms; BDF, exact Jacobian, at {rtol:g} {other * 1e3:.1f} ms   {ratio}")
     slow, calls, reached = first_attempt(solid, 1e-6, 600.0 if full else 15.0)
