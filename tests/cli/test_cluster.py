@@ -172,7 +172,7 @@ def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) 
             said = refused()
             assert worker.poll() is None
     assert said.startswith(f"{file}: worker tcp://127.0.0.1:")
-    assert said.endswith(f": dielast {cluster.VERSIONS['dielast']} is needed, 9.9 is there\n")
+    assert said.endswith(f": dielast {cluster.VERSIONS['dielast']} is needed, 9.9 is installed\n")
 
 
 @pytest.mark.usefixtures("impatient")
@@ -245,5 +245,5 @@ def test_options_that_exclude_each_other(dielast: Run, tmp_path: Path) -> None:
 def test_a_worker_of_another_version_computes_nothing() -> None:
     own = {"dielast": cluster.VERSIONS["dielast"], "numpy": np.__version__}
     assert cluster._solve_there(3, 5, solve=pow, plan=2, versions=own) == 2**3 % 5
-    with pytest.raises(cluster.OtherVersion, match=r"^numpy 1\.0 is needed, .* is there$"):
+    with pytest.raises(cluster.OtherVersion, match=r"^numpy 1\.0 is needed, .* is installed$"):
         cluster._solve_there(3, 5, solve=pow, plan=2, versions=own | {"numpy": "1.0"})

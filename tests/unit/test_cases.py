@@ -181,8 +181,12 @@ def test_a_key_within_a_swept_table_is_the_cases_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("recipe", "sweep", "said"),
     [
-        (RELAX, 'title = ["a", "b"]', 'sweep."title": title holds for all cases together'),
-        (RELAX, '"compare.0.file" = ["a.csv", "b.csv"]', 'sweep."compare.0.file": compare holds for all cases together'),
+        (RELAX, 'title = ["a", "b"]', 'sweep."title": title holds for all cases together and cannot be swept'),
+        (
+            RELAX,
+            '"compare.0.file" = ["a.csv", "b.csv"]',
+            'sweep."compare.0.file": compare holds for all cases together and cannot be swept',
+        ),
         (
             'kind = "relax"\nmaterial = "example:vhb4905.toml"\nload = "h.toml"\n',
             "step = [[{ stretch = 2.0 }], [{ stretch = 3.0 }]]",
