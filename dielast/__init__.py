@@ -36,9 +36,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:  # the public names, of which this is the only list: type checkers read it, and so does `_modules`
+    from dielast.calibration.comparison import Comparison as Comparison
     from dielast.calibration.experiment import MeasuredTest as MeasuredTest
     from dielast.calibration.parameters import Free as Free
-    from dielast.calibration.result import Calibration as Calibration, Comparison as Comparison, calibrate as calibrate
+    from dielast.calibration.result import Calibration as Calibration, calibrate as calibrate
     from dielast.errors import (
         DielastError as DielastError,
         DielastWarning as DielastWarning,

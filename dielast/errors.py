@@ -186,12 +186,20 @@ def in_a_draw(**place: Unpack[Where]) -> AbstractContextManager[None]:
 
 
 def nearest(wrong: object, names: Iterable[str]) -> str:
-    """What to write instead of a `wrong` one of some names: the nearest, or one of all."""
-    import difflib  # which takes its time to load
+    """What to write instead of a `wrong` one of some names: the nearest, also to it in small letters and with hyphens, one of which
+    it is a word, or one of all.
+    """
+    from difflib import get_close_matches  # which takes its time to load
 
-    known = list(names)
-    near = difflib.get_close_matches(str(wrong), known, n=1)
+    known, plain = list(names), "-".join(str(wrong).casefold().replace("_", " ").split())
+    near = get_close_matches(str(wrong), known, n=1) or get_close_matches(plain, known, n=1)
+    near = near or [name for name in known if plain and plain in name.split("-")]
     return f'did you mean "{near[0]}"?' if near else f"one of {', '.join(known)} is needed"
+
+
+def and_more(others: int, noun: str = "") -> str:
+    """What follows the first of several things in a message: how many `others` there are, of a `noun`; empty if there are none."""
+    return f" (and {others} more{noun and f' {noun}'})" if others > 0 else ""
 
 
 def shown(value: Any) -> str:

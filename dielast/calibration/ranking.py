@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import minimise
-from dielast.io.result import Result
-from dielast.numerics.columns import Floats
 
 MOST_FOLDS = 12
 ITERATIONS = 12
 PRECISE = 1e-4
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Prediction(Result):
-    """Each test predicted from the others: `rms_relative_errors` (tests,), and `rms_relative_error` over all points."""
-
-    tests: tuple[str, ...]
-    rms_relative_errors: Floats
-    rms_relative_error: float
-
-
-def predicted(fit: Fit) -> Prediction | None:
-    """Each test of a fit predicted from fits to the others, all at once; tests of one specimen are left out together if there are
-    several specimens. None for a single test.
+def cross_validation_error(fit: Fit) -> float | None:
+    """The relative rms error over all points where each test of a fit is predicted from fits to the others, all at once; tests of
+    one specimen are left out together if there are several specimens. None for a single test.
     """
     tests, curves = fit.problem.laboratory.tests, fit.curves
     specimens = np.unique(curves.specimen)
@@ -43,9 +30,5 @@ def predicted(fit: Fit) -> Prediction | None:
     found = minimise(residuals, start, lower, upper, iterations=ITERATIONS, settled=PRECISE)
     answers = curves.split(fit.problem.answers(found.coordinates))
     misses = [answers[k][fold[k]] - values for k, values in enumerate(curves.values)]
-    errors = [
-        float(np.sqrt(np.mean(np.square(miss)) / np.mean(np.square(values))))
-        for miss, values in zip(misses, curves.values, strict=True)
-    ]
     total = np.mean(np.square(np.concatenate(misses))) / np.mean(np.square(curves.measured))
-    return Prediction(tuple(test.name for test in tests), np.array(errors), float(np.sqrt(total)))
+    return float(np.sqrt(total))

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from dielast.calibration.comparison import Comparison, compare_tests
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
-from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Free
 from dielast.calibration.posterior import draw
@@ -23,65 +23,6 @@ from dielast.mechanics.load import Mode
 from dielast.numerics.columns import Floats
 
 LEVEL = 0.9
-PARTS = 16  # into which the scatter about a draw is divided
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Comparison(TabularResult):
-    """A test beside the model: `model`, `lower` and `upper` (n,), all counted as the test counts what it measured.
-
-    A measured value lies between lower and upper with the level of the calibration, scatter of specimens, the model's error and
-    noise included. NaN where the material cannot follow the test.
-    """
-
-    test: Experiment
-    fitted: bool
-    model: Floats
-    lower: Floats
-    upper: Floats
-
-    @property
-    def followed(self) -> bool:
-        """Whether the material could follow the test."""
-        return bool(np.all(np.isfinite(self.model)))
-
-    @property
-    def rms_error(self) -> float:
-        """Root mean square of model - measured, in the unit of the test."""
-        return float(np.sqrt(np.mean(np.square(self.model - self.test.measured))))
-
-    @property
-    def rms_relative_error(self) -> float:
-        """The same over the root mean square of what was measured."""
-        return self.rms_error / float(np.sqrt(np.mean(np.square(self.test.measured))))
-
-    @property
-    def r_squared(self) -> float:
-        """Share of the variance of what was measured that the model explains."""
-        return 1 - self.rms_error**2 / float(np.var(self.test.measured))
-
-    @property
-    def coverage(self) -> float:
-        """Share of the points between lower and upper."""
-        inside = (self.test.measured >= self.lower) & (self.test.measured <= self.upper)
-        return float(np.mean(inside)) if self.followed else np.nan
-
-    def columns(self) -> Table:
-        """One point a row."""
-        return [
-            Column("test", None, [self.test.name] * self.test.measured.size),
-            Column("time", "s", self.test.time),
-            *(
-                Column(name, None, values + self.test.rest)
-                for name, values in (
-                    ("measured", self.test.measured),
-                    ("model", self.model),
-                    ("lower", self.lower),
-                    ("upper", self.upper),
-                )
-            ),
-            Column("unit", None, [self.test.unit] * self.test.measured.size),
-        ]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -274,30 +215,6 @@ def _moves(watch: Watch | None, fit: Fit) -> Callable[[int, int], None] | None:
         return None
     heard, misfit = watch, misfit_of(fit)
     return lambda done, total: heard("draws", done, total, misfit)
-
-
-def compare_tests(
-    fit: Fit, likelihood: Likelihood, draws: Floats, validate: Sequence[Experiment], level: float
-) -> tuple[Comparison, ...]:
-    """The fitted tests and those to `validate` beside the model, with bands of what a further specimen would give."""
-    from scipy.special import stdtrit
-
-    tests = (*fit.problem.laboratory.tests, *validate)
-    answers = Laboratory(tests).answers([fit.material, *fit.space.materials(draws)])
-    # Student's, as the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
-    width = float(stdtrit(likelihood.value_freedom, 0.5 * (1 + level)))
-    parts = stdtrit(likelihood.value_freedom, (np.arange(PARTS) + 0.5) / PARTS)
-    found = []
-    for k, (test, answer) in enumerate(zip(tests, answers, strict=True)):
-        model, drawn = answer[0], answer[1:]
-        spread = np.sqrt(likelihood.scatters.variance(model))
-        lower, upper = model - width * spread, model + width * spread
-        drawn = drawn[np.all(np.isfinite(drawn), axis=1)]
-        if len(drawn) > 2 and np.all(np.isfinite(model)):
-            scattered = (drawn[:, None] + parts[:, None] * spread).reshape(-1, model.size)
-            lower, upper = np.quantile(scattered, (0.5 * (1 - level), 0.5 * (1 + level)), axis=0)
-        found.append(Comparison(test, k < len(fit.problem.laboratory.tests), model, lower, upper))
-    return tuple(found)
 
 
 def _stderr(value: float, scale: float | None, error: float) -> float:

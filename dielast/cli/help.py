@@ -11,7 +11,7 @@ from typer import BadParameter
 from typer.core import TyperCommand
 
 from dielast.commands.registry import COMMANDS
-from dielast.recipe.kinds import or_kind
+from dielast.errors import nearest
 
 UsageError: Any = BadParameter.__base__  # typer imports it from click, or defines it itself
 
@@ -62,7 +62,7 @@ def report_usage(error: Any) -> int:
         for pattern, words in _PLAIN.items():
             wrong = re.sub(pattern, words, wrong)
         if unknown := re.match(r"No such command '(.*?)'", wrong):
-            wrong = f'no command "{unknown[1]}": {or_kind(unknown[1], (*COMMANDS, "new", "validate", "report", "schema"))}'
+            wrong = f'no command "{unknown[1]}": {nearest(unknown[1], (*COMMANDS, "new", "validate", "report", "schema"))}'
         elif wrong == "Missing argument 'KIND'":
             wrong = f"a kind is needed: {', '.join(COMMANDS)}"
         print(f"{command}: {wrong[:1].lower()}{wrong[1:]} (see {command} --help)", file=sys.stderr)

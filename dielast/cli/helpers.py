@@ -8,14 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dielast.commands.registry import COMMANDS
-from dielast.errors import InputError, Problem, shown
-from dielast.recipe.kinds import or_kind
+from dielast.errors import InputError, Problem, nearest, shown
 
 
 def print_starter(kind: str) -> int:
     """Print the starter recipe of `kind`."""
     if kind not in COMMANDS:
-        raise InputError(f"{shown(kind)} is no kind of recipe: {or_kind(kind, COMMANDS)}")
+        raise InputError(f"{shown(kind)} is no kind of recipe: {nearest(kind, COMMANDS)}")
     sys.stdout.write(COMMANDS[kind].starter())
     return 0
 

@@ -1,4 +1,4 @@
-"""Tables of laboratories: separator, decimal mark, encoding and header rows are recognised from the file unless stated.
+"""Tables of laboratories: header rows and units, and columns of numbers in SI.
 
 `read_measured` finds the shape of a text table and keeps its cells; `MeasuredTable.column` turns one column into numbers in SI,
 naming the line of whatever is not a number. Units come from the header (`name [unit]`, `name (unit)`, `name / unit`), from a row
@@ -7,43 +7,31 @@ of units below the names, or from the recipe; they are never guessed.
 
 from __future__ import annotations
 
-import codecs
-import contextlib
-import csv
 import difflib
 import math
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, Where, shown
+from dielast.errors import InputError, Where
+from dielast.io.cells import (
+    SEPARATORS,
+    TextFormat,
+    decode,
+    is_number,
+    modal_width,
+    refuse_header_alone,
+    sniff,
+    split_cells,
+    split_lines,
+)
 from dielast.io.header import filled_width, read_header, temperatures_in
 from dielast.io.table import split_header
-from dielast.io.workbook import is_workbook, sheet_text
+from dielast.io.workbook import is_workbook
 from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
-
-SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}
-_SNIFFED_LINES = 200
-_NUMBER = {
-    ".": re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(\d+(,\d*)?|,\d+)([eE][+-]?\d+)?"),
-}
-
-
-@dataclass(frozen=True, slots=True)
-class TextFormat:
-    """How a table is written; None: recognised from the file."""
-
-    separator: str | None = None
-    decimal: str | None = None
-    encoding: str | None = None
-    skip_rows: int = 0
-    sheet: str | int | None = None
-    """Sheet of a workbook: its name, or its number from 1; None: the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,12 +168,12 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     filled = [(number, line) for number, line in numbered if line.strip(" \t;,")]
     if not filled:
         raise InputError("the file is empty" + (f" after skip_rows = {form.skip_rows}" if text.strip() else ""), file=source)
-    separator, decimal = _sniff(source, [line for _, line in filled], form)
+    separator, decimal = sniff(source, [line for _, line in filled], form)
     rows = [split_cells(line, separator) for _, line in filled]
-    width = _modal_width(rows, decimal)
+    width = modal_width(rows, decimal)
     first = _first_data_row(rows, width, decimal)
     if first is None:
-        _refuse_header_alone(source, [line for _, line in filled], separator)
+        refuse_header_alone(source, [line for _, line in filled], separator)
         between = SEPARATORS.get(separator, separator)
         raise InputError(f'no row of numbers found (separator {between}, decimal mark "{decimal}")', file=source)
     lines = [number for number, _ in filled[first:]]
@@ -203,97 +191,6 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     return MeasuredTable(
         source, names, header.units, cells, np.array(lines), decimal, units, spelled=header.spelled, over=header.temperature
     )
-
-
-def decode(
-    content: bytes, source: str, encoding: str | None = None, sheet: str | int | None = None, decimal: str | None = None
-) -> str:
-    """The text in `content`: in the stated `encoding`, else UTF-8, UTF-16 if recognised, or latin-1.
-
-    Lines end in a line feed. For a workbook it is the text of a `sheet`, see `sheet_text`. Raises `InputError` naming `source` for
-    content that is not text, an unknown encoding, or a workbook that cannot be read.
-    """
-    if is_workbook(content):
-        return sheet_text(content, source, sheet, decimal)
-    if sheet is not None:
-        raise InputError(f"sheet = {shown(sheet)} is stated, but this is no workbook", file=source)
-    if encoding is None:
-        if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-            encoding = "utf-16"
-        elif content[1:200:2].count(0) > 60:
-            encoding = "utf-16-le"
-        else:
-            try:
-                return "\n".join(split_lines(content.decode("utf-8-sig")))
-            except UnicodeDecodeError:
-                encoding = "latin-1"
-    try:
-        text = content.decode(encoding).lstrip("\ufeff")
-    except LookupError:
-        raise InputError(f'unknown encoding "{encoding}", such as "utf-8" or "latin-1" is needed', file=source) from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"byte {error.start} is not {encoding} text", file=source) from None
-    if "\x00" in text:
-        raise InputError("not a text table (it holds NUL characters)", file=source)
-    return "\n".join(split_lines(text))
-
-
-def split_lines(text: str) -> list[str]:
-    """The lines of a text from any system; unlike `str.splitlines`, without splitting at form feeds and the like."""
-    return re.split(r"\r\n|\n|\r", text)
-
-
-def _sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, str]:
-    """The separator and decimal mark under which most cells of the last lines read are numbers."""
-    sample = lines[:_SNIFFED_LINES]
-    best, best_score = (form.separator or ",", form.decimal or "."), 0.0
-    for separator in [form.separator] if form.separator else SEPARATORS:
-        rows = [split_cells(line, separator) for line in sample]
-        for decimal in [form.decimal] if form.decimal else (".", ","):
-            if separator == decimal:
-                continue
-            width = _modal_width(rows, decimal)
-            if width < 2 and form.separator is None:
-                continue
-            fitting = [row for row in rows if filled_width(row) == width]
-            numeric = sum(is_number(cell, decimal) for row in fitting for cell in row)
-            # a row counts by its share of numbers; their count would favour a separator that splits them at the decimal mark
-            score = numeric / width * len(fitting) / len(rows) if width else 0.0
-            if score > best_score * 1.001:
-                best, best_score = (separator, decimal), score
-    if best_score == 0.0 and form.separator is None:
-        for separator in "\t;,":
-            _refuse_header_alone(source, lines, separator)
-        raise InputError("no columns of numbers found; state separator and decimal if they are unusual", file=source)
-    return best
-
-
-def _refuse_header_alone(source: str, lines: Sequence[str], separator: str) -> None:
-    """Raise `InputError` if `lines`, in which no numbers were found, are only a row of names, with or without a row of units."""
-    names, *below = (split_cells(line, separator) for line in lines[:3])
-    if len(names) > 1 and (not below or (len(below) == 1 and all(is_unit(cell.strip("[]()")) for cell in below[0]))):
-        raise InputError("no columns of numbers found: there are no rows below the header", file=source)
-
-
-def split_cells(line: str, separator: str) -> list[str]:
-    """The cells of a line without blanks around them; quoted cells may hold the separator."""
-    if separator == " ":
-        # a unit in brackets belongs to the name before it
-        return re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", line)
-    if '"' in line:
-        with contextlib.suppress(csv.Error):  # a cell is larger than csv allows
-            return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-    return [cell.strip() for cell in line.split(separator)]
-
-
-def _modal_width(rows: Sequence[Sequence[str]], decimal: str) -> int:
-    widths = Counter(filled_width(row) for row in rows if any(is_number(cell, decimal) for cell in row))
-    return max(widths, key=lambda width: widths[width]) if widths else 0
-
-
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number written with this decimal mark."""
-    return _NUMBER[decimal].fullmatch(cell) is not None
 
 
 def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> int | None:

@@ -11,8 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import Profile
-from dielast.calibration.result import Calibration, Comparison
+from dielast.calibration.result import Calibration
 from dielast.plots.quantities import axis_of, unit_for
 from dielast.plots.style import COLOURS, SHADE, log_axis, number, sheet, spread, spread_indices, style, typeset
 

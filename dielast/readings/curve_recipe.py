@@ -6,8 +6,10 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from dielast.readings.recipe import Columns, MeasuredData
-from dielast.recipe.fields import InputFile, Temperature
+from dielast.readings.columns_recipe import Columns
+from dielast.readings.recipe import MeasuredData
+from dielast.recipe.fields import Temperature
+from dielast.recipe.file_fields import InputFile
 
 
 class CurveColumns(Columns):

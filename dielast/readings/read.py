@@ -14,9 +14,10 @@ from dielast.io.table import spoken
 from dielast.material.checks import warn_of_tension
 from dielast.material.measurement import FrequencySweep, Measurement, measurement_of
 from dielast.material.measurement_kind import MeasurementKind
+from dielast.readings.columns_recipe import MECHANICAL, ROLES
 from dielast.readings.isotherms import isotherms
 from dielast.readings.kramers_kronig import viscosity_factor, warn_if_inconsistent
-from dielast.readings.recipe import MECHANICAL, ROLES, MeasuredData
+from dielast.readings.recipe import MeasuredData
 from dielast.readings.specimen import mistaken
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import Readings, read_part

@@ -7,7 +7,8 @@ from collections.abc import Collection
 from pydantic import Field, model_validator
 
 from dielast.errors import InputError
-from dielast.recipe.fields import ColumnName, Length, Section
+from dielast.recipe.fields import Length, Section
+from dielast.recipe.file_fields import ColumnName
 
 GAUGE = 'gauge_length = "80 mm"'
 SECTION = 'width = "6 mm", thickness = "0.5 mm"'

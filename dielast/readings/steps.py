@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, shown
-from dielast.io.text_table import MeasuredTable, decode, is_number, read_measured
+from dielast.io.cells import decode, is_number
+from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook
 from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXATION, MeasurementKind
+from dielast.readings.columns_recipe import MODULI, Columns
 from dielast.readings.curve_recipe import CurveColumns, CurveData
 from dielast.readings.instruments import ExportedStep, recognise
 from dielast.readings.instruments.names import Deformation, columns_by_role, plain
-from dielast.readings.recipe import MODULI, Columns, MeasuredData, MeasurementData
+from dielast.readings.recipe import MeasuredData, MeasurementData
 from dielast.readings.wide import by_temperature
 
 Measured: TypeAlias = tuple[MeasurementKind, Mapping[str, str | int]]

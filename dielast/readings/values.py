@@ -12,9 +12,10 @@ from dielast.errors import InputError, warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
+from dielast.readings.columns_recipe import ROLES
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.isotherms import WIDEST, temperature_of_file
-from dielast.readings.recipe import ROLES, MeasuredData, MeasurementData
+from dielast.readings.recipe import MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
 from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part

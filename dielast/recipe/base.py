@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Literal, Self
 from pydantic import AfterValidator, BaseModel, Field, field_validator, model_validator
 
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import Permittivity, Section, SheetName
+from dielast.recipe.fields import Permittivity, Section
+from dielast.recipe.file_fields import SheetName
 from dielast.units import Dimension, conversion
 
 if TYPE_CHECKING:
-    from dielast.io.text_table import TextFormat
+    from dielast.io.cells import TextFormat
 
 
 class RecipeBase(Section):
@@ -59,7 +60,7 @@ class TextTable(Section):
 
     def text_format(self) -> TextFormat:
         """The text format as the reader of tables takes it."""
-        from dielast.io.text_table import TextFormat
+        from dielast.io.cells import TextFormat
 
         return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows, self.sheet)
 

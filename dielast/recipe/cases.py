@@ -14,12 +14,12 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import create_model
 
-from dielast.errors import InputError, Mistakes, Problem, located, placed, quoted, shown, shown_path
+from dielast.errors import InputError, Mistakes, Problem, located, nearest, placed, quoted, shown, shown_path
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Section, dimension_of, on_one_scale
-from dielast.recipe.kinds import Kinds, or_kind
+from dielast.recipe.kinds import Kinds
 from dielast.recipe.overrides import read_override
 from dielast.recipe.paths import read_path, set_key
 from dielast.recipe.validate import Mistake, Place, examine, field_at, in_order, on_the_way, unknown_key
@@ -123,7 +123,7 @@ def _read_values(
         else:
             wrong.tried(partial(_override, values, override, keys, value))
     if stated not in tuple(kinds):
-        needed = f"{shown(stated)}: {or_kind(str(stated), kinds)}" if "kind" in values else f"is needed: one of {', '.join(kinds)}"
+        needed = f"{shown(stated)}: {nearest(stated, kinds)}" if "kind" in values else f"is needed: one of {', '.join(kinds)}"
         raise InputError(*wrong, Problem(needed, file=path, key="kind"))
     if kind is not None and stated != kind:
         other = f'the recipe is for "{stated}": run it with "dielast {stated}"'

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -24,14 +23,6 @@ class Kind(Protocol):
 
 Kinds = Mapping[str, Kind]
 """Every kind of recipe by its name."""
-
-
-def or_kind(wrong: str, known: Iterable[str]) -> str:
-    """Advice for a `wrong` kind of recipe, or another unknown word: the nearest of the `known` words, or all of them."""
-    names = list(known)
-    text = "-".join(wrong.casefold().replace("_", " ").split())
-    near = difflib.get_close_matches(text, names, n=1) or [name for name in names if text and text in name.split("-")]
-    return f'did you mean "{near[0]}"?' if near else f"one of {', '.join(names)} is needed"
 
 
 def or_makers(kinds: Kinds, file: str) -> str | None:

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from dielast.errors import InputError, as_toml, shown_path
 from dielast.io.toml import load
-from dielast.recipe.fields import is_path
+from dielast.recipe.file_fields import is_path
 from dielast.recipe.paths import read_path, read_setting
 from dielast.recipe.validate import Place, field_at
 

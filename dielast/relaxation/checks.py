@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, warn
+from dielast.errors import InputError, and_more, warn
 from dielast.io.table import plural, spoken
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats
@@ -38,8 +38,8 @@ def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[F
     for (name, unit), values in zip(names, arrays, strict=True):
         bad = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
         if bad.size:
-            more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
-            raise InputError(f"{name}[{bad[0]}] = {values[bad[0]]:g} {unit}{more}: a positive, finite number is needed")
+            first = f"{name}[{bad[0]}] = {values[bad[0]]:g} {unit}{and_more(bad.size - 1)}"
+            raise InputError(f"{first}: a positive, finite number is needed")
     if np.unique(abscissa).size < 2:
         name = kind.abscissa[0]
         at_one = f"a curve of {abscissa.size} point(s) at a single {spoken(name)}"

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dielast.errors import InputError
+from dielast.errors import InputError, and_more
 from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
 from dielast.sharing.versions import VERSIONS
 
@@ -149,8 +149,7 @@ def _check_versions(scheduler: str, client: Client) -> None:
     differences = {name: _differing(here, node["packages"]) for name, node in nodes.items()}
     lines = [f"{name}: {other}" for name, other in differences.items() if other]
     if lines:
-        more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
-        raise InputError(f"{lines[0]}{more}", file=scheduler)
+        raise InputError(f"{lines[0]}{and_more(len(lines) - 1)}", file=scheduler)
 
 
 def _differing(needed: Mapping[str, str | None], installed: Mapping[str, str | None]) -> str:

@@ -26,7 +26,7 @@ from typing import Literal
 from pydantic import Field
 
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import InputFile
+from dielast.recipe.file_fields import InputFile
 
 
 class ToyRecipe(RecipeBase):

@@ -32,16 +32,16 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import parameter_space
-from dielast.calibration.ranking import predicted
+from dielast.calibration.ranking import cross_validation_error
 from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
 from dielast.calibration.stability import stabilities
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.table import to_csv
-from dielast.material.checks import warn_of_range
 from dielast.material.numbers import material_of, numbers_of
 from dielast.material.springs import SpringLaw
+from dielast.material.use_checks import warn_of_range
 from dielast.mechanics.load import Step
 
 TRUTH = Material("truth", 20e3, Spectrum([100.0, 3.0], [18e3, 40e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
@@ -293,12 +293,12 @@ def test_small_stretches_do_not_tell_the_limit_of_the_chains() -> None:
 def test_a_law_that_is_wrong_predicts_worse(exact: tuple[MeasuredTest, ...]) -> None:
     tests = [cycle(4.0, 0.1), cycle(3.0, 0.02), cycle(2.0, 0.05)]
     base = replace(START, spectrum=TRUTH.spectrum)
-    right = predicted(fit_material(base, tests, MODULI, starts=1))
-    wrong = predicted(fit_material(replace(base, equilibrium_law=Gent(16.0)), tests, MODULI, starts=1))
+    right = cross_validation_error(fit_material(base, tests, MODULI, starts=1))
+    wrong = cross_validation_error(fit_material(replace(base, equilibrium_law=Gent(16.0)), tests, MODULI, starts=1))
     assert right is not None
     assert wrong is not None
-    assert right.rms_relative_error < 0.3 * wrong.rms_relative_error
-    assert predicted(fit_material(base, tests[:1], MODULI, starts=1)) is None
+    assert right < 0.3 * wrong
+    assert cross_validation_error(fit_material(base, tests[:1], MODULI, starts=1)) is None
     unstable = replace(TRUTH, equilibrium_law=Yeoh(1.0, -0.05))
     found = {each.mode: each for each in stabilities(unstable, 4.0)}
     assert not found["equibiaxial"].holds

@@ -14,7 +14,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.scatter import CORRELATIONS, INTEGRALS, Curves, Scatter
 from dielast.errors import DielastWarning
 from dielast.material.calibrated import CalibratedRange
-from dielast.material.checks import warn_of_lasting, warn_of_use
+from dielast.material.use_checks import warn_of_lasting, warn_of_use
 
 
 def curves_of(count: int, place: np.ndarray) -> Curves:

@@ -12,25 +12,22 @@ import pytest
 from dielast.commands.simulation.checks import warn_of_slack_frames
 from dielast.errors import DielastWarning, InputError
 from dielast.material.checks import (
-    Pace,
-    fastest_branch,
     warn_of_breakdown,
     warn_of_curve,
     warn_of_elongation,
     warn_of_field,
     warn_of_material,
-    warn_of_paces,
     warn_of_prestretches,
     warn_of_strain,
     warn_of_stretch,
     warn_of_temperature,
     warn_of_thickness,
-    warn_of_use,
 )
 from dielast.material.material import VACUUM_PERMITTIVITY, Breakdown, Material
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
+from dielast.material.use_checks import Pace, fastest_branch, warn_of_paces, warn_of_use
 
 VHB = Material(
     "VHB",

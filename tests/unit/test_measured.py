@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from dielast.errors import InputError
-from dielast.io.text_table import MeasuredTable, TextFormat, decode, is_number, read_measured
+from dielast.io.cells import TextFormat, decode, is_number
+from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMPERATURE, TIME, VISCOSITY, Dimension, conversion
 
 HEADER_ALONE = "no columns of numbers found: there are no rows below the header"

@@ -12,7 +12,6 @@ from peers import energies
 from peers.energies import inverse_langevin
 
 from dielast.errors import DielastWarning, InputError
-from dielast.material.checks import warn_of_falling_tension
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
@@ -30,6 +29,7 @@ from dielast.material.springs import (
 )
 from dielast.material.springs.langevin import chain_energy, inverse
 from dielast.material.springs.stable_range import stable_range, tension_rises
+from dielast.material.use_checks import warn_of_falling_tension
 
 MU, ALPHA = (18e3, -2e3, 40.0), (1.6, -2.5, 5.0)
 LAWS: list[tuple[SpringLaw, Callable[[Any, Any], Any]]] = [

@@ -18,8 +18,9 @@ from readings import expect_sweeps, read
 from dielast.commands.spectrum.one_temperature import read_curve
 from dielast.errors import InputError
 from dielast.io import workbook
+from dielast.io.cells import TextFormat, decode
 from dielast.io.files import Inputs, sha256
-from dielast.io.text_table import TextFormat, decode, read_measured
+from dielast.io.text_table import read_measured
 from dielast.readings.curve_recipe import CurveData
 from dielast.recipe.validate import check
 from dielast.units import STRESS, TEMPERATURE, TIME

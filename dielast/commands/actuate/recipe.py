@@ -26,7 +26,8 @@ from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, Fil
 from dielast.errors import InputError, Mistakes, Problem, shown
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import ColumnName, Section, Time, Voltage
+from dielast.recipe.fields import Section, Time, Voltage
+from dielast.recipe.file_fields import ColumnName
 from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
 
 # columns of comparisons and plots only: the axes of the electrode as a camera measures them

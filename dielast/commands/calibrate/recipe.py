@@ -10,7 +10,8 @@ from dielast.commands.simulation.comparison_recipe import Cell
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
-from dielast.recipe.fields import InputFile, Section, Share, StrainRate, Temperature, Voltage
+from dielast.recipe.fields import Section, Share, StrainRate, Temperature, Voltage
+from dielast.recipe.file_fields import InputFile
 from dielast.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 
 ROLES = {"time": TIME, "stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}

@@ -13,19 +13,19 @@ from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.fit import MANY, Watch
 from dielast.calibration.parameters import Free
 from dielast.calibration.profiles import Verdict
-from dielast.calibration.ranking import Prediction, predicted
+from dielast.calibration.ranking import cross_validation_error
 from dielast.calibration.result import Calibration, calibrate, range_of
 from dielast.calibration.stability import Stability, stabilities
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import InputError, NumericsError, in_keys, warn
+from dielast.errors import InputError, NumericsError, and_more, in_keys, warn
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
-from dielast.material.checks import BEYOND_TESTS, LONGER
 from dielast.material.material import Material
+from dielast.material.use_checks import BEYOND_TESTS, LONGER
 from dielast.mechanics.load import Mode
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -52,7 +52,7 @@ class Candidate:
 
     name: str
     calibration: Calibration
-    prediction: Prediction | None
+    prediction_error: float | None
     stability: tuple[Stability, ...]
     interrupted: bool = False
 
@@ -154,20 +154,20 @@ def _candidate(
             watch=watch,
         )
     across = options.cross_validation if options.cross_validation is not None else several
-    prediction, interrupted = None, not result.fit.finished
+    error, interrupted = None, not result.fit.finished
     try:
-        prediction = predicted(result.fit) if across and result.fit.finished else None
+        error = cross_validation_error(result.fit) if across and result.fit.finished else None
     except KeyboardInterrupt:
         interrupted = True
     fitted = [test for test in result.fit.problem.laboratory.tests if isinstance(test, MeasuredTest)]
     furthest = options.stable_up_to or max((float(np.max(test.stretch)) for test in fitted), default=STRETCHED)
     tested = {Mode(test.mode).value for test in fitted if np.max(test.stretch) >= furthest}
-    return Candidate(name, result, prediction, stabilities(result.material, furthest, tested), interrupted)
+    return Candidate(name, result, error, stabilities(result.material, furthest, tested), interrupted)
 
 
 def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The best first: by the error of tests predicted from the others, or by that of the fit where one has no such prediction."""
-    foreseen = [each.prediction.rms_relative_error for each in candidates if each.prediction is not None]
+    foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
     errors = foreseen if len(foreseen) == len(candidates) else [each.calibration.total(True)[0] for each in candidates]
     return [candidates[k] for k in np.argsort(errors, kind="stable")]
 
@@ -207,15 +207,11 @@ def warn_of_tests_beyond(result: Calibration) -> None:
     if late:
         last, longest = max(test.time[-1] for test in late), known.time[1]
         lasting = f"goes on to {last:.4g} s, the fitted tests to {longest:.4g} s"
-        warn(f"test {late[0].name}{_and_more(late)} {lasting}: what relaxes more slowly is not known from these")
+        warn(f"test {late[0].name}{and_more(len(late) - 1)} {lasting}: what relaxes more slowly is not known from these")
     far = [test for test in measured if test.largest_invariant > known.largest_invariant * (1 + BEYOND_TESTS)]
     if far:
         reach = f"goes to I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests to {known.largest_invariant:.4g}"
-        warn(f"test {far[0].name}{_and_more(far)} {reach}: the springs are extrapolated")
-
-
-def _and_more(tests: Sequence[object]) -> str:
-    return f" (and {len(tests) - 1} more)" if len(tests) > 1 else ""
+        warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
 
 
 def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
@@ -261,10 +257,7 @@ def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
 
 def law_columns(ranked: Sequence[Candidate]) -> Table:
     """One law a row, the best first."""
-
-    def of_prediction(name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-        return np.array([np.nan if each.prediction is None else getattr(each.prediction, name) for each in ranked], dtype=float)
-
+    errors = [np.nan if each.prediction_error is None else each.prediction_error for each in ranked]
     modes = [stability.mode for stability in ranked[0].stability]
     return [
         Column("material", None, [Path(each.name).name for each in ranked]),
@@ -273,7 +266,7 @@ def law_columns(ranked: Sequence[Candidate]) -> Table:
         Column("parameters", None, np.array([len(each.calibration.fit.space) for each in ranked])),
         Column("rms_relative_error", "1", np.array([each.calibration.total(True)[0] for each in ranked])),
         Column("r_squared", "1", np.array([each.calibration.total(True)[1] for each in ranked])),
-        Column("cross_validation_error", "1", of_prediction("rms_relative_error")),
+        Column("cross_validation_error", "1", np.array(errors)),
         Column("aic", "1", np.array([each.calibration.fit.aic for each in ranked])),
         *(
             Column(f"stable_to_{mode.replace('-', '_')}", "1", np.array([each.stability[k].highest for each in ranked]))

@@ -14,7 +14,8 @@ from dielast.handover.breakdown_section import BreakdownField
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.material.scatter import fewest_draws
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import InputFile, Numbers, PositiveTime, Quantity, Section
+from dielast.recipe.fields import Numbers, PositiveTime, Quantity, Section
+from dielast.recipe.file_fields import InputFile
 from dielast.simulate.goal import AREA_STRAIN, RELATIVE_STRETCH
 from dielast.units import LENGTH, STRAIN
 

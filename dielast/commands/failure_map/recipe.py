@@ -14,7 +14,8 @@ from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import InputFile, NamedTimes, PositiveTime, Section, Time, Voltage, Voltages
+from dielast.recipe.fields import NamedTimes, PositiveTime, Section, Time, Voltage, Voltages
+from dielast.recipe.file_fields import InputFile
 
 
 class MapFilm(GridFilm):

@@ -15,7 +15,7 @@ from dielast.commands.simulation.comparison_recipe import Comparison
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, GivenUp
 from dielast.commands.simulation.step_recipe import HistoryStep
-from dielast.errors import InputError, Mistakes, Problem, as_toml, placed
+from dielast.errors import InputError, Mistakes, Problem, and_more, as_toml, placed
 from dielast.handover.changed_material import parse_changed_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
@@ -143,9 +143,7 @@ def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
     count = Counter(reason for reason, _ in lines)
     first = dict(reversed(lines))
     named = {2: what.removesuffix("s")}  # one more than the first
-    return [
-        first[reason] + (f" (and {many - 1} more {named.get(many, what)})" if many > 1 else "") for reason, many in count.items()
-    ]
+    return [first[reason] + and_more(many - 1, named.get(many, what)) for reason, many in count.items()]
 
 
 def matches(

@@ -12,29 +12,31 @@ from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached
-from dielast.errors import warn
+from dielast.errors import and_more, warn
 from dielast.handover.breakdown_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (
     FAINTEST,
     STRONGEST,
     THICKEST_SPECIMEN,
-    Pace,
-    fastest_branch,
     warn_of_breakdown,
     warn_of_elongation,
-    warn_of_falling_tension,
     warn_of_field,
-    warn_of_lasting,
     warn_of_leak,
-    warn_of_paces,
     warn_of_prestretches,
-    warn_of_range,
     warn_of_stretch,
     warn_of_thickness,
-    warn_of_use,
 )
 from dielast.material.material import Material
+from dielast.material.use_checks import (
+    Pace,
+    fastest_branch,
+    warn_of_falling_tension,
+    warn_of_lasting,
+    warn_of_paces,
+    warn_of_range,
+    warn_of_use,
+)
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 
@@ -120,9 +122,8 @@ def warn_of_films(
                 paces.append(Pace(what, 0.0, fastest_branch(material, result.temperature), result.temperature))
     warn_of_paces(paces)
     if broken:
-        more = _and_more(broken)
         beyond = f"the film breaks down {_at_once(cases[broken[0]].recipe)}: it is beyond the breakdown field from the start"
-        warn(f"case {broken[0]}{more}: {beyond}")
+        warn(_cases(broken) + beyond)
 
 
 def warn_of_no_breakdown(known: Sequence[bool], materials: Sequence[Material]) -> None:
@@ -170,7 +171,7 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
     slack = [index for index, (low, high) in enumerate(zip(lowest, highest, strict=True)) if -low > SLACK * high > 0]
     if slack:
         pushed = f"the stress falls to {lowest[slack[0]]:.3g} Pa, by which the film is pushed"
-        warn(f"{f'case {slack[0]}{_and_more(slack)}: ' if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
+        warn(f"{_cases(slack) if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
 
 
 def _room(material: Material, columns: Mapping[str, Any]) -> Floats:
@@ -198,9 +199,9 @@ def _permittivity(material: Material, temperature: float) -> float:
     return 1.0 if law is None else float(law.at(np.array([temperature]))[0])
 
 
-def _and_more(cases: Sequence[int]) -> str:
-    others = len(cases) - 1
-    return f" (and {others} more case{'s' * (others > 1)})" if others else ""
+def _cases(numbers: Sequence[int]) -> str:
+    """The first of these cases by its number, and how many others there are."""
+    return f"case {numbers[0]}{and_more(len(numbers) - 1, 'cases' if len(numbers) > 2 else 'case')}: "
 
 
 def _of_case(index: int, cases: int) -> str:

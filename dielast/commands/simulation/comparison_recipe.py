@@ -10,7 +10,7 @@ from dielast.commands.simulation.result_columns import ResultColumn, roles_of
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import TextTable, units_of
-from dielast.recipe.fields import InputFile
+from dielast.recipe.file_fields import InputFile
 
 
 def _cell(value: Any) -> str | int | float:

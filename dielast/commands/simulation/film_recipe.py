@@ -27,7 +27,7 @@ def _boundary(value: Any) -> tuple[str, str]:
     if len(pair) != 2 or any(entry not in BOUNDARIES for entry in pair):
         needed = '"dead-load" or "clamped" is needed, or a pair of them, one for each axis; or "frame" or "strip"'
         if isinstance(value, str):
-            needed = nearest(value.casefold(), (*BOUNDARIES, *PASSIVE))
+            needed = nearest(value, (*BOUNDARIES, *PASSIVE))
         raise InputError(f"{shown(value)}: {needed}")
     return pair[0], pair[1]
 

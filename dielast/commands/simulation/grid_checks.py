@@ -9,21 +9,17 @@ import numpy as np
 from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_slack_frames
 from dielast.errors import warn
 from dielast.handover.breakdown_section import breakdown
-from dielast.material.checks import (
+from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material, warn_of_prestretches, warn_of_thickness
+from dielast.material.material import Material
+from dielast.material.use_checks import (
     Pace,
     fastest_branch,
-    warn_of_breakdown,
     warn_of_falling_tension,
-    warn_of_field,
     warn_of_lasting,
-    warn_of_material,
     warn_of_paces,
-    warn_of_prestretches,
     warn_of_range,
-    warn_of_thickness,
     warn_of_use,
 )
-from dielast.material.material import Material
 from dielast.numerics.columns import Floats
 
 if TYPE_CHECKING:

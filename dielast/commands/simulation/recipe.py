@@ -12,7 +12,8 @@ from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, shown, shown_path
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import InputFile, Section, Temperature, Time
+from dielast.recipe.fields import Section, Temperature, Time
+from dielast.recipe.file_fields import InputFile
 from dielast.recipe.paths import read_path
 
 # arguments of the simulations -> keys of the recipe, except those of steps

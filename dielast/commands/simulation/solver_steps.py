@@ -147,7 +147,8 @@ def lasting(entry: Entry, present: float) -> float:
 
 def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]:
     """Ramps through the points of a table, jumps where a result of dielast's jumps; its times count from the start of the step."""
-    from dielast.io.text_table import TextFormat, read_measured
+    from dielast.io.cells import TextFormat
+    from dielast.io.text_table import read_measured
     from dielast.readings.specimen import read_as, role_in
 
     name, control, columns = step.table, _control(recipe, step), step.columns

@@ -8,7 +8,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.mechanics.line import wrong_way
-from dielast.recipe.fields import InputFile, PositiveTime, Section, SheetName, Time
+from dielast.recipe.fields import PositiveTime, Section, Time
+from dielast.recipe.file_fields import InputFile, SheetName
 
 Step = TypeVar("Step", bound="HistoryStep")
 

@@ -11,15 +11,8 @@ from dielast.errors import InputError
 from dielast.handover.breakdown_section import BreakdownField
 from dielast.readings.curve_recipe import CurveData
 from dielast.recipe.base import Dielectric, RecipeBase
-from dielast.recipe.fields import (
-    InputFolder,
-    Modulus,
-    PositiveModulus,
-    PositiveTime,
-    RelaxationTime,
-    Section,
-    Temperatures,
-)
+from dielast.recipe.fields import Modulus, PositiveModulus, PositiveTime, RelaxationTime, Section, Temperatures
+from dielast.recipe.file_fields import InputFolder
 
 # arguments of the fit and of the reduction -> keys of the recipe
 FIT_KEYS = {

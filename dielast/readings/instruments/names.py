@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
-from dielast.io.text_table import MeasuredTable, is_number
+from dielast.io.cells import is_number
+from dielast.io.text_table import MeasuredTable
 
 Deformation = Literal["tension", "shear"]
 

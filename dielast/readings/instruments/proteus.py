@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 
 from dielast.errors import InputError
-from dielast.io.text_table import split_lines
+from dielast.io.cells import split_lines
 from dielast.readings.instruments.names import deformation_of
 from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, decimal_mark
 

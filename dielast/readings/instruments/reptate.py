@@ -11,7 +11,7 @@ import re
 from pathlib import Path
 
 from dielast.errors import InputError
-from dielast.io.text_table import is_number, split_cells, split_lines
+from dielast.io.cells import is_number, split_cells, split_lines
 from dielast.readings.instruments.names import plain
 from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from dielast.io.text_table import is_number, split_lines
+from dielast.io.cells import is_number, split_lines
 from dielast.readings.instruments.names import plain
 from dielast.readings.instruments.step import Export, ExportedStep, Row, separator_of
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from itertools import takewhile
 
-from dielast.io.text_table import is_number, split_lines
+from dielast.io.cells import is_number, split_lines
 from dielast.readings.instruments.names import deformation_of
 from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, separator_of, stated_points
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dielast.errors import InputError
-from dielast.io.text_table import MeasuredTable, is_number, split_cells, split_lines
+from dielast.io.cells import is_number, split_cells, split_lines
+from dielast.io.text_table import MeasuredTable
 from dielast.readings.instruments.names import ANGULAR, Deformation, plain
 
 _PER_SECOND = ("1/s", "s-1", "s^-1", "s⁻¹", "/s")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 
-from dielast.io.text_table import split_lines
+from dielast.io.cells import split_lines
 from dielast.readings.instruments.names import Deformation, deformation_of
 from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, separator_of, stated_points
 

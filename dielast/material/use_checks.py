@@ -1,0 +1,129 @@
+"""Checks that warn of a material that is used beyond what is known of it: hotter or colder, further, for longer or faster
+than it was measured, or so far that its equilibrium spring is unstable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from dielast.errors import warn
+from dielast.material.checks import warn_of_temperature
+from dielast.material.material import Material
+from dielast.material.springs.stable_range import stable_range, tension_rises
+from dielast.units import TIMES
+
+MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
+BEYOND_TESTS = 0.05  # of the largest I1 of the tests, by which they may be left without a word
+LONGER = 2.0  # times as long as the longest test a material may be used without a word
+UNTESTED = 0.1  # of the way to it, that a mode without tests may go
+
+
+def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | None) -> None:
+    """Warn of stretches (2, points) at which the tension of the equilibrium spring falls, on the path of a `mode`, None for any."""
+    law, values = material.equilibrium_law, np.asarray(stretch, dtype=float)
+    if law.always_stable or material.equilibrium_modulus == 0 or not values.size:
+        return
+    falls = ~tension_rises(law, np.square(values), mode) & np.all(np.isfinite(values), axis=0)
+    if not falls.any():
+        return
+    first, second = values[:, int(np.argmax(falls))].tolist()
+    if mode is None:
+        where, known = f"stretches of {first:.4g} x {second:.4g}", ""
+    else:
+        low, high = stable_range(law, mode)
+        ends = [f"above {low:.4g}"] * (low > 0) + [f"below {high:.4g}"] * (high < np.inf)
+        where, known = f"a stretch of {first:.4g}", f"; in {mode} loading it rises {' and '.join(ends)} only"
+    warn(
+        f"at {where} the {law.title} law of the equilibrium spring is unstable, its tension falls with the stretch{known}: were "
+        "its constants fitted so far?"
+    )
+
+
+def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> None:
+    """Warn of stretches (2, points) on the path of a `mode`, None for any, beyond the tests that a material was calibrated by."""
+    known, values = material.calibrated, np.asarray(stretch, dtype=float)
+    if known is None or not values.size:
+        return
+    first, second = values
+    invariant = first**2 + second**2 + (first * second) ** -2.0
+    largest = float(np.max(invariant[np.isfinite(invariant)], initial=3.0))
+    tested = f"{' and '.join(known.modes)} tests up to I1 = {known.largest_invariant:.4g}"
+    if largest > known.largest_invariant * (1 + BEYOND_TESTS):
+        warn(f"the stretches go to I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
+    elif mode not in known.modes and largest > 3 + UNTESTED * (known.largest_invariant - 3):
+        other = "unequal stretches" if mode is None else f"{mode} loading"
+        warn(f"the material was calibrated by {tested} alone: {other} asks more of its law than these tests tell")
+
+
+def warn_of_use(material: Material, temperature: ArrayLike) -> None:
+    """Warn of temperatures (degC, any shape) that look wrong, or that the material's shift law was not measured at."""
+    warn_of_temperature(temperature, "the temperature is")
+    values = np.atleast_1d(np.asarray(temperature, dtype=float))
+    if material.calibrated is not None:
+        low, high = material.calibrated.temperature
+        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
+        if outside.size:
+            worst, span = float(outside[0]), f"at {low:g}" if low == high else f"from {low:g} to {high:g}"
+            warn(f"the material was calibrated by tests {span} degC: at {worst:g} degC it is extrapolated")
+    away = values[np.abs(values - material.reference_temperature) > MARGIN]
+    if away.size and len(material.spectrum) and not material.shift.depends_on_temperature:
+        as_at = f"at {float(away[0]):g} degC it relaxes as at {material.reference_temperature:g} degC"
+        warn(f"the material has no shift law, {as_at}: state [shift] in the material file")
+    if material.measured_temperature is not None:
+        low, high = material.measured_temperature
+        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
+        if outside.size:
+            worst = float(outside[np.argmax(np.maximum(low - outside, outside - high))])
+            warn(f"the shift law was measured from {low:g} to {high:g} degC: at {worst:g} degC it is extrapolated")
+
+
+def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike) -> None:
+    """Warn of times in s at temperatures in degC, both (k,), that are longer than the tests that a material was calibrated by, as
+    the shift law has it for the hottest of these.
+    """
+    known = material.calibrated
+    values, heat = np.atleast_1d(np.asarray(time, dtype=float)), np.atleast_1d(np.asarray(temperature, dtype=float))
+    if known is None or not values.size:
+        return
+    tested = known.time[1] / 10 ** float(material.shift.log10_shift_factor(np.array(known.temperature[1])))
+    longest = tested * 10 ** np.asarray(material.shift.log10_shift_factor(heat))
+    k = int(np.argmax(values / longest))
+    if values[k] > LONGER * longest[k]:
+        lasting = f"{values[k]:.3g} s at {heat[k]:g} degC are longer than the tests that the material was calibrated by"
+        warn(f"{lasting}, which tell of {longest[k]:.3g} s there: slower branches are not known")
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Something that a film does within `lasting` s while its fastest branch takes `fastest` s at `temperature` degC; `what` is a
+    clause without its end, such as "step[0] takes".
+    """
+
+    what: str
+    lasting: float
+    fastest: float
+    temperature: float
+
+
+def fastest_branch(material: Material, temperature: float) -> float:
+    """The shortest relaxation time in s of the branches that carry any load; 0 if there is none."""
+    carrying = material.relaxation_time(temperature)[material.spectrum.shear_modulus > 0]
+    return float(carrying[-1]) if carrying.size else 0.0
+
+
+def warn_of_paces(paces: Iterable[Pace]) -> None:
+    """Warn of the most hasty of the paces that are faster than the fastest branch: processes that the spectrum does not hold, as it
+    was truncated or not measured so far, would resist then, and the film comes out too soft.
+    """
+    hasty = [pace for pace in paces if pace.lasting < pace.fastest]
+    if hasty:
+        worst = min(hasty, key=lambda pace: pace.lasting / pace.fastest)
+        took = f"{worst.fastest:.3g} s" if worst.fastest <= TIMES[1] else f"more than {TIMES[1]:g} s"
+        warn(
+            f"{worst.what} {worst.lasting:.3g} s, but the fastest branch takes {took} at {worst.temperature:g} degC: the spectrum "
+            "does not hold what is faster, without which the film is too soft in so short a time"
+        )

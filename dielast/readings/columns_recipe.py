@@ -1,0 +1,137 @@
+"""`[data] columns` of `mastercurve`: which column of a table is what, and what that says of the measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Self
+
+from pydantic import Field, model_validator
+
+from dielast.errors import InputError
+from dielast.material.measurement_kind import KindName
+from dielast.readings.specimen_recipe import NamedColumns
+from dielast.recipe.file_fields import ColumnName
+from dielast.units import (
+    ANGULAR_FREQUENCY,
+    COMPLIANCE,
+    FORCE,
+    FREQUENCY,
+    LENGTH,
+    NUMBER,
+    STRAIN,
+    STRESS,
+    TEMPERATURE,
+    TIME,
+    VISCOSITY,
+)
+
+ROLES = {
+    "temperature": TEMPERATURE,
+    "time": TIME,
+    "modulus": STRESS,
+    "strain": STRAIN,
+    "stretch": NUMBER,
+    "stress": STRESS,
+    "extension": LENGTH,
+    "force": FORCE,
+    "compliance": COMPLIANCE,
+    "frequency": FREQUENCY,
+    "angular_frequency": ANGULAR_FREQUENCY,
+    "storage": STRESS,
+    "loss": STRESS,
+    "tan_delta": NUMBER,
+    "complex_modulus": STRESS,
+    "complex_viscosity": VISCOSITY,
+}
+OVER_TIME = ("time", "modulus", "strain", "stretch", "stress", "extension", "force", "compliance")
+OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
+MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
+"""The columns from which the two moduli of a sweep can be computed."""
+MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "complex_modulus")
+"""What differs between tension and shear."""
+
+
+class Columns(NamedColumns):
+    """Columns of a relaxation or creep test over time, or of a frequency sweep."""
+
+    temperature: ColumnName | None = Field(None, description="Temperature, where one file holds several temperatures.")
+    set: ColumnName | None = Field(
+        None,
+        description="A label or number that is the same in all rows at one temperature. Default: temperature_tolerance separates "
+        "them.",
+    )
+    time: ColumnName | None = Field(None, description='Time since the start of the test. Default: "time".')
+    modulus: ColumnName | None = Field(None, description="Relaxation modulus.")
+    strain: ColumnName | None = Field(None, description="Strain, with stress or force; instead of modulus or compliance.")
+    stretch: ColumnName | None = Field(None, description="Stretch, which is 1 + strain; instead of strain.")
+    stress: ColumnName | None = Field(None, description="Nominal stress, with strain, stretch or extension.")
+    extension: ColumnName | None = Field(None, description="Extension, a length, instead of strain; needs specimen.gauge_length.")
+    force: ColumnName | None = Field(None, description="Force, instead of stress; needs specimen.width and thickness.")
+    compliance: ColumnName | None = Field(None, description="Creep compliance.")
+    frequency: ColumnName | None = Field(None, description="Frequency of a sweep, in Hz.")
+    angular_frequency: ColumnName | None = Field(None, description="Angular frequency of a sweep, in rad/s.")
+    storage: ColumnName | None = Field(None, description="Storage modulus, with loss or tan_delta.")
+    loss: ColumnName | None = Field(None, description="Loss modulus.")
+    tan_delta: ColumnName | None = Field(None, description="Loss modulus over storage modulus, with storage or complex_modulus.")
+    complex_modulus: ColumnName | None = Field(None, description="Magnitude of the complex modulus, with tan_delta.")
+    complex_viscosity: ColumnName | None = Field(
+        None, description="Magnitude of the complex viscosity, by which the unit of the frequencies, Hz or rad/s, is checked."
+    )
+
+    @property
+    def measurement(self) -> KindName:
+        """The kind of measurement that the columns show; strain and stress mean relaxation unless the recipe says creep."""
+        columns = self.by_role
+        if any(role in columns for role in OVER_FREQUENCY):
+            return "oscillation"
+        return "creep" if "compliance" in columns else "relaxation"
+
+    @model_validator(mode="after")
+    def _one_measurement(self) -> Self:
+        columns = self.by_role
+        over_time = [role for role in OVER_TIME if role in columns]
+        over_frequency = [role for role in OVER_FREQUENCY if role in columns]
+        if over_time and over_frequency:
+            raise InputError(
+                f"columns of a test over time ({', '.join(over_time)}) and of a frequency sweep ({', '.join(over_frequency)}): "
+                "state those of one kind of measurement"
+            )
+        if over_frequency:
+            _check_sweep(columns)
+        else:
+            _check_over_time(columns)
+        first: dict[str | int, str] = {}
+        for role, column in columns.items():
+            if first.setdefault(column, role) != role:
+                raise InputError(f'{first[column]} and {role} are the same column, "{column}"')
+        return self
+
+
+def _check_over_time(columns: Collection[str]) -> None:
+    strains, stresses = (
+        [role for role in pair if role in columns] for pair in (("strain", "stretch", "extension"), ("stress", "force"))
+    )
+    for pair in (strains, stresses):
+        if len(pair) > 1:
+            raise InputError(f"{' and '.join(pair)} say the same: one of them is needed")
+    if len(strains) != len(stresses):
+        raise InputError("strain (or stretch, or extension) and stress (or force) go together")
+    stiffness = [role for role in ("modulus", *stresses, "compliance") if role in columns]
+    if not stiffness:
+        raise InputError(
+            "either modulus, or strain and stress, is needed (or extension and force); for creep compliance; "
+            "for a sweep storage and loss over frequency or angular_frequency"
+        )
+    if len(stiffness) > 1:
+        raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(stiffness)}")
+
+
+def _check_sweep(columns: Collection[str]) -> None:
+    measured = [role for role in ("storage", "loss", "tan_delta", "complex_modulus") if role in columns]
+    if measured == ["tan_delta"]:
+        raise InputError("tan_delta alone gives no modulus: storage or complex_modulus is needed with it")
+    if set(measured) not in MODULI:
+        ways = "storage and loss, or storage and tan_delta, or complex_modulus and tan_delta"
+        raise InputError(f"{ways}, are needed" + (f", not {' and '.join(measured)}" if measured else ""))
+    if "frequency" not in columns and "angular_frequency" not in columns:
+        raise InputError("frequency (in Hz) or angular_frequency (in rad/s) is needed")

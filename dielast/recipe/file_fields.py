@@ -1,0 +1,116 @@
+"""The field types that name what lies outside of a recipe: files and folders, and within a file its columns, sheets and steps."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, get_args
+
+from pydantic import PlainValidator, ValidationInfo, WithJsonSchema
+from pydantic.fields import FieldInfo
+
+from dielast.errors import InputError, shown
+from dielast.io.files import exists, of_backslashes, resolve
+
+
+def is_path(field: FieldInfo) -> bool:
+    """Whether the values of a field are names of files or folders."""
+
+    def within(annotation: Any) -> bool:
+        return annotation == NAMES_FILES or any(map(within, get_args(annotation)))
+
+    return NAMES_FILES in field.metadata or within(field.annotation)
+
+
+def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path], bool]) -> str:
+    if not isinstance(name, str) or not name:
+        raise InputError(f"the path of a {kind} is needed")
+    folder = (info.context or {}).get("folder")
+    if folder is not None:
+        path = resolve(folder, name)
+        if not exists(path):
+            maker_of = (info.context or {}).get("maker_of")
+            if maker_of is not None and (maker := maker_of(path.name, None if kind == "file" else info.field_name)):
+                raise InputError(f"{shown(name)} does not exist; run the recipe that makes it (dielast {maker})")
+            raise InputError(f"{shown(name)}: no such {kind}{of_backslashes(name)}")
+        if not test(path):
+            raise InputError(f"{shown(name)}: a {kind} is needed")
+    return name
+
+
+def _file(name: Any, info: ValidationInfo) -> str:
+    return _existing(name, info, "file", Path.is_file)
+
+
+def _folder(name: Any, info: ValidationInfo) -> str:
+    return _existing(name, info, "folder", Path.is_dir)
+
+
+def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
+    """The files of a list in its order, or those that a glob pattern matches, sorted by name."""
+    if isinstance(names, list) and names:
+        return tuple(_file(name, info) for name in names)
+    if not isinstance(names, str) or not Path(names).name:  # "." and "/" have no file name
+        raise InputError("a list of files or a glob pattern is needed")
+    folder = (info.context or {}).get("folder")
+    if folder is None:
+        return (names,)
+    base = Path(names).anchor
+    try:
+        matches = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
+    except (
+        OSError,  # the name is too long
+        ValueError,  # ** within a name
+        NotImplementedError,  # more than one root: ///x
+        RecursionError,  # hundreds of nested folders
+    ) as error:
+        raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
+    if not matches:
+        raise InputError(f"{shown(names)}: no file matches{of_backslashes(names)}")
+    # with slashes, so that results are the same on every system
+    return tuple(Path(path if base else os.path.relpath(path, folder)).as_posix() for path in matches)
+
+
+def _name_or_number(noun: str, name: Any) -> str | int:
+    if isinstance(name, bool) or (not (isinstance(name, str) and name) and not (isinstance(name, int) and name >= 1)):
+        raise InputError(f"{shown(name)}: a {noun}'s name, or its number from 1, is needed")
+    return name
+
+
+NAMES_FILES = "names files or folders"
+_PATH = {
+    "type": "string",
+    "format": "path",
+    "description": "Path relative to the recipe, or example:NAME for a file that ships with dielast.",
+}
+InputFile = Annotated[str, PlainValidator(_file), WithJsonSchema(_PATH), NAMES_FILES]
+InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(_PATH), NAMES_FILES]
+InputFiles = Annotated[
+    tuple[str, ...],
+    PlainValidator(_files),
+    WithJsonSchema({"anyOf": [{"type": "array", "items": _PATH}, {"type": "string", "format": "glob pattern"}]}),
+    NAMES_FILES,
+]
+_NAME_OR_NUMBER: dict[str, Any] = {"anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}]}
+ColumnName = Annotated[
+    str | int,
+    PlainValidator(partial(_name_or_number, "column")),
+    WithJsonSchema({**_NAME_OR_NUMBER, "description": "A column's header, its name without the unit, or its number from 1."}),
+]
+SheetName = Annotated[
+    str | int,
+    PlainValidator(partial(_name_or_number, "sheet")),
+    WithJsonSchema({**_NAME_OR_NUMBER, "description": "A sheet's name, or its number from 1."}),
+]
+Step = Annotated[
+    str | int,
+    PlainValidator(partial(_name_or_number, "step")),
+    WithJsonSchema(
+        {
+            **_NAME_OR_NUMBER,
+            "description": "A step of an instrument's export: its name, in which * and ? stand for any text, or its number.",
+        }
+    ),
+]
