@@ -27,7 +27,6 @@ for library in ("OPENBLAS", "OMP", "MKL"):
 
 # one cache of fonts for all that is drawn, apart from the user's own
 USER = getattr(os, "getuid", str)()  # which not every system has
-USER = getattr(os, "getuid", str)()  # which not every system has
 os.environ.setdefault("MPLCONFIGDIR", str(Path(tempfile.gettempdir()) / f"dielast-tests-matplotlib-{USER}"))
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import select
 import signal
 import subprocess
 import sys
@@ -23,18 +22,6 @@ def until(happened: Callable[[], bool]) -> None:
     while not happened():
         assert time.monotonic() < deadline, f"it did not happen within {ENDS:g} s"
         time.sleep(0.01)
-
-
-def answer(process: Process, line: str) -> str:
-    """The line that a process writes to standard output once it has read this one."""
-    assert process.stdin is not None
-    assert process.stdout is not None
-    process.stdin.write(f"{line}\n")
-    process.stdin.flush()
-    if not select.select([process.stdout], [], [], ENDS)[0]:
-        process.kill()
-        raise AssertionError(f"no answer within {ENDS:g} s: {line}")
-    return process.stdout.readline()
 
 
 @contextmanager

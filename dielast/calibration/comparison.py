@@ -15,15 +15,15 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.numerics.columns import Floats
 
-PARTS = 16  # into which the scatter about a draw is divided
+PARTS = 16  # equally likely parts of the scatter about a draw
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Comparison(TabularResult):
-    """A test beside the model: `model`, `lower` and `upper` (n,), all counted as the test counts what it measured.
+    """A test and the model: `model`, `lower` and `upper` (n,), in SI and less `rest`, as the measured values of the test.
 
-    A measured value lies between lower and upper with the level of the calibration, scatter of specimens, the model's error and
-    noise included. NaN where the material cannot follow the test.
+    The interval from lower to upper covers a measured value with the level of the calibration; it includes the scatter of
+    specimens, the model's error and noise. NaN if the material cannot follow the test.
     """
 
     test: Experiment
@@ -44,12 +44,12 @@ class Comparison(TabularResult):
 
     @property
     def rms_relative_error(self) -> float:
-        """The same over the root mean square of what was measured."""
+        """`rms_error` over the root mean square of the measured values."""
         return self.rms_error / float(np.sqrt(np.mean(np.square(self.test.measured))))
 
     @property
     def r_squared(self) -> float:
-        """Share of the variance of what was measured that the model explains."""
+        """Share of the variance of the measured values that the model explains."""
         return 1 - self.rms_error**2 / float(np.var(self.test.measured))
 
     @property
@@ -59,7 +59,7 @@ class Comparison(TabularResult):
         return float(np.mean(inside)) if self.followed else np.nan
 
     def columns(self) -> Table:
-        """One point a row."""
+        """A row for each point."""
         return [
             Column("test", None, [self.test.name] * self.test.measured.size),
             Column("time", "s", self.test.time),
@@ -79,12 +79,12 @@ class Comparison(TabularResult):
 def compare_tests(
     fit: Fit, likelihood: Likelihood, draws: Floats, validate: Sequence[Experiment], level: float
 ) -> tuple[Comparison, ...]:
-    """The fitted tests and those to `validate` beside the model, with bands of what a further specimen would give."""
+    """Comparisons of the fitted tests and those to `validate` with the model, with bands for measurements on a further specimen."""
     from scipy.special import stdtrit
 
     tests = (*fit.problem.laboratory.tests, *validate)
     answers = Laboratory(tests).answers([fit.material, *fit.space.materials(draws)])
-    # Student's, as the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
+    # Student's, because the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
     width = float(stdtrit(likelihood.value_freedom, 0.5 * (1 + level)))
     parts = stdtrit(likelihood.value_freedom, (np.arange(PARTS) + 0.5) / PARTS)
     found = []

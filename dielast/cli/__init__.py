@@ -13,14 +13,14 @@ from dielast.cli.streams import mend_streams, report_refusal
 
 def main() -> None:
     """Run the command line: exit 0 done, 2 bad input, 3 the numerics gave up, 4 golden mismatch, 130 interrupted, 1 a bug."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not if Ctrl-C is ignored, as in the background
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # the shell may ignore Ctrl-C for a job in the background
         signal.signal(signal.SIGINT, leave)
     mend_streams()
-    gc.disable()  # until a run has its modules: loading makes no garbage
-    os.environ["MPLBACKEND"] = "agg"  # figures go to files; the backend of a notebook would not load here
-    for library in ("OPENBLAS", "OMP", "MKL"):  # matrices are small here: threads cost more than they give, and round differently
+    gc.disable()  # until the modules of a run are loaded: loading makes no garbage, and is faster
+    os.environ["MPLBACKEND"] = "agg"  # figures go to files; MPLBACKEND of a notebook would not load here
+    for library in ("OPENBLAS", "OMP", "MKL"):  # matrices are small: threads cost more than they gain, and change the rounding
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # looking for them takes as long as loading half of pydantic
+    os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # the search for them takes half as long as loading pydantic
     from dielast.cli.app import application
     from dielast.cli.help import UsageError, report_usage
 
@@ -28,6 +28,6 @@ def main() -> None:
         code = application(sys.argv[1] if len(sys.argv) > 1 else None)(prog_name="dielast", standalone_mode=False)
     except UsageError as error:
         code = report_usage(error)
-    except OSError as error:  # from printing the help or the version: commands report their own
+    except OSError as error:  # from printing the help or the version; commands report such errors themselves
         code = report_refusal(error)
     sys.exit(code)

@@ -26,7 +26,7 @@ class PlotFormat(StrEnum):
 
 
 def _path(text: str) -> Path:
-    """The path; an empty one, as of a shell's unset variable, would be the current folder."""
+    """The path; empty text, as from an unset shell variable, is refused, as it would mean the current folder."""
     if not text:
         raise typer.BadParameter("is empty, a name is needed")
     return Path(text)
@@ -41,7 +41,7 @@ Plot = Annotated[
     list[PlotFormat] | None, typer.Option("--plot", metavar="FORMAT", help="png (default), svg, pdf or none; repeatable.")
 ]
 Set = Annotated[
-    list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Override a recipe key, such as step.0.rate; repeatable.")
+    list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Set a key of the recipe, such as step.0.rate; repeatable.")
 ]
 Golden = Annotated[
     Path | None, typer.Option("--golden", metavar="DIR", parser=_path, help="Compare every number with an earlier result.")
@@ -70,7 +70,7 @@ Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No summary, no progr
 
 
 def _exit_with(action: Callable[[], int]) -> None:
-    """Exit with the code of `action`; every error is a line on standard error."""
+    """Exit with the code of `action`; every error is one line on standard error."""
     from dielast.errors import InputError, NumericsError
 
     try:
@@ -94,7 +94,7 @@ def _exit_with(action: Callable[[], int]) -> None:
         code = 2
     except OSError as error:
         if is_unread(error):
-            give_up_output()  # there is nobody left to print for
+            give_up_output()  # the reader of standard output has gone
             code = 0
         else:
             code = report_refusal(error)
@@ -126,7 +126,7 @@ def _run(
 
 
 def _kinds(incomplete: str) -> list[str]:
-    """The kinds that a shell offers to complete a word with."""
+    """The kinds that begin with `incomplete`, for completion in a shell."""
     return [kind for kind in COMMANDS if kind.startswith(incomplete)]
 
 
@@ -142,8 +142,8 @@ def _new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kin
 def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> None:
     """Check recipes and the files they name.
 
-    Nothing is simulated or written; what spectrum would refuse is found by
-    fitting. Load files and material files can be checked by themselves.
+    Nothing is simulated or written; spectrum recipes are fitted to check them.
+    Load files and material files can be checked by themselves.
     """
 
     def action() -> int:
@@ -160,10 +160,10 @@ def _report(
         Path, typer.Option("-o", "--out", metavar="FILE", parser=_path, show_default="report.html", help="The page.")
     ] = Path("report.html"),
 ) -> None:
-    """Put results on one HTML page that opens offline.
+    """Put results on one HTML page that needs no other file.
 
-    Figures, headline numbers, tables, warnings and inputs of each folder, those
-    first that the others were made from. Long tables are shortened.
+    Figures, headline numbers, tables, warnings and inputs of each folder; a
+    folder follows those it was made from. Long tables are shortened.
     """
 
     def action() -> int:
@@ -200,11 +200,11 @@ def _main(
 
 
 def application(asked: str | None = None) -> typer.Typer:
-    """The command line; where the command `asked` for is known, with that one alone, as typer takes its time to build each."""
+    """The command line; with only the command `asked` for, if it is known, because typer takes long to build all of them."""
     app = typer.Typer(
         name="dielast",
         help="Dielectric elastomers: from relaxation measurements to a prediction of motion and failure.",
-        # the mark keeps lines as they are
+        # \b keeps the line breaks
         epilog="\n\n".join(f"\b\n{text}" for text in (START, EXIT_CODES)),
         rich_markup_mode=None,
         pretty_exceptions_enable=False,

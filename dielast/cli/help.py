@@ -13,9 +13,9 @@ from typer.core import TyperCommand
 from dielast.commands.registry import COMMANDS
 from dielast.errors import nearest
 
-UsageError: Any = BadParameter.__base__  # which typer imports from click, or has itself
+UsageError: Any = BadParameter.__base__  # typer imports it from click, or defines it itself
 
-# wording of typer and click -> wording of recipes
+# messages of typer and click -> messages of recipes
 _PLAIN = {
     r"Input should be greater than or equal to (\S+)$|[^ ]+ is not in the range x>=(\S+)$": r"at least \1\2 is needed",
     r"Input should be a valid integer.*|\S+ is not a valid integer$": "a whole number is needed",
@@ -34,16 +34,16 @@ To begin:
 
 
 class PlainUsage(TyperCommand):
-    """A command whose usage reads as a user types it."""
+    """A command whose usage line shows the arguments by name."""
 
     def format_usage(self, ctx: Any, formatter: Any) -> None:
-        """Write the usage: arguments by their names, then options."""
+        """Write the usage line: names of arguments, then options."""
         arguments = [str(parameter.metavar) for parameter in self.params if parameter.param_type_name == "argument"]
         formatter.write_usage(ctx.command_path, " ".join([*arguments, "[OPTIONS]"]))
 
 
 class RecipeCommand(PlainUsage):
-    """A command that runs recipes of the kind it is named after."""
+    """A command that runs recipes; its name is their kind."""
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write a short recipe of this kind, and where to find more."""
@@ -53,7 +53,7 @@ class RecipeCommand(PlainUsage):
 
 
 def report_usage(error: Any) -> int:
-    """Print in one line what is wrong with a command, or all there is to know to a user who typed no more than its name."""
+    """Print in one line what is wrong with a command; for a command without arguments, print its help."""
     command = error.ctx.command_path if error.ctx is not None else "dielast"
     if type(error).__name__ == "NoArgsIsHelpError":
         error.show()

@@ -11,10 +11,10 @@ from types import FrameType
 
 
 class Leave:
-    """Ends the process, whatever Python is doing: an exception would surface as a traceback of whatever is loaded or torn down."""
+    """Handler that ends the process at once: an exception while modules are loaded or torn down would print a traceback."""
 
     kept = ""
-    """What the run leaves if it is interrupted now; empty before a run begins."""
+    """What an interrupt leaves at present, for the message; empty before a run begins."""
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Handle the signal."""
@@ -23,18 +23,18 @@ class Leave:
         os._exit(130)
 
     def message(self) -> str:
-        """The line about the interrupt; on a terminal the ^C that it shows has a line of its own."""
+        """The message about the interrupt, below the ^C that a terminal shows."""
         line_begun = sys.stderr is not None and sys.stderr.isatty()
         return "\n" * line_begun + "interrupted" + (f": {self.kept}" if self.kept else "")
 
 
 leave = Leave()
-"""The handler of SIGINT from the start of the command line to its end."""
+"""The handler of SIGINT while the command line runs."""
 
 
 @contextmanager
 def working() -> Iterator[None]:
-    """Let Ctrl-C raise `KeyboardInterrupt` in here, if it would `leave` otherwise."""
+    """Let Ctrl-C raise `KeyboardInterrupt` in this context, if its handler is `leave`."""
     before = signal.getsignal(signal.SIGINT)
     if before is not leave:
         yield

@@ -1,4 +1,4 @@
-"""How far a run is: a bar on standard error, on a terminal only."""
+"""Progress of a run: a bar on standard error, on a terminal only."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 class Bar:
-    """A bar with the time left for cases, cells or draws in turn; none where standard error is no terminal."""
+    """A bar with the remaining time for cases, cells or draws; none if standard error is not a terminal."""
 
     def __init__(self, quiet: bool, jobs: int) -> None:
-        """Label the bar with the number of processes, `jobs`, if they are more than one."""
+        """Label the bar with the number of processes, `jobs`, if there are several."""
         self._seen = not quiet and sys.stderr is not None and sys.stderr.isatty()
         self._shared = f" in {jobs} processes" if jobs > 1 else ""
         self._bar: Progress | None = None
 
     def __call__(self, done: int, total: int, what: str) -> None:
-        """Show that so many of `total` things are `done`; `what` is their plural, such as cells, and may change on the way."""
+        """Show that `done` of `total` are finished; `what` is their plural, such as cells, and may change during a run."""
         if not self._seen:
             return
         if self._bar is None:

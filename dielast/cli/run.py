@@ -99,7 +99,7 @@ def compute(
     execution: Execution,
     source: Source | None = None,
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
-    """Every file of the result (name -> bytes), its summary with the `source`, the inputs read, and the warnings on the way."""
+    """Every file of the result (name -> bytes), its summary with the `source`, the inputs, and the warnings."""
     inputs = Inputs(path.parent)
     run_cases = COMMANDS[kind].run
     gc.enable()
@@ -114,9 +114,9 @@ def compute(
     caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught, __version__)
     if plots:
-        import logging  # which a run without figures need not load
+        import logging  # imported here, as runs without figures do not need it
 
-        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # a user need not know where its cache lies
+        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages about the folder of its cache
     return contents(kind, report, summary, plots), summary, inputs, caught
 
 
@@ -133,7 +133,7 @@ def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, 
 
 
 def _keep(what: str) -> None:
-    """Remember what the run leaves if it is interrupted from now on."""
+    """Set what an interrupt leaves from now on, for its message."""
     leave.kept = what
 
 
@@ -147,14 +147,14 @@ def _finite(value: Any) -> Any:
 
 
 def _check_scheduler(kind: str, options: Options) -> None:
-    """Raise `InputError` for a scheduler that the run has no use for."""
+    """Raise `InputError` for a scheduler that the run cannot use."""
     if options.scheduler is None:
         return
     if not COMMANDS[kind].can_share:
         kinds = listed(name for name, command in COMMANDS.items() if command.can_share)
-        raise InputError(f"--scheduler: {kinds} can be shared out to a cluster, {kind} runs here: leave the option out")
+        raise InputError(f"--scheduler: only {kinds} can run on a cluster: leave the option out for {kind}")
     if options.jobs != 1:
-        raise InputError("--jobs and --scheduler: one or the other; the number of processes is the cluster's own")
+        raise InputError("--jobs and --scheduler exclude each other: the cluster sets the number of processes")
 
 
 def _check_golden(golden: Path, out: Path) -> None:
@@ -167,7 +167,7 @@ def _check_golden(golden: Path, out: Path) -> None:
 
 
 def _print_note(line: str) -> None:
-    """Print a line about the run, which is no part of its result."""
+    """Print a line about the run, which is not a part of its result."""
     print(f"note: {line}", file=sys.stderr)
 
 

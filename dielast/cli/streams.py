@@ -1,4 +1,4 @@
-"""Standard streams that are closed, full or broken: results are written all the same, and the exit code does not change."""
+"""Standard streams that are closed, full or broken: they change neither the results nor the exit code."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 
 class _Unheard(io.RawIOBase):
-    """The stream `raw`, but what it cannot write is swallowed: no reason to fail."""
+    """The stream `raw` without its errors: text that it cannot write is lost."""
 
     def __init__(self, raw: io.RawIOBase) -> None:
         self._raw = raw
@@ -33,30 +33,30 @@ class _Unheard(io.RawIOBase):
 
 
 def mend_streams() -> None:
-    """Open closed streams, and let writing to standard error never fail; for the start of a program only."""
+    """Open closed streams, and make standard error ignore errors of writing; for the start of a program only."""
     for number in range(3):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is this `number`
+            os.open(os.devnull, os.O_RDWR)  # the system takes the lowest free descriptor, which is `number`
     if sys.stdout is None:
         sys.stdout = io.TextIOWrapper(io.BufferedWriter(io.FileIO(1, "w", closefd=False)), encoding="utf-8")
     if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
-        sys.stdout.reconfigure(errors="backslashreplace")  # a pipe of Windows knows 256 characters
+        sys.stdout.reconfigure(errors="backslashreplace")  # a pipe on Windows may have a code page of 256 characters
     encoding = "utf-8" if sys.stderr is None else sys.stderr.encoding
-    # the console of Windows takes text by functions of its own, not as bytes for stream 2
+    # Python writes text to the console of Windows by other functions than to file descriptor 2
     raw = getattr(getattr(sys.stderr, "buffer", None), "raw", None) or io.FileIO(2, "w", closefd=False)
     buffer = io.BufferedWriter(_Unheard(raw))
     sys.stderr = io.TextIOWrapper(buffer, encoding=encoding, errors="backslashreplace", line_buffering=True)
 
 
 def is_unread(error: OSError) -> bool:
-    """Whether the program that reads standard output has gone; Windows calls that an invalid argument."""
+    """Whether the error means that the reader of standard output has gone; on Windows it is an invalid argument."""
     return isinstance(error, BrokenPipeError) or (os.name == "nt" and error.errno == errno.EINVAL and error.filename is None)
 
 
 def give_up_output() -> None:
-    """Send the rest of standard output nowhere: it could not be written to, and would fail again at the end."""
+    """Discard the rest of standard output, which would fail again when the process ends."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 

@@ -1,4 +1,4 @@
-"""Which dielast this is: its version, and of a checkout also the commit, read from git's files (gitrepository-layout(5))."""
+"""The version of dielast, with the commit of a checkout, read from git's files (gitrepository-layout(5))."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from pathlib import Path
 from dielast import __version__
 
 TOP = Path(__file__).parents[2]
-"""The folder that holds the package: of a checkout its top, of an installation `site-packages`."""
+"""The folder that holds the package: the top of a checkout, or `site-packages`."""
 SHOWN = 12  # digits of a commit
 _COMMIT = re.compile(r"[0-9a-f]{40}(?:[0-9a-f]{24})?")
 
 
 def version(top: Path = TOP) -> str:
-    """The version, and the commit of a checkout at `top`; git need not be installed. Changed files do not show."""
+    """The version, with the commit of a checkout at `top`; git need not be installed. Uncommitted changes do not show."""
     found = commit(top) if (top / "pyproject.toml").is_file() else None
     return f"dielast {__version__}" + (f", checkout of commit {found[:SHOWN]}" if found else "")
 
 
 def commit(top: Path) -> str | None:
-    """The commit that is checked out at `top`, as hexadecimal digits; None where none can be found."""
+    """The commit that is checked out at `top`, as hexadecimal digits; None if there is none."""
     try:
         folder = top / ".git"
-        if folder.is_file():  # of a worktree or a submodule
+        if folder.is_file():  # in a worktree or a submodule
             folder = top / _after("gitdir:", folder)
         head = _text(folder / "HEAD")
         if not head.startswith("ref:"):

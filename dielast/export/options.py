@@ -10,7 +10,7 @@ from dielast.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """A consistent system of units: what a number in SI is multiplied by, and the names of the units."""
+    """A consistent system of units: factors from SI, and the names of the units."""
 
     stress: float
     density: float
@@ -31,12 +31,12 @@ SCALES = ("degC", "K")
 class CardOptions:
     """How a card is written; SI, degC.
 
-    units: "SI", "mm-t-s" or "mm-N-MPa" (the same as the second). temperature_scale: "degC" or "K", of the model's temperatures.
-    hyperelastic: None keeps the material's springs; the name of a law, such as "neo-hookean", allows what the material is not.
-    J_lim: one limit for every spring, for codes that know only one. moduli: "instantaneous" or "long-term", for codes that leave
-    the choice. bulk_modulus (Pa) or poisson_ratio (at time zero): for what is compressible; the material itself is not.
-    density in kg/m^3. temperature (degC): where a card holds whose code cannot carry the shift law. notes: further lines for the
-    card's comments, ASCII.
+    units: "SI", "mm-t-s" or "mm-N-MPa" (equal to mm-t-s). temperature_scale: "degC" or "K", scale of the model's temperatures.
+    hyperelastic: None keeps the material's springs; the name of a law, such as "neo-hookean", replaces their law. J_lim: one limit
+    for all springs, for codes that take only one. moduli: "instantaneous" or "long-term", for codes that allow both. bulk_modulus
+    (Pa) or poisson_ratio (at time zero): for a compressible card; the material is incompressible. density in kg/m^3.
+    temperature (degC): temperature of the card for a code that cannot carry the shift law. notes: further lines for the card's
+    comments, ASCII. Raises `InputError` for an unknown or contradictory option.
     """
 
     units: str = "SI"
@@ -64,4 +64,4 @@ class CardOptions:
         if self.poisson_ratio is not None and not 0 <= self.poisson_ratio < 0.5:
             raise InputError(f"{self.poisson_ratio:g}: at least 0 and below 0.5 is needed", argument="poisson_ratio")
         if self.bulk_modulus is not None and self.poisson_ratio is not None:
-            raise InputError("give bulk_modulus or poisson_ratio, not both", argument="bulk_modulus")
+            raise InputError("state bulk_modulus or poisson_ratio, not both", argument="bulk_modulus")

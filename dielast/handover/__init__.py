@@ -1,1 +1,1 @@
-"""What one command writes and the next one reads."""
+"""Files that one command writes and the next command reads: material files, draws, master curves."""

@@ -9,16 +9,16 @@ from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
 
 
 class BreakdownSection(LawSection):
-    """Breakdown field: one for every prestretch, a table over prestretch, or a law of the film at the moment."""
+    """Breakdown field: one for all prestretches, a table over prestretch, or a law over the present stretch and thickness."""
 
 
 def breakdown_section() -> type[BreakdownSection]:
     """The table with the keys of the laws that are registered at present."""
-    return law_section(BreakdownSection, BREAKDOWNS, "table", law="Law of the field; left out: table.")
+    return law_section(BreakdownSection, BREAKDOWNS, "table", law="Law of the breakdown field. Default: table.")
 
 
 def breakdown(section: BreakdownSection | None) -> BreakdownLaw | None:
-    """The law of the breakdown field, if one is stated."""
+    """The law of the breakdown field; None if none is stated."""
     if section is None:
         return None
     law: BreakdownLaw = section.stated()

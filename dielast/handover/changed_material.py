@@ -1,4 +1,4 @@
-"""A material file some of whose keys a recipe states otherwise, by a sweep or on the command line."""
+"""A material file with keys that a recipe changes, by a sweep or on the command line."""
 
 from __future__ import annotations
 
@@ -17,15 +17,14 @@ from dielast.recipe.paths import read_path, set_key
 from dielast.recipe.validate import Place, check, examine, in_order, on_the_way
 
 Origin = Callable[[str], str]
-"""What states the key of a path, as messages name it."""
+"""key path -> what changes it, for messages: a key of the sweep or --set."""
 
 
 def parse_changed_material(content: bytes, source: str, changes: Mapping[str, Any], origin: Origin) -> Material:
-    """The material in the bytes of a material file, with other values by the paths of their keys.
+    """The material in the bytes of a material file, with `changes`: values by key path.
 
-    Of a spring with another law, the modulus stays; the other constants are those of the changes alone. Other laws keep the
-    constants that they share with the file's. Raises `InputError` for mistakes in the file, and with the `origin` of a change for
-    what is wrong with that.
+    A spring with a new law keeps its modulus; its other constants come from the changes only. Any other new law keeps the constants
+    that it shares with the law in the file. Raises `InputError` for mistakes in the file and, with the `origin`, in the changes.
     """
     values = parse_toml(content, source, NO_TABLE)
     plain = check(material_file(), values, source, Path())
@@ -40,7 +39,7 @@ def parse_changed_material(content: bytes, source: str, changes: Mapping[str, An
         except InputError as error:
             problems.extend(Problem(f"{problem.text} (from {origin(key)})", key=key) for problem in error.problems)
 
-    # a law comes before its constants, in whatever order they are stated
+    # laws first: they decide which constants a table takes
     for key, path in paths.items():
         if path[-1] == "law" and isinstance(values.get(path[0]), dict):
             tried(key, partial(_restate, values, plain, path[0], str(changes[key]), changes, list(paths.values())))
@@ -57,19 +56,19 @@ def parse_changed_material(content: bytes, source: str, changes: Mapping[str, An
 def _restate(
     values: dict[str, Any], plain: MaterialFile, section: str, law: str, changes: Mapping[str, Any], paths: list[Place]
 ) -> None:
-    """Prepare a table for another law, whose constants the `paths` state."""
+    """Prepare a table for a new law, some of whose constants are at `paths` of changes."""
     stated = getattr(plain, section, None)
     if not isinstance(stated, LawSection) or law not in stated.FAMILY or stated.law_stated() == law:
         return
-    given = {str(path[1]) for path in paths if len(path) > 1 and path[0] == section}
+    changed = {str(path[1]) for path in paths if len(path) > 1 and path[0] == section}
     constants = stated.FAMILY[law].constants
-    told = [constant.file_key for constant in constants if constant.left_out is not None]
-    if told and not any(constant.is_needed for constant in constants) and not given & set(told):
-        raise InputError(f"law {shown(law)} needs {' or '.join(told)}, which the material file does not state")
-    values[section] = stated.restated(values[section], law, given)
+    optional = [constant.file_key for constant in constants if constant.left_out is not None]
+    if optional and not any(constant.is_needed for constant in constants) and not changed & set(optional):
+        raise InputError(f"law {shown(law)} needs {' or '.join(optional)}, which the material file does not state")
+    values[section] = stated.restated(values[section], law, changed)
 
 
 def _from(place: Place, problem: Problem, paths: Mapping[str, Place], origin: Origin) -> Problem:
-    """A problem at a place of the changed file, with the changes that may have led to it."""
+    """The problem, with the changes that may have caused it."""
     near = [key for key, path in paths.items() if on_the_way(place, path)] or list(paths)
     return Problem(f"{problem.text} (from {' and '.join(map(origin, near))})", key=problem.key)

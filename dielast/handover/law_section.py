@@ -1,4 +1,4 @@
-"""Tables of a material file that state a law and its constants, with keys made of the registered laws of a family."""
+"""Tables of a material file that state a law and its constants; the keys come from the registered laws of a family."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class LawSection(FamilySection):
         return self
 
     def check(self) -> None:
-        """`InputError` if the law cannot be made of its constants."""
+        """Raise `InputError` if the law cannot be made from its constants."""
         self.stated()
 
     def law_stated(self) -> str:
@@ -39,7 +39,7 @@ class LawSection(FamilySection):
         return self.law
 
     def stated(self, *place: float) -> Any:
-        """The law; `place` are arguments of its class before the constants.
+        """The law; `place` are the arguments of its class that precede the constants.
 
         Raises `InputError` for a constant that is missing, or that belongs to another law.
         """
@@ -47,9 +47,9 @@ class LawSection(FamilySection):
         return law(*place, **law.arguments(self.constants()))
 
     def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
-        """The `values` of this table for another law of the family: without the constants that it does not take.
+        """The `values` of this table for another law of the family, without the constants that this law does not take.
 
-        `given` are the keys of constants that are then stated.
+        `given` are the keys of the constants that are stated for the other law.
         """
         taken = {constant.file_key for constant in self.FAMILY[law].constants}
         return {key: value for key, value in values.items() if key in taken or key not in law_constants(self.FAMILY)}
@@ -89,7 +89,7 @@ def law_constants(family: Registry[Any]) -> dict[str, list[Constant]]:
 
 
 def _annotation(constants: Sequence[Constant]) -> Any:
-    """The type of a key that states these constants, each of another law."""
+    """The type of a key that states these constants, which belong to different laws."""
     constant = constants[0]
     if constant.dimension is None:
         if len({constant.many for constant in constants}) > 1:

@@ -1,4 +1,4 @@
-"""The draws of a master curve in the folder that `mastercurve` wrote."""
+"""The draws of a master curve, in the folder that `mastercurve` wrote."""
 
 from __future__ import annotations
 

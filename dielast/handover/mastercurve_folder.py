@@ -27,8 +27,8 @@ class ReducedCurve:
     """A master curve to be fitted: its `kind`, the shift law, and `columns` (n,) with the abscissa first.
 
     Young's relaxation modulus (Pa) or tensile creep compliance (1/Pa) over reduced time (s), or Young's storage and loss modulus
-    over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range it was measured in, if that is known, `data`
-    what the summary says of an instrument's export. `scaling` is how moduli change with temperature, as the vertical shift says.
+    over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range of the measurement, None if unknown. `data`
+    is the section of the summary on an instrument's export. `scaling`: how moduli change with temperature, from the vertical shift.
     """
 
     kind: MeasurementKind

@@ -1,4 +1,4 @@
-"""The draws of a material: a table beside the material file, one draw a row."""
+"""The draws of a material: a table beside the material file, with one row for each draw."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ _OWN = (
     "nonequilibrium.relaxation_time",
     "nonequilibrium.scale",
 )
-"""What has columns of another name, or is in them."""
+"""Constants that have columns of other names, or are contained in such columns."""
 _FURTHER = re.compile(r"(?P<section>[a-z]+)\.(?P<key>\w+?)(_(?P<place>\d+))? \[[^\]]*\]")
 
 
 def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Table:
     """The table of draws of one material, which share their number of branches and their laws.
 
-    `number` (draws,) says which draw each is. Further constants that differ between draws are called by their path in a material
-    file, entries of lists from 1.
+    `number` (draws,) holds the number of each draw. Columns of further constants that differ between draws are named by their path
+    in a material file; entries of lists are numbered from 1.
     """
     laws = [material.shift.drawn() for material in materials]
     moduli = np.array([material.spectrum.shear_modulus for material in materials])
@@ -58,7 +58,7 @@ def _further(materials: Sequence[Material]) -> Table:
         values = {key: np.array([np.atleast_1d(each[section][key]) for each in numbers], dtype=float) for key in keys}
         if all(np.all(own == own[0]) for own in values.values()):
             continue
-        # all constants of a law, as some of them may be relative to a modulus
+        # all constants of the law, as some of them may be relative to a modulus
         for key, own in values.items():
             path, many = f"{section}.{key}", np.ndim(numbers[0][section][key]) > 0
             names = [f"{path}_{k + 1}" for k in range(own.shape[1])] if many else [path]
@@ -67,7 +67,7 @@ def _further(materials: Sequence[Material]) -> Table:
 
 
 def parse_draws(content: bytes, source: str, material: Material) -> tuple[Material, ...]:
-    """The draws of `material` in the bytes of their table; raises `InputError` if they are not of this material.
+    """The draws of `material` in the bytes of their table; raises `InputError` if they do not fit this material.
 
     A table without relaxation times takes those of the material.
     """
@@ -75,7 +75,9 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
     count = len(material.spectrum)
     first_line = content.split(b"\n", 1)[0].decode(errors="replace")
     if f",shear_modulus_{count + 1} [Pa]" in first_line:
-        raise InputError(f"draws of more than the material's {count} branches: make both anew", file=source)
+        raise InputError(
+            f"draws with more branches than the material has ({count}): run the command that wrote both again", file=source
+        )
     headers = [f"{EQUILIBRIUM} [Pa]", *law, *(f"shear_modulus_{k + 1} [Pa]" for k in range(count))]
     if ",relaxation_time_1 [s]" in first_line:
         headers += [f"relaxation_time_{k + 1} [s]" for k in range(count)]
@@ -88,7 +90,7 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
         constants, moduli, times = np.split(values[1:], [len(law), len(law) + count])
         with located(file=source, row=row + 2):
             if values[0] < 0:
-                raise InputError(f"an equilibrium modulus of {values[0]:g} Pa: it must not be negative")
+                raise InputError(f"an equilibrium modulus of {values[0]:g} Pa: at least 0 is needed")
             if not (values[0] or np.any(moduli)):
                 raise InputError("every shear modulus is zero: the material carries no load")
             shift = material.shift.redrawn(constants.tolist())
@@ -99,7 +101,7 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
 
 
 def further_constants(content: bytes) -> list[str]:
-    """The paths in a material file of the constants that a table of draws has besides moduli, times and shift."""
+    """The paths, in a material file, of the constants in a table of draws besides moduli, relaxation times and shift."""
     return [
         f"{match['section']}.{match['key']}" for match in _further_headers(content.partition(b"\n")[0].decode(errors="replace"))
     ]
@@ -110,7 +112,7 @@ def _further_headers(first_line: str) -> list[re.Match[str]]:
 
 
 def _with_further(member: Material, further: Sequence[re.Match[str]], values: Sequence[float]) -> Material:
-    """The draw with other constants, whose column headers are `further`; raises `InputError` for one that it does not have."""
+    """The draw with the constants in the columns `further`; raises `InputError` for a constant that the material does not have."""
     numbers = numbers_of(member)
     for match, value in zip(further, values, strict=True):
         section, key, place = match["section"], match["key"], match["place"]
@@ -120,25 +122,27 @@ def _with_further(member: Material, further: Sequence[re.Match[str]], values: Se
         elif place is not None and isinstance(own.get(key), list | tuple) and 0 < int(place) <= len(own[key]):
             own[key] = [*own[key][: int(place) - 1], value, *own[key][int(place) :]]
         else:
-            raise InputError(f'column "{match[0]}": the material has no such constant: make both anew')
+            raise InputError(f'column "{match[0]}": the material has no such constant: run the command that wrote both again')
     return material_of(member, numbers)
 
 
 def beside(source: str, name: str) -> str:
-    """The path of the file that a material file called `source` calls `name`."""
+    """The path of the file `name`, as the material file `source` names it."""
     if source.startswith(EXAMPLE):
         return EXAMPLE + str(PurePosixPath(source.removeprefix(EXAMPLE)).parent / name)
     return (Path(source).parent / name).as_posix()
 
 
 def read_draws(path: str | Path) -> tuple[Material, ...]:
-    """The draws of the material in a material file, as `read_material` finds it.
+    """The draws of the material in a material file, which is found as by `read_material`.
 
-    Raises `InputError` with a line for every mistake, and if it has none.
+    Raises `InputError` with a line for every mistake, and if the material has no draws.
     """
     content = read_file(resolve(Path(), path), str(path))
     material, name = parse_material(content, str(path)), draws_file(content, str(path))
     if name is None:
-        raise InputError("a material without draws: mastercurve and spectrum with [uncertainty] make them", file=path)
+        raise InputError(
+            "the material has no draws: mastercurve with [uncertainty] and then spectrum make them, or calibrate", file=path
+        )
     table = beside(str(path), name)
     return parse_draws(read_file(resolve(Path(), table), table), table, material)

@@ -21,9 +21,9 @@ from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
-from dielast.material.material import Material
+from dielast.material.material import NEO_HOOKEAN, Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
-from dielast.material.shift import SHIFTS, ShiftLaw
+from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
 from dielast.recipe.base import Dielectric
@@ -33,14 +33,14 @@ from dielast.recipe.validate import check
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 
 
-OPTIONAL = ("dielectric", "breakdown", "damage", "temperature")  # tables of laws that a material file may lack
+OPTIONAL = ("nonequilibrium", "shift", "dielectric", "breakdown", "damage", "temperature")  # tables of laws that a file may lack
 
 
 class SpringSection(LawSection):
     """A table that states the law of springs."""
 
     def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
-        """The `values` without any constant: those of one law of springs mean something else in another."""
+        """The `values` without any constant: the same key has another meaning in another law of springs."""
         return {key: value for key, value in values.items() if key not in law_constants(self.FAMILY)}
 
 
@@ -48,7 +48,7 @@ class Equilibrium(SpringSection):
     """The spring that never relaxes; without J_lim it is neo-Hookean."""
 
     shear_modulus: Modulus | None = Field(
-        None, description="Of the spring that never relaxes, at small strain; needed unless C10 or mu of the law state that."
+        None, description="Shear modulus of the spring at small strain; needed unless C10 or mu of the law states it."
     )
 
     def stated(self, *place: float) -> SpringLaw:
@@ -58,7 +58,7 @@ class Equilibrium(SpringSection):
         return law
 
     def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
-        """The `values` with the same initial modulus, if that is stated by itself."""
+        """The `values` with the same initial modulus, if shear_modulus states it."""
         kept = super().restated(values, law, given)
         kept.pop("shear_modulus", None)
         spring: type[SpringLaw] = self.FAMILY[law]
@@ -66,7 +66,7 @@ class Equilibrium(SpringSection):
         return kept | ({"shear_modulus": values.get("shear_modulus", f"{self.modulus()!r} Pa")} if by_itself else {})
 
     def modulus(self) -> float:
-        """The initial shear modulus in Pa, stated or that of the constants."""
+        """The initial shear modulus in Pa, as stated or from the constants of the law."""
         return self._modulus_of(self.stated())
 
     def _modulus_of(self, law: SpringLaw) -> float:
@@ -79,13 +79,15 @@ class Equilibrium(SpringSection):
 class Nonequilibrium(SpringSection):
     """The relaxation processes at the reference temperature.
 
-    Constants of the law that are stresses are those of a spring of any modulus: each branch has the same ratios of them.
+    Constants of the law that are stresses count by their ratios only: the spring of each branch is scaled to its modulus.
     """
 
     relaxation_time_s: list[Annotated[float, Field(gt=0, allow_inf_nan=False)]] = Field(
-        description="Of each branch, in s, at the reference temperature; none: purely elastic."
+        description="Relaxation time of each branch in s, at the reference temperature; an empty list is a purely elastic material."
     )
-    shear_modulus_Pa: list[Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(description="Of each branch, in Pa.")
+    shear_modulus_Pa: list[Annotated[float, Field(ge=0, allow_inf_nan=False)]] = Field(
+        description="Shear modulus of each branch in Pa."
+    )
 
     @model_validator(mode="after")
     def _a_spectrum(self) -> Self:
@@ -111,7 +113,7 @@ class ShiftSection(LawSection):
         return law
 
     def check(self) -> None:
-        """`InputError` if the law cannot be made at any reference temperature."""
+        """Raise `InputError` if no reference temperature allows the law."""
         self.at(0.0)
 
 
@@ -119,7 +121,7 @@ class DielectricSection(LawSection):
     """Permittivity, absolute or relative to that of vacuum."""
 
     def law_stated(self) -> str:
-        """The law that is stated, or else the first that takes all, or most, of the constants that are stated."""
+        """The stated law, or else the first law that takes most of the stated constants."""
         if "law" in self.model_fields_set:
             return self.law
         stated = {key for key in self.model_fields_set if getattr(self, key) is not None}
@@ -127,25 +129,27 @@ class DielectricSection(LawSection):
         return law.name
 
     def for_material(self) -> float | DielectricLaw | None:
-        """What `Material` takes; None if nothing is stated."""
+        """The law of the permittivity; None if nothing is stated."""
         law: DielectricLaw = self.stated()
         return law.brief()
 
 
 class DamageSection(LawSection):
-    """Damage that adds up over the time under voltage: a film fails when it comes to 1, even if it never breaks down at once."""
+    """Damage that accumulates over the time under voltage: a film fails when it reaches 1, even below the breakdown field."""
 
 
 class CalibratedSection(Section):
-    """The tests that the material was fitted to; a simulation that goes beyond them is warned of."""
+    """The range of the tests that the material was fitted to; a simulation outside this range warns."""
 
-    modes: list[str] = Field(min_length=1, description="How the specimens were stretched.")
+    modes: list[str] = Field(min_length=1, description="Modes in which the specimens were stretched.")
     largest_I1: float = Field(ge=3, description="Largest first invariant of the stretches, l1^2 + l2^2 + l3^2.")
-    time: Annotated[list[Time], Field(min_length=2, max_length=2)] = Field(description="Shortest and longest.")
-    temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] = Field(description="Lowest and highest.")
+    time: Annotated[list[Time], Field(min_length=2, max_length=2)] = Field(description="Shortest and longest time.")
+    temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] = Field(
+        description="Lowest and highest temperature."
+    )
 
     def stated(self) -> CalibratedRange:
-        """The range."""
+        """The range of the tests."""
         (first, last), (coldest, hottest) = self.time, self.temperature
         return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest))
 
@@ -153,35 +157,52 @@ class CalibratedSection(Section):
 class MaterialFile(Section):
     """A dielectric elastomer: springs, relaxation processes, shift law, dielectric."""
 
-    name: str = Field("unnamed", description="Of the material, for legends.")
-    reference_temperature: Temperature = Field(description="Where the relaxation times hold.")
+    name: str = Field("unnamed", description="Name of the material, for legends.")
+    reference_temperature: Temperature = Field(description="Temperature at which the relaxation times hold.")
     equilibrium: Equilibrium = Field(description="The spring that never relaxes.")
-    nonequilibrium: Nonequilibrium = Field(description="The relaxation processes.")
-    shift: ShiftSection = Field(description="The shift law and its constants.")
-    measured_temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] | None = Field(
-        None, description="Lowest and highest that the shift law was measured at; simulations outside are warned of."
+    nonequilibrium: Nonequilibrium | None = Field(
+        None, description="The relaxation processes. Default: none, a purely elastic material."
     )
-    dielectric: DielectricSection | None = Field(None, description="Needed for voltages.")
-    breakdown: BreakdownSection | None = Field(None, description="The field that the film breaks down at.")
-    damage: DamageSection | None = Field(None, description="How the field uses a film up.")
-    temperature: ScalingSection | None = Field(None, description="How moduli change with temperature; left out: not at all.")
-    calibrated: CalibratedSection | None = Field(None, description="The tests that the material was fitted to.")
+    shift: ShiftSection | None = Field(None, description="The shift law and its constants; needed with nonequilibrium.")
+    measured_temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="Lowest and highest temperature at which the shift factors were measured; simulations outside warn."
+    )
+    dielectric: DielectricSection | None = Field(None, description="Permittivity; needed for simulations with a voltage.")
+    breakdown: BreakdownSection | None = Field(None, description="The breakdown field. Default: no breakdown.")
+    damage: DamageSection | None = Field(None, description="Damage by the field over time. Default: none.")
+    temperature: ScalingSection | None = Field(None, description="How moduli change with temperature. Default: they are constant.")
+    calibrated: CalibratedSection | None = Field(None, description="The range of the tests that the material was fitted to.")
     draws: str | None = Field(
-        None, min_length=1, description="Table of draws of this material, for [uncertainty]; a path relative to this file."
+        None, min_length=1, description="Table of draws of this material, for [uncertainty]; its path is relative to this file."
     )
 
     @model_validator(mode="after")
     def _carries(self) -> Self:
-        if self.equilibrium.modulus() == 0 and not any(self.nonequilibrium.shear_modulus_Pa):
+        if self.equilibrium.modulus() == 0 and not any(self.spectrum.shear_modulus):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
-            raise InputError("the lowest comes first", key="measured_temperature")
-        shift, there = self.shift.at(self.reference_temperature), self.reference_temperature
-        reach = shift.measured_range()
+            raise InputError("the lowest temperature must come first", key="measured_temperature")
+        if self.nonequilibrium is not None and self.shift is None:
+            raise InputError('is needed; law = "none" says that temperature does not change relaxation times', key="shift")
+        if self.nonequilibrium is None and self.shift_law.depends_on_temperature:
+            needed = "is needed, as [shift] says how relaxation times change; leave both out of a purely elastic material"
+            raise InputError(needed, key="nonequilibrium")
+        reach, there = self.shift_law.measured_range(), self.reference_temperature
         if reach is not None and not reach[0] <= there <= reach[1]:
-            outside = f"{there:g} degC is outside the {shift.title}'s {reach[0]:g} to {reach[1]:g} degC"
+            outside = f"{there:g} degC is outside the {self.shift_law.title}'s {reach[0]:g} to {reach[1]:g} degC"
             raise InputError(f"{outside}: an entry of 0 is needed there", key="reference_temperature")
         return self
+
+    @property
+    def spectrum(self) -> Spectrum:
+        """The branches, none of a purely elastic material."""
+        return Spectrum(np.zeros(0), np.zeros(0)) if self.nonequilibrium is None else self.nonequilibrium.spectrum()
+
+    @property
+    def shift_law(self) -> ShiftLaw:
+        """How relaxation times change with temperature."""
+        there = self.reference_temperature
+        return NoShift(there) if self.shift is None else self.shift.at(there)
 
     def material(self) -> Material:
         """The material that the file describes."""
@@ -189,10 +210,10 @@ class MaterialFile(Section):
         return Material(
             name=self.name,
             equilibrium_modulus=self.equilibrium.modulus(),
-            spectrum=self.nonequilibrium.spectrum(),
-            shift=self.shift.at(self.reference_temperature),
+            spectrum=self.spectrum,
+            shift=self.shift_law,
             equilibrium_law=self.equilibrium.stated(),
-            nonequilibrium_law=self.nonequilibrium.stated(),
+            nonequilibrium_law=NEO_HOOKEAN if self.nonequilibrium is None else self.nonequilibrium.stated(),
             permittivity=None if self.dielectric is None else self.dielectric.for_material(),
             breakdown=None if self.breakdown is None else self.breakdown.stated(),
             measured_temperature=None if measured is None else (measured[0], measured[1]),
@@ -211,17 +232,19 @@ def material_file() -> type[MaterialFile]:
 @lru_cache(maxsize=1)
 def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
     sections = {
-        "equilibrium": law_section(Equilibrium, SPRINGS, "gent", law="Law of the spring; left out: gent."),
-        "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", law="Law of the springs of all branches; left out: gent."),
-        "shift": law_section(ShiftSection, SHIFTS, None, law="How relaxation times change with temperature."),
+        "equilibrium": law_section(Equilibrium, SPRINGS, "gent", law="Law of the spring. Default: gent."),
+        "nonequilibrium": law_section(Nonequilibrium, SPRINGS, "gent", law="Law of the springs of all branches. Default: gent."),
+        "shift": law_section(
+            ShiftSection, SHIFTS, None, law="Law of the shift factors: how relaxation times change with temperature."
+        ),
         "dielectric": law_section(
             DielectricSection,
             DIELECTRICS,
             "constant",
-            law="Law of the permittivity; left out: that of the keys beside it.",
+            law="Law of the permittivity. Default: the law that the other keys belong to.",
         ),
         "breakdown": breakdown_section(),
-        "damage": law_section(DamageSection, DAMAGES, "inverse-power", law="Law of the damage; left out: inverse-power."),
+        "damage": law_section(DamageSection, DAMAGES, "inverse-power", law="Law of the damage. Default: inverse-power."),
         "temperature": law_section(ScalingSection, MODULI, "constant", **SCALING_KEYS),
     }
     # a field that a model states again keeps its place, so that the keys stay in the order of the file
@@ -233,7 +256,7 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
 
 
 def permittivity(section: Dielectric) -> float | None:
-    """Permittivity in F/m, if one is stated."""
+    """Permittivity in F/m; None if none is stated."""
     return ConstantPermittivity(section.permittivity or 0.0, section.relative_permittivity).permittivity or None
 
 
@@ -243,7 +266,7 @@ def parse_material(content: bytes, source: str) -> Material:
 
 
 def draws_file(content: bytes, source: str) -> str | None:
-    """The name that a material file gives the table of its draws, if there is one; raises as `parse_material`."""
+    """The name that a material file states for the table of its draws, or None; raises `InputError` as `parse_material` does."""
     return check(material_file(), parse_toml(content, source, NO_TABLE), source, Path()).draws
 
 
@@ -293,7 +316,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
 def _stated_spring(law: SpringLaw, modulus: float) -> dict[str, Any]:
     """The keys of the equilibrium spring."""
     if modulus == 0 and law.initial_modulus() is not None:
-        law = NeoHookean()  # constants that are stresses cannot state a spring that carries nothing
+        law = NeoHookean()  # constants that are stresses cannot describe a spring with modulus 0
     name = {} if law.name == "gent" else {"law": law.name}
     return {**({"shear_modulus": f"{modulus:.9g} Pa"} if law.takes_modulus else {}), **name, **law.in_file(modulus)}
 

@@ -15,11 +15,11 @@ SCALING_KEYS = {
     key: f"Moduli of {springs}: entropic ones are proportional to T in kelvin."
     for key, springs in {"equilibrium": "the equilibrium spring", "nonequilibrium": "all branches"}.items()
 }
-"""The keys of the laws and their descriptions."""
+"""Keys that state a law -> their descriptions."""
 
 
 class ScalingSection(FamilySection):
-    """How moduli change with temperature; relaxation times change as [shift] says."""
+    """How moduli change with temperature; for relaxation times see [shift]."""
 
     @model_validator(mode="after")
     def _can_be_stated(self) -> Self:
@@ -28,13 +28,13 @@ class ScalingSection(FamilySection):
         for key in law_constants(self.FAMILY):
             if getattr(self, key) is not None and key not in taken:
                 takes = " or ".join(f'"{law.name}"' for law in self.FAMILY if key in law_constants_of(law))
-                raise InputError(f"it belongs to moduli that are {takes}: state {' or '.join(SCALING_KEYS)} = {takes}", key=key)
+                raise InputError(f"belongs to moduli that are {takes}: state {' or '.join(SCALING_KEYS)} = {takes}", key=key)
         for key in SCALING_KEYS:
             self.scaling(key)
         return self
 
     def scaling(self, springs: str) -> ModulusLaw:
-        """The law of the springs, which is a key of `SCALING_KEYS`; raises `InputError` for a constant that it lacks."""
+        """The law for `springs`, one of `SCALING_KEYS`; raises `InputError` if a constant of the law is missing."""
         law: type[ModulusLaw] = self.FAMILY[getattr(self, springs)]
         return law(**law.arguments({key: getattr(self, key) for key in law_constants_of(law)}))
 
@@ -45,9 +45,9 @@ def law_constants_of(law: type[ModulusLaw]) -> list[str]:
 
 
 def stated_scaling(material: Material) -> dict[str, Any]:
-    """The table that states how the moduli of the material change with temperature; none where they do not.
+    """The table that states how the moduli of the material change with temperature; empty if they are constant.
 
-    Raises `InputError` for two laws that no table can state side by side.
+    Raises `InputError` if the equilibrium spring and the branches need different values of one key.
     """
     laws = {"equilibrium": material.equilibrium_scaling, "nonequilibrium": material.nonequilibrium_scaling}
     stated: dict[str, Any] = {key: law.name for key, law in laws.items() if law.name != CONSTANT_MODULUS.name}

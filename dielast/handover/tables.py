@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 
 
 def finite_columns(content: bytes, name: str, headers: Sequence[str], positive: bool = False) -> Array:
-    """The columns `headers` (k, n) of a table; raises `InputError` naming row and column of a cell that is not a finite number, or
-    with `positive` not above 0."""
+    """The columns `headers` (k, n) of a table; raises `InputError` naming row and column of a cell that is not a finite number or,
+    with `positive`, not above 0."""
     columns = np.array(number_columns(content, name, headers))
     wrong = ~np.isfinite(columns) | ((columns <= 0) & positive)
     for row, column in np.argwhere(wrong.T)[:1]:

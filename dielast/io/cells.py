@@ -1,5 +1,5 @@
-"""The text of a laboratory's table, its lines and its cells, whatever its encoding, separator and decimal mark, which are sniffed
-unless stated; of a workbook, one sheet.
+"""The text of a laboratory's table as lines and cells: encoding, separator and decimal mark are recognised from the file unless
+stated; of a workbook, one sheet is read.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ _NUMBER = {
 
 @dataclass(frozen=True, slots=True)
 class TextFormat:
-    """How a table is written, as far as the recipe says; None is sniffed."""
+    """How a table is written; None: recognised from the file."""
 
     separator: str | None = None
     decimal: str | None = None
     encoding: str | None = None
     skip_rows: int = 0
     sheet: str | int | None = None
-    """Of a workbook: its name, or its number from 1; the first."""
+    """Sheet of a workbook: its name, or its number from 1; None: the first."""
 
 
 def decode(
     content: bytes, source: str, encoding: str | None = None, sheet: str | int | None = None, decimal: str | None = None
 ) -> str:
-    """The text in `content`: UTF-8, UTF-16 if marked or plainly so, or else latin-1, unless `encoding` is stated.
+    """The text in `content`: in the stated `encoding`, else UTF-8, UTF-16 if recognised, or latin-1.
 
-    Its lines end in a line feed, whatever system they come from. Of a workbook it is a `sheet`, as `sheet_text` has it. Raises
-    `InputError` naming `source` if it is no text, in an unknown encoding, or a workbook that cannot be read.
+    Lines end in a line feed. For a workbook it is the text of a `sheet`, see `sheet_text`. Raises `InputError` naming `source` for
+    content that is not text, an unknown encoding, or a workbook that cannot be read.
     """
     if is_workbook(content):
         return sheet_text(content, source, sheet, decimal)
@@ -71,7 +71,7 @@ def decode(
 
 
 def split_lines(text: str) -> list[str]:
-    """The lines of a text from any system; unlike `str.splitlines`, only at line ends."""
+    """The lines of a text from any system; unlike `str.splitlines`, without splitting at form feeds and the like."""
     return re.split(r"\r\n|\n|\r", text)
 
 
@@ -113,7 +113,7 @@ def split_cells(line: str, separator: str) -> list[str]:
         # a unit in brackets belongs to the name before it
         return re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", line)
     if '"' in line:
-        with contextlib.suppress(csv.Error):  # a cell larger than any
+        with contextlib.suppress(csv.Error):  # a cell is larger than csv allows
             return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
     return [cell.strip() for cell in line.split(separator)]
 

@@ -1,4 +1,4 @@
-"""Files read and written: inputs remembered with their SHA-256, outputs that appear whole or not at all."""
+"""Reading and writing files: inputs with their SHA-256, outputs that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from dielast.errors import InputError
 from dielast.io.lock import alone_in
 
-LARGEST = 256 << 20  # bytes of a file that is read: more than ten million rows
+LARGEST = 256 << 20  # bytes of an input file: more than ten million rows
 EXAMPLE = "example:"
 STORE = ".unfinished"
 """The file in which a long run keeps its cells until its result is written."""
@@ -23,7 +23,7 @@ _TEMPORARY = re.compile(r"\..+\.\d+\.part")
 
 
 class Inputs:
-    """Reads every input of a run once, and remembers what was read."""
+    """Reads each input file of a run once, and records its name, path and SHA-256."""
 
     def __init__(self, folder: Path) -> None:
         """Paths that are not absolute are taken relative to `folder`, which holds the recipe."""
@@ -50,7 +50,7 @@ class Inputs:
 
     @property
     def digests(self) -> tuple[tuple[str, str], ...]:
-        """The name that the recipe gives each file read (its last part, if that is an absolute path) and its SHA-256, in order."""
+        """For each file read, in order: its name in the recipe (the last part of an absolute path), and its SHA-256."""
         return tuple(self._digests)
 
     @property
@@ -65,12 +65,12 @@ def sha256(content: bytes) -> str:
 
 
 def resolve(folder: Path, name: str | Path) -> Path:
-    """The path that `name` means in a recipe that lies in `folder`."""
+    """The path of the file `name` that a recipe in `folder` names; raises `InputError` for an unknown example."""
     text = str(name)
     if text.startswith(EXAMPLE):
         root = Path(__file__).parents[1] / "examples"
         name, entries = text.removeprefix(EXAMPLE), sorted(root.iterdir())
-        path = next((entry for entry in entries if entry.stem == name), root / name)  # vhb4905 is vhb4905.toml
+        path = next((entry for entry in entries if entry.stem == name), root / name)  # "example:vhb4905" means vhb4905.toml
         if not path.resolve().is_relative_to(root.resolve()) or not exists(path):
             known = ", ".join(f"{EXAMPLE}{entry.name}" for entry in entries)
             raise InputError(f"no such example; there are {known}", file=text)
@@ -79,11 +79,11 @@ def resolve(folder: Path, name: str | Path) -> Path:
 
 
 def read_file(path: Path, name: str) -> bytes:
-    """The bytes of a file; raises `InputError` with its `name` if it cannot be read, or is larger than any table or recipe."""
+    """The bytes of a file; raises `InputError` with its `name` if it cannot be read, or is larger than `LARGEST`."""
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
-    except (OSError, ValueError) as error:  # a name with a NUL in it is a ValueError
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise InputError(_unreadable(path, name, error), file=name) from None
     if len(content) > LARGEST:
         raise InputError(f"larger than {LARGEST >> 20} MiB, which no table or recipe should be", file=name)
@@ -91,12 +91,12 @@ def read_file(path: Path, name: str) -> bytes:
 
 
 def as_text(name: str) -> str:
-    """A file's name as text that any file can hold: bytes that are no UTF-8 as escapes."""
+    """A file's name as text; bytes that are not UTF-8 become escapes, so that every file can hold it."""
     return name.encode("utf-8", "backslashreplace").decode()
 
 
 def exists(path: Path) -> bool:
-    """Whether there is such a file or folder; False for a name that no file can have, such as a very long name."""
+    """Whether the file or folder exists; False for a name that no file can have, such as a very long name."""
     try:
         return path.exists()
     except (OSError, ValueError):
@@ -112,7 +112,7 @@ def _unreadable(path: Path, name: str, error: OSError | ValueError) -> str:
 
 
 def of_backslashes(name: str) -> str:
-    """A hint on what to write instead, if it is for its backslashes that there is no file of this name; empty otherwise."""
+    """A hint on what to write instead, if backslashes may be why no file has this name; empty otherwise."""
     if any(escape in name for escape in "\b\t\n\f\r"):
         return "; a backslash in double quotes begins an escape such as \\t: write / between folders, or single quotes"
     if "\\" in name and os.sep == "/":
@@ -131,7 +131,7 @@ def check_targets(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
 
 
 def _identity(path: Path) -> tuple[str, tuple[int, int] | None]:
-    """The same for two paths of one file, which may differ in their case where file systems do not tell it (macOS, Windows)."""
+    """A value that is equal for two paths of one file, also where the file system ignores upper and lower case (macOS, Windows)."""
     try:
         status = path.stat()
     except OSError:
@@ -140,12 +140,12 @@ def _identity(path: Path) -> tuple[str, tuple[int, int] | None]:
 
 
 def check_folder(folder: Path, needed: str) -> None:
-    """Raise `InputError` if it is plain without writing that nothing can be written into `folder`, which need not exist yet.
+    """Raise `InputError` if nothing can be written into `folder`, as far as that shows without writing; it need not exist yet.
 
-    `needed` says what a folder is needed for.
+    `needed` completes the message "is a file, a folder ...", such as "for the results is needed".
     """
     if os.name == "nt" and names_a_device(folder.name):
-        raise InputError("a name that Windows keeps for a device: choose another folder", file=folder)
+        raise InputError("a name that Windows reserves for a device: choose another folder", file=folder)
     nearest = folder.absolute()
     while not os.path.lexists(nearest) and nearest.parent != nearest:
         nearest = nearest.parent
@@ -165,10 +165,10 @@ def names_a_device(name: str) -> bool:
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     """Write `contents` (name -> bytes) into `folder`, each file whole or not at all.
 
-    All files are first written beside their targets, then moved into place together: a full disk leaves an older result as it was,
-    and so does a target that another program keeps open, where the system minds (Windows). Of two runs into one folder all files
-    are those of the later run, unless a run is stopped for long meanwhile. Raises `InputError` if the folder cannot be made or
-    written to, or a file cannot be replaced.
+    All files are first written beside their targets, then moved into place together: an older result stays as it was if the disk
+    is full, or if another program keeps a target open (Windows). After two simultaneous runs all files are those of the later run,
+    unless one of them was suspended for longer than `LONGEST_WAIT`. Raises `InputError` if the folder cannot be made or written to,
+    or if a file cannot be replaced.
     """
     parts: list[tuple[Path, Path]] = []
     try:
@@ -182,7 +182,7 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
                 part.write_bytes(content)
             for _, target in parts:
                 if target.is_file():
-                    _replace(target, target)  # changes nothing, and fails where a program keeps the target open
+                    _replace(target, target)  # changes nothing; fails if another program keeps the target open
             for part, target in parts:
                 _replace(part, target)
     except OSError as error:
@@ -194,7 +194,7 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
 
 
 def _replace(part: Path, target: Path) -> None:
-    """Move `part` to `target`; programs that look into new files, such as virus scanners, may keep one for a moment."""
+    """Move `part` to `target`, repeatedly: a program such as a virus scanner may keep a new file open for a moment."""
     for pause in PAUSES:
         try:
             os.replace(part, target)
@@ -205,7 +205,7 @@ def _replace(part: Path, target: Path) -> None:
 
 
 def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:
-    """A make rule by which every target depends on every dependency; a dependency that vanishes is no error to make."""
+    """A make rule by which every target depends on every dependency; make accepts that a dependency has been deleted."""
     needed = [_make_name(path) for path in dependencies]
     rule = " ".join(_make_name(path) for path in targets) + ": " + " \\\n  ".join(needed) + "\n"
     return rule + "".join(f"\n{name}:\n" for name in needed)
@@ -214,11 +214,11 @@ def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:
 def _make_name(path: Path) -> str:
     try:
         shown = os.path.relpath(path)
-    except ValueError:  # on another drive
+    except ValueError:  # a path on another drive
         shown = str(path)
     if shown.startswith(".."):
         shown = str(path if path.is_absolute() else shown)
-    drive, rest = os.path.splitdrive(shown)  # whose colon make knows on systems that have drives
+    drive, rest = os.path.splitdrive(shown)  # make accepts the colon of a drive on Windows
     rest = rest.replace(os.sep, "/").replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ").replace(":", "\\:")
     return drive.replace(os.sep, "/") + rest
 

@@ -1,4 +1,4 @@
-"""The rows above a table's numbers: names of columns, their units, and the temperatures that columns are headed with."""
+"""The rows above the numbers of a table: names of columns, their units, and temperatures of columns."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from dielast.units import TEMPERATURE, conversion, is_unit
 
 _NUMBER = r"[+\-\u2212]?\d++(?:[.,]\d++)?"
 _DEGREE = r"(?:°\s?[CF]|º\s?[CF]|℃|℉|deg\.?\s?[CF]|degrees?\s[CF]|[CK])"
-# 20 °C, but not the 20 of E20 or of 1.20
+# the number of 20 °C, but not of E20 °C or 1.20 °C
 _TEMPERATURE = re.compile(rf"(?<![A-Za-z0-9.,])(?P<number>{_NUMBER})\s*_?(?P<unit>{_DEGREE})(?![A-Za-z0-9]|-[A-Za-z])")
 
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """The header of each column: its name, its unit (None where no unit is stated), its cell as `spelled` in the file, and the
-    `temperature` in degC that a row above the names states for it (None where no temperature is stated).
+    """The header of each column: its name, its unit (None if none is stated), its cell as `spelled` in the file, and the
+    `temperature` in degC that a row above the names states for it (None if none is stated).
     """
 
     names: tuple[str, ...]
@@ -28,15 +28,15 @@ class Header:
     temperature: tuple[float | None, ...]
 
 
-# tan(d) and G(t), whose brackets hold no unit
+# tan(d) and G(t): the brackets hold no unit
 _ARGUMENT = re.compile(r"\w['\"]*\([^()]*\)$")
 
 
 def read_header(source: str, above: Sequence[Sequence[str]], columns: int, aligned: bool) -> Header:
-    """The header in the rows `above` the data, of so many `columns`: a row of names, perhaps one of units and one of temperatures.
+    """The header of so many `columns` in the rows `above` the data: a row of names, and perhaps rows of units and temperatures.
 
-    `aligned` says whether blanks part the cells, so that an empty cell cannot be seen. Raises `InputError` if the row of names has
-    another number of cells than the rows of data.
+    `aligned` says whether blanks separate the cells, so that empty cells do not show. Raises `InputError` if the row of names and
+    the rows of data differ in their number of cells.
     """
     tables = [row for row in above if filled_width(row) > 1 or columns == 1]
     place = next((k for k in reversed(range(len(tables))) if temperatures_in(tables[k]) is not None), None)
@@ -49,7 +49,7 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, align
     if len(tables) > 1 and any(names) and all(map(_is_unit_cell, names)):
         names, below = tables[-2], [cell.strip("[]()").strip() for cell in names]
         if aligned and len(below) < columns:
-            below = []  # which column has no unit cannot be seen
+            below = []  # with aligned cells, the column without a unit is unknown
     if filled_width(names) != columns and len(names) != columns:
         # a name with the separator in it, or a column without a name: the names cannot be matched with the columns
         counts = f"the header has {filled_width(names)} cells, the rows have {columns}"
@@ -57,7 +57,7 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, align
     spelled = tuple(name.lstrip("# ") for name in _padded(names, columns))
     # beside a row of units, tan(d) and G(t) are names
     split = [(name, None) if any(below) and _ARGUMENT.search(name) else split_header(name) for name in spelled]
-    # an empty cell in the row of units says nothing; a dash says that there is no unit
+    # in the row of units an empty cell states nothing; a dash states that the column has no unit
     units = tuple(
         unit if unit is not None else cell or None for (_, unit), cell in zip(split, _padded(below, columns), strict=True)
     )
@@ -74,17 +74,17 @@ def filled_width(row: Sequence[str]) -> int:
 
 # E-20: a sign or a dash
 _JOINED = re.compile(r"(?<=[A-Za-z\])])[-\u2212]$")
-# what leads to a temperature in a name, as in "E at T = 20 °C" and "E, 20 °C"
+# the words before a temperature in a name, as in "E at T = 20 °C" and "E, 20 °C"
 _BEFORE = re.compile(r"(?:\b[Tt](?:emp(?:erature)?)?\.?\s*=|@|\bat\b|[_,;:/=|\s-])*$")
 _AFTER = re.compile(r"^[_,;:=|@\s-]+")
-# what is left of "E (20 °C)" without the temperature
+# the rest of "E (20 °C)" without the temperature
 _EMPTY = re.compile(r"\(\s*\)|\[\s*\]|\(\s*[Tt]\s*=\s*\)")
 
 
 def temperature_in(text: str, unit: str | None = None) -> tuple[float, str] | None:
     """The temperature in degC that a header cell states, such as `E (20 °C) [MPa]`, and the cell without it; None if it has none.
 
-    With a `unit` a bare number is a temperature as well. Raises `InputError` where a dash may be a sign or not.
+    With a `unit` a bare number is a temperature as well. Raises `InputError` if a dash may or may not be a sign.
     """
     if len(text) > LONGEST_HEADER:
         return None
@@ -104,7 +104,7 @@ def temperature_in(text: str, unit: str | None = None) -> tuple[float, str] | No
 
 
 def temperatures_in(row: Sequence[str]) -> list[float | None] | None:
-    """The temperature in degC of each cell of a row of temperatures, None for an empty cell and a label; None for another row.
+    """The temperature in degC of each cell of a row of temperatures (None for an empty cell or a label); None for any other row.
 
     A row of temperatures has at least two different temperatures, or numbers beside a label such as `T [°C]`.
     """
@@ -126,7 +126,7 @@ def temperatures_in(row: Sequence[str]) -> list[float | None] | None:
 
 
 def _label(cell: str) -> str | None:
-    """The unit of a cell that names temperatures, such as `T [°C]` or `Temperature / K`."""
+    """The unit in a cell that labels temperatures, such as `T [°C]` or `Temperature / K`; None for any other cell."""
     name, unit = split_header(cell)
     if unit is None or name.strip().casefold().rstrip(".") not in ("t", "temp", "temperature", "temperatur"):
         return None
@@ -143,12 +143,12 @@ def _spelled_out(unit: str) -> str:
 
 
 def _open(text: str) -> bool:
-    """Whether a bracket that begins before a temperature is still open at its place."""
+    """Whether a bracket in the text before a temperature is still open at its end."""
     return text.count("(") > text.count(")") or text.count("[") > text.count("]")
 
 
 def _spread(temperatures: Sequence[float | None], columns: int) -> list[float | None]:
-    """Temperatures of columns: an empty cell has the temperature of the cell before it, as merged cells do."""
+    """Temperatures of columns: an empty cell takes the temperature of the cell before it, as in merged cells."""
     spread: list[float | None] = []
     for temperature in [*temperatures[:columns], *[None] * (columns - len(temperatures))]:
         spread.append(temperature if temperature is not None or not spread else spread[-1])

@@ -1,4 +1,4 @@
-"""One process at a time writes into a folder, on systems that lock folders (POSIX) and on those that lock files only (Windows)."""
+"""A lock by which only one process at a time writes into a folder; Windows locks only files, so a file stands for the folder."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 
 LONGEST_WAIT = 5.0  # s until another process has written its files; it takes milliseconds
 LOCK = ".lock"
-"""The file that stands for its folder where folders cannot be locked; it is gone afterwards."""
+"""The file that is locked where folders cannot be; it is removed afterwards."""
 Locking = Callable[[int], None]
 
 
 @contextlib.contextmanager
 def alone_in(folder: Path) -> Iterator[bool]:
-    """Wait until no other process writes into `folder`, though not for ever, and say whether this process is the only one.
+    """Wait until no other process writes into `folder`, at most `LONGEST_WAIT`; True if this process is then the only one.
 
-    False where the file system has no locks, and where another process keeps its lock: one that is stopped does, and this process
-    itself if Ctrl-C came as it got the lock.
+    False if the file system has no locks, or if another process keeps its lock, as a suspended process does. Ctrl-C just as this
+    process gets the lock may leave it locked, too.
     """
     locking, of_file = _locking()
     if locking is None:
@@ -33,9 +33,9 @@ def alone_in(folder: Path) -> Iterator[bool]:
     try:
         yield _acquired(locking, handle)
     finally:
-        os.close(handle)  # which gives the lock back
+        os.close(handle)  # releases the lock
         if of_file:
-            with contextlib.suppress(OSError):  # another process has it open by now, and removes it
+            with contextlib.suppress(OSError):  # another process has opened the file, and will remove it
                 os.unlink(folder / LOCK)
 
 
@@ -44,9 +44,9 @@ def _acquired(locking: Locking, handle: int) -> bool:
     while time.monotonic() < deadline:
         try:
             locking(handle)
-        except (BlockingIOError, PermissionError):  # the error of POSIX and that of Windows while another process has the lock
+        except (BlockingIOError, PermissionError):  # another process has the lock (POSIX, Windows)
             time.sleep(0.01)
-        except OSError:  # a file system without locks
+        except OSError:  # the file system has no locks
             return False
         else:
             return True
@@ -54,7 +54,7 @@ def _acquired(locking: Locking, handle: int) -> bool:
 
 
 def _locking() -> tuple[Locking | None, bool]:
-    """What locks an open file or raises `OSError` at once, None if the system has nothing; and whether it locks files only."""
+    """A function that locks an open file or raises `OSError` at once (None if there is none), and whether it locks only files."""
     with contextlib.suppress(ImportError):
         import fcntl
 

@@ -37,16 +37,16 @@ class TabularResult(Result):
     __slots__ = ()
 
     def columns(self) -> Table:
-        """The columns of the table, as files have them."""
+        """The columns of the table, as in the file."""
         raise NotImplementedError
 
     def to_frame(self) -> Frame:
-        """The table as a pandas data frame, whose columns are called as in the files: `name [unit]`."""
+        """The table as a pandas data frame, with the column names of the files: `name [unit]`."""
         return to_frame(self.columns())
 
 
 def freeze(result: Result, arrays: Mapping[str, NDArray[np.float64]]) -> None:
-    """Give fields of a frozen result these `arrays`, which become read-only; for `__post_init__`."""
+    """Set fields of a frozen result to these `arrays`, made read-only; for `__post_init__`."""
     for name, values in arrays.items():
         values.flags.writeable = False
         object.__setattr__(result, name, values)

@@ -15,7 +15,9 @@ from dielast.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
 
-_FORMULA = re.compile(r"[=@+\t\r]|-(?!\d*\.?\d+(?:[eE][+-]?\d+)?(?:\s*(?:1/)?(?!\d)[\w°%][\w°%/*^. ]*)?$)")  # -40 degC is none
+_FORMULA = re.compile(
+    r"[=@+\t\r]|-(?!\d*\.?\d+(?:[eE][+-]?\d+)?(?:\s*(?:1/)?(?!\d)[\w°%][\w°%/*^. ]*)?$)"
+)  # but -40 degC is not a formula
 BLOCK = 10_000  # rows that are written at a time
 LONGEST_HEADER = 300  # characters
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
@@ -43,8 +45,8 @@ Frame: TypeAlias = "pd.DataFrame"
 
 
 def split_header(header: str) -> tuple[str, str | None]:
-    """(name, unit) of a header cell written `name [unit]`, `name (unit)` or `name / unit`; the unit is None where it says none."""
-    # longer text is no header, and the pattern would take very long
+    """(name, unit) of a header cell written `name [unit]`, `name (unit)` or `name / unit`; the unit is None if none is stated."""
+    # a longer text is not a header, and would take the pattern very long
     match = _HEADER.fullmatch(header.strip()) if len(header) <= LONGEST_HEADER else None
     if match is None or not match["name"]:
         return header.strip(), None
@@ -52,12 +54,12 @@ def split_header(header: str) -> tuple[str, str | None]:
 
 
 def spoken(name: str) -> str:
-    """The name of a column as a message or an axis has it."""
+    """The name of a column in messages and on axes: words instead of underscores."""
     return name.replace("_", " ")
 
 
 def plural(name: str) -> str:
-    """The same for several of the quantity."""
+    """The plural of `spoken`."""
     text = spoken(name)
     if text.endswith("modulus"):
         return text[:-2] + "i"
@@ -90,7 +92,7 @@ def to_csv(table: Table) -> bytes:
     if len(rows) > 1:
         raise ValueError("columns of one table differ in length")
     blocks = [",".join(_quoted(column.header) for column in table).encode()]
-    # cells take ten times the memory of the text that they make
+    # in blocks, because cells take ten times the memory of their text
     for first in range(0, max(rows, default=0), BLOCK):
         cells = [_cells(column.values[first : first + BLOCK]) for column in table]
         blocks.append("\n".join(map(",".join, zip(*cells, strict=True))).encode())

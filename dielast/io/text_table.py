@@ -1,4 +1,4 @@
-"""Tables as laboratories have them: header rows and units, and columns of numbers in SI.
+"""Tables of laboratories: header rows and units, and columns of numbers in SI.
 
 `read_measured` finds the shape of a text table and keeps its cells; `MeasuredTable.column` turns one column into numbers in SI,
 naming the line of whatever is not a number. Units come from the header (`name [unit]`, `name (unit)`, `name / unit`), from a row
@@ -38,9 +38,9 @@ from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
 class MeasuredTable:
     """The cells of a table as text: a list of rows for each of `names`; `lines` holds each row's line in the file (from 1).
 
-    `header_line` is the line of the units, where it is worth naming: in a file of several tables; else 0. `spelled` holds the
-    header cells as the file has them; without it they are taken for `name [unit]`. `stated_units` are a recipe's, by role; None
-    where a recipe has no key for them. `over` holds the temperatures in degC that a row above the names states for each column.
+    `header_line` is the line of the units in a file with several tables, for messages; else 0. `spelled` holds the header cells as
+    in the file; default: `name [unit]`. `stated_units` are those of the recipe, by role; None if the recipe has no key for them.
+    `over` holds the temperatures in degC that a row above the names states for each column.
     """
 
     source: str
@@ -68,7 +68,7 @@ class MeasuredTable:
         unitless = [name if unit is None else "" for name, unit in zip(self.names, self.units, strict=True)]
         bare, unit = split_header(wanted)
         ways = ((spelled, wanted), (headers, _header_of(bare, unit)), (self.names, wanted), (unitless, bare))
-        # as written, then without regard to upper and lower case: T and t are two columns
+        # first with, then without regard to upper and lower case: T and t may be two columns
         for same in (str.strip, _plain):
             for spelling, text in ways:
                 matches = [index for index, cell in enumerate(spelling) if cell and same(cell) == same(text)]
@@ -76,7 +76,7 @@ class MeasuredTable:
                     raise InputError(f'column "{wanted}" for {role} appears {len(matches)} times', file=self.source)
                 if matches:
                     return matches[0]
-        # as the file spells them, but with their units from a row below
+        # the names as in the file, with the units from the row below them
         there = [cell if split_header(cell)[1] else header for cell, header in zip(spelled, headers, strict=True)]
         near = difflib.get_close_matches(wanted, there, n=1)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
@@ -122,17 +122,20 @@ class MeasuredTable:
         stated = (self.stated_units or {}).get(role, in_mapping)
         here = f'column "{name}"'
         place: Where = {"file": self.source, "line": self.header_line or None}
-        # brackets may as well hold a part of the name
+        # the brackets may hold a part of the name instead of a unit
         if in_header is not None and stated is not None and (is_ambiguous(in_header, dimension) or not is_unit(in_header)):
             in_header = None
         if in_header is not None and stated is not None and not _alike(stated, in_header, dimension):
-            raise InputError(f"{here}: the header says [{in_header}], the recipe's units say [{stated}]; leave one out", **place)
+            raise InputError(
+                f"{here}: the unit is [{in_header}] in the header and [{stated}] in the recipe's units; leave the wrong one out",
+                **place,
+            )
         unit = in_header if in_header is not None else stated
         if unit is None:
             if dimension is NUMBER:
                 return 1.0, 0.0
             needed = dimension.unit
-            or_else = "" if self.stated_units is None else f' or say units = {{ {role} = "{needed}" }}'
+            or_else = "" if self.stated_units is None else f' or state units = {{ {role} = "{needed}" }}'
             raise InputError(f'{here} has no unit: call it "{name} [{needed}]"{or_else}', **place)
         try:
             return conversion(unit, dimension)
@@ -143,8 +146,8 @@ class MeasuredTable:
 def read_measured(
     content: bytes, source: str, form: TextFormat | None = None, units: Mapping[str, str] | None = None
 ) -> MeasuredTable:
-    """The table in the bytes `content` of the file called `source`; `units` states units by role where the header does not, and
-    is None where a recipe cannot state any.
+    """The table in the bytes `content` of the file `source`; `units` are those that the recipe states, by role, None if it has no
+    key for them.
 
     Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
     """
@@ -157,7 +160,7 @@ def read_measured(
     except InputError as error:
         if form.sheet is not None:
             raise
-        raise error.adding(' (in the first sheet: say sheet = "NAME" for another)') from None
+        raise error.adding(' (in the first sheet; for another sheet write sheet = "NAME")') from None
 
 
 def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | None) -> MeasuredTable:
@@ -175,7 +178,7 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
         raise InputError(f'no row of numbers found (separator {between}, decimal mark "{decimal}")', file=source)
     lines = [number for number, _ in filled[first:]]
     data = rows[first:]
-    # blanks align the numbers below names that tabs may part
+    # numbers are aligned by blanks, but the names above them may be separated by tabs
     above = [split_cells(line, "\t" if separator == " " and "\t" in line else separator) for _, line in filled[:first]]
     columns = max(width, min(map(len, data)), filled_width(data[0]))
     header = read_header(source, above, columns, separator == " " and not any("\t" in line for _, line in filled[:first]))
@@ -195,7 +198,7 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
         numeric = sum(is_number(cell, decimal) for cell in row)
         wide = filled_width(row)
         is_data = 2 * numeric >= width
-        if wide != width:  # of columns of different length the first rows are the widest, and a row may end in empty cells
+        if wide != width:  # columns of different length make the first rows the widest, and a row may end in empty cells
             is_data = is_data and len(row) >= width and numeric == sum(map(bool, row))
         # a row of temperatures is a header
         if width and is_data and not _names_columns(row) and temperatures_in(row) is None:
@@ -204,7 +207,7 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
 
 
 def _names_columns(row: Sequence[str]) -> bool:
-    """Whether a row, of numbers for the most part, has a name with a unit in it, such as `time [s]` before temperatures."""
+    """Whether a row, mostly of numbers, contains a name with a unit, such as `time [s]` before temperatures."""
     return any(unit is not None and is_unit(unit) for cell in row for unit in split_header(cell)[1:])
 
 

@@ -15,7 +15,7 @@ from dielast.units import decimal_comma
 DEEPEST = 64  # parts of a dotted key
 LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it
 TABLES = (".csv", ".tsv", ".txt", ".dat", ".xls", ".xlsx")
-"""Endings of the names of tables, which are no TOML."""
+"""Endings of file names of tables, which are not TOML."""
 NAMED_IN_RECIPES = "tables are named in a recipe, such as [data] file or [[step]] table"
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 _DIGITS = re.compile(r"[0-9A-Fa-f_]{250,}")
@@ -24,7 +24,7 @@ _COMMA = re.compile(r"=\s*([+-]?\d+,\d+)\s*(?:[,}#]|$)")
 _WORD = re.compile(r"[A-Za-z][\w./-]*")
 _QUANTITY = re.compile(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?\s*[A-Za-z%°µμ/][^=\"']*")
 _STATED = re.compile(r"\s*(?:(?P<header>\[+\s*(?P<table>[^\[\]]+?)\s*\]+)|(?P<key>[^\s=\[][^=]*?)\s*=)")
-_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)  # what > writes in Windows PowerShell: dielast new relax > relax.toml
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)  # encoding of `dielast new relax > relax.toml` in Windows PowerShell
 _OF_ESCAPES = ("unescaped '\\' in a string", "invalid hex value", "escaped character is not a Unicode scalar value")
 _LISTED = ("step", "compare")
 
@@ -32,11 +32,12 @@ _LISTED = ("step", "compare")
 def parse_toml(content: bytes, source: str, instead: str = NAMED_IN_RECIPES) -> dict[str, Any]:
     """The TOML text `content`; raises `InputError` naming `source` and the line.
 
-    `instead` is the advice where the text is a table of numbers.
+    `instead` is the advice for a file that is a table of numbers.
     """
     if len(content) > LARGEST_TOML:
         raise InputError(
-            f"larger than {LARGEST_TOML >> 20} MiB: recipes and material files are not; tables go into CSV", file=source
+            f"larger than {LARGEST_TOML >> 20} MiB, too large for a recipe or a material file; put tables into CSV files",
+            file=source,
         )
     hint = f"; {instead}" if PurePath(source).suffix.lower() in TABLES else ""
     try:
@@ -61,20 +62,20 @@ def parse_toml(content: bytes, source: str, instead: str = NAMED_IN_RECIPES) -> 
 
 def load(text: str) -> dict[str, Any]:
     """The values of a TOML text; raises `ValueError`, or `RecursionError` if it is nested too deeply."""
-    if _DEEP_KEY.search(text):  # the parser would take memory without end
+    if _DEEP_KEY.search(text):  # the parser would use all memory
         raise RecursionError
     return tomllib.loads(text)
 
 
 def _too_large(value: Any) -> bool:
-    """Whether there is an integer in `value` that no floating-point number comes near."""
+    """Whether `value` contains an integer beyond the range of floating-point numbers."""
     if isinstance(value, int):
         return abs(value) > float_info.max
     return any(map(_too_large, value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()))
 
 
 def _explained(text: str, message: str) -> tuple[int, str]:
-    """The line (from 1) that the parser stopped at, and its `message`, with a hint where a usual mistake is plain."""
+    """The line (from 1) that the parser stopped at, and its `message`, with a hint for usual mistakes."""
     lines = text.split("\n")
     place = _PLACE.search(message)
     wrong = message[: place.start()] if place else message
@@ -104,7 +105,7 @@ def _explained(text: str, message: str) -> tuple[int, str]:
 
 
 def _stated_twice(line: str, wrong: str) -> str:
-    """What is wrong with a key or a table that was stated before."""
+    """The message for a key or a table that is stated twice."""
     if inline := re.search(r"duplicate inline table key '(.*)'", wrong):
         return f"{inline[1]} is stated twice"
     stated = _STATED.match(line)

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 MAGIC = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 MEMORY = 2 << 30  # bytes, for the process that reads
-SECONDS = 100  # longer than any sheet of MOST cells takes
+SECONDS = 100  # more than reading a sheet of MOST cells takes
 MOST = 5_000_000  # cells of a sheet
-LONGEST_TEXT = 256 << 20  # bytes, as of any other file
+LONGEST_TEXT = 256 << 20  # bytes, the limit of any other file
 NEEDED = "pip install 'dielast[excel]'"
 _REFUSED = 3  # exit code of the reading process after it has written its reason
 _BY_POINT = re.compile(r"[+-]?\d+\.\d+([eE][+-]?\d+)?")
@@ -31,24 +31,26 @@ _BY_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 
 
 def is_workbook(content: bytes) -> bool:
-    """Whether the bytes of a file are those of a workbook, or of something else that is packed alike."""
+    """Whether the bytes of a file begin like those of a workbook; other zipped files do as well."""
     return content.startswith(MAGIC)
 
 
 @lru_cache(maxsize=1)
 def sheet_text(content: bytes, source: str, sheet: str | int | None = None, decimal: str | None = None) -> str:
-    """The rows of a `sheet`, by its name or number from 1, or of the first that is not hidden; numbers have a decimal point.
+    """The rows of a `sheet`, by its name or number from 1, by default the first one that is not hidden; with a decimal point.
 
-    Formulas count with the values that were saved with them; cells merged from top to bottom all hold the same. `decimal` is the
-    mark of numbers that are kept as text; None means the mark of most of them. Raises `InputError` naming `source` if
-    it cannot be read, if there is no such sheet, or if python-calamine is not installed.
+    Formulas have the values that were saved with them; vertically merged cells all hold the same value. `decimal` is the decimal
+    mark of numbers that are stored as text; None means the mark of most of them. Raises `InputError` naming `source` if the
+    workbook cannot be read, if it has no such sheet, or if python-calamine is not installed.
     """
     if find_spec("python_calamine") is None:
-        raise InputError(f"a workbook is read by a package that is not installed: {NEEDED}, or save it as CSV", file=source)
-    import subprocess  # not needed for text files
+        raise InputError(
+            f"reading a workbook needs a package that is not installed: {NEEDED}, or save the sheet as CSV", file=source
+        )
+    import subprocess  # imported here, as text files do not need it
 
     wanted = ("", "") if sheet is None else ("number" if isinstance(sheet, int) else "name", str(sheet))
-    # both processes import from the same places
+    # so that both processes import the same modules
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "RUST_BACKTRACE": "0"}
     command = [sys.executable, "-P", "-c", "from dielast.io.workbook import serve; serve()", *wanted, decimal or ""]
     try:
@@ -56,7 +58,9 @@ def sheet_text(content: bytes, source: str, sheet: str | int | None = None, deci
     except subprocess.TimeoutExpired:
         raise InputError(_TOO_LARGE, file=source) from None
     except OSError as error:
-        raise InputError(f"a workbook takes a process of its own to read: {error.strerror}; save it as CSV", file=source) from None
+        raise InputError(
+            f"the process that reads workbooks did not start: {error.strerror}; save the sheet as CSV", file=source
+        ) from None
     if done.returncode == _REFUSED:
         raise InputError(done.stdout.decode(errors="replace"), file=source)
     if done.returncode != 0:
@@ -64,7 +68,7 @@ def sheet_text(content: bytes, source: str, sheet: str | int | None = None, deci
     return done.stdout.decode()
 
 
-_TOO_LARGE = "not a workbook that can be read, or one that is larger than it looks: save the sheet as CSV"
+_TOO_LARGE = "the workbook is damaged, or too large when unpacked: save the sheet as CSV"
 
 
 def serve() -> None:
@@ -78,9 +82,9 @@ def serve() -> None:
         text, code = str(error), _REFUSED
     except MemoryError:
         text, code = _TOO_LARGE, _REFUSED
-    except BaseException as error:  # a damaged file may end in any error, even in a panic of Rust
+    except BaseException as error:  # a damaged file may raise any error, even a panic of Rust
         reason = " ".join(str(error).split()) or type(error).__name__
-        text, code = f"not a workbook that can be read: {reason[:200]}", _REFUSED
+        text, code = f"the workbook cannot be read: {reason[:200]}", _REFUSED
     answer = text.encode("utf-8", "replace")
     if len(answer) > LONGEST_TEXT:
         answer, code = _TOO_LARGE.encode(), _REFUSED
@@ -130,14 +134,14 @@ def _sheet_name(book: CalamineWorkbook, sheet: str | int | None) -> str:
     if sheet in names:
         return str(sheet)
     if sheet is not None:
-        raise InputError(f"sheet: no {shown(sheet)}; there are {', '.join(map(shown, names)) or 'no sheets'}")
+        raise InputError(f"sheet: no {shown(sheet)}; the workbook has {', '.join(map(shown, names)) or 'no sheets'}")
     if not names:
         raise InputError("a workbook without a sheet of cells")
     return next((entry.name for entry in tables if entry.visible == SheetVisibleEnum.Visible), names[0])
 
 
 def _text(cell: Any, by_comma: bool) -> str:
-    """A cell as a table of text holds it; numbers with all their digits."""
+    """The text of a cell; numbers with all their digits."""
     if isinstance(cell, bool) or not isinstance(cell, int | float | str):
         return str(cell)
     if isinstance(cell, int | float):

@@ -1,1 +1,1 @@
-"""One point of a film: kinematics, load, equilibrium, stability and events."""
+"""Kinematics, load, equilibrium, stability and failure criteria of films."""

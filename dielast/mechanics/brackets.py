@@ -1,4 +1,4 @@
-"""Steps within which a signal falls to zero, and where in them it first does."""
+"""Steps of the integrator within which a signal falls to zero, and the time of its first zero in them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.roots import fall, samples
 from dielast.numerics.stride import DenseSteps
 
-NEARBY = 1e-3  # of a step: so far to either side goes the difference that is a signal's slope
+NEARBY = 1e-3  # half-width, as a fraction of the step, of the difference quotient for the slope of a signal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Brackets:
-    """Steps of columns (k,) over which a signal goes from `last` to `value`. The span of `load` in which they lie began `begin` s
-    after the voltage programme, and `switched_on` is when the voltage began to rise, in the same time.
+    """Steps of columns (k,) over which a signal falls from `last` (k,) to `value` (k,).
+
+    The span of `load` that contains the step began `begin` (k,) s after the voltage programme; the magnitude of the voltage last
+    began to rise `switched_on` (k,) s after the beginning of the programme.
     """
 
     steps: DenseSteps
@@ -30,21 +32,21 @@ class Brackets:
     last: Floats
     value: Floats
     exposed: Floats
-    """What adds up over time, at the beginning of the steps (exposures, k)."""
+    """The integrals of exposure at the beginning of the steps (exposures, k)."""
 
     @classmethod
     def joined(cls, parts: list[Brackets]) -> Brackets:
-        """The columns of all parts."""
+        """The columns of all parts, in the order of the parts."""
         names = ("begin", "switched_on", "last", "value", "exposed")
         numbers = (np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names)
         return cls(DenseSteps.joined([part.steps for part in parts]), Load.joined([part.load for part in parts]), *numbers)
 
     def sampled(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Floats]:
-        """The signal at some fractions of the steps, and these fractions, (samples, k) each; see `roots.samples`."""
+        """Samples of the signal in the steps, and their fractions of the steps, both (samples, k); see `roots.samples`."""
         return samples(self._along(signal, system, needs_springs), self.last, self.value)
 
     def first_fall(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Moment]:
-        """The time (k,) since the span began at which the signal first falls to zero, and how the films are then."""
+        """The time (k,) in s since the span began at which the signal first falls to zero, and the films at that moment."""
         along = self._along(signal, system, needs_springs)
         values, fractions = samples(along, self.last, self.value)
         first, every = np.argmax(~(values > 0), axis=0), np.arange(self.last.size)
@@ -54,13 +56,13 @@ class Brackets:
     def _by_steps(
         self, signal: Signal, along: Callable[[Floats], Floats], system: Films, fraction: Floats
     ) -> tuple[Floats, Moment]:
-        """The time and the moment at which the signal vanishes that does so `along` the dense output at a `fraction` (k,).
+        """The time and the moment of the zero that the signal has `along` the dense output at a `fraction` (k,) of the step.
 
-        The dense output is of a lower order than the steps. So films go there by a step of their own, and the signal that they
-        then have left takes one step of Newton's method.
+        The dense output is of a lower order than the steps. So the step is repeated up to this fraction, and one step of Newton's
+        method removes the residual of the signal there.
         """
         low, high = np.maximum(fraction - NEARBY, 0.0), np.minimum(fraction + NEARBY, 1.0)
-        with np.errstate(all="ignore"):  # what is not finite is left where it is
+        with np.errstate(all="ignore"):  # a correction that is not finite is discarded
             slope = (along(high) - along(low)) / (high - low)
             state = self.steps.anew(system, fraction)
             end = fraction - signal(self._moment(fraction, state, system)) / slope
@@ -70,20 +72,20 @@ class Brackets:
         return self._time(end), self._moment(end, state, system)
 
     def _along(self, signal: Signal, system: Films, needs_springs: bool) -> Callable[[Floats], Floats]:
-        """The signal (k,) over the fractions (k,) of the steps."""
+        """The signal (k,) as a function of the fractions (k,) of the steps."""
         every: Cases = np.arange(self.last.size)
         steps = self.steps if needs_springs else self.steps.take(every, slice(system.border, None))
         return lambda fraction: signal(self.at(fraction, steps, system)[1])
 
     def at(self, fraction: Floats, steps: DenseSteps, system: Films) -> tuple[Floats, Moment]:
-        """Time since the span began, and the films then."""
+        """The time (k,) in s since the span began at fractions (k,) of the steps, and the films then."""
         return self._time(fraction), self._moment(fraction, steps.state(fraction), system)
 
     def _time(self, fraction: Floats) -> Floats:
-        """Time (k,) since the span began at fractions (k,) of the steps."""
+        """The time (k,) in s since the span began at fractions (k,) of the steps."""
         return np.asarray(self.steps.time + fraction * self.steps.step)
 
     def _moment(self, fraction: Floats, state: Floats, system: Films) -> Moment:
-        """Films that are in this `state` at fractions (k,) of the steps."""
+        """The films in the `state` (rows, k) at fractions (k,) of the steps."""
         time = self._time(fraction)
         return Moment.of(system, self.steps.cases, self.begin + time - self.switched_on, time, state)

@@ -1,4 +1,4 @@
-"""Values of which there may be one for all cases, or one for each."""
+"""Arguments that are one value for all cases, or one value per case."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dielast.numerics.columns import Floats
 
 
 def of_case(case: int, cases: int) -> int | None:
-    """The case that an error names as its place: none where there is one only."""
+    """The case that an error names as its place; None if there is only one case."""
     return case if cases > 1 else None
 
 
@@ -28,7 +28,7 @@ def numbers(values: ArrayLike, name: str) -> Floats:
 
 
 def one_set(sizes: Iterable[int]) -> int:
-    """The number of cases that arrays of these sizes make up; `InputError` if two of them, neither 1, disagree."""
+    """The number of cases of arrays of these sizes; `InputError` if two sizes differ and neither is 1."""
     several = set(sizes) - {1}
     if len(several) > 1:
         raise InputError(f"arrays of {' and '.join(map(str, sorted(several)))} values do not make one set of cases")
@@ -36,7 +36,7 @@ def one_set(sizes: Iterable[int]) -> int:
 
 
 def spread(value: ArrayLike, name: str, cases: int) -> Floats:
-    """One finite number for each case, (cases,); `InputError` with the argument `name` for a number that is not finite."""
+    """The values as an array (cases,), a single number repeated; `InputError` with the argument `name` if one is not finite."""
     array = np.asarray(value, dtype=float)
     if not np.all(np.isfinite(array)):
         raise InputError("every value must be finite", argument=name)

@@ -1,4 +1,4 @@
-"""Points of a table as a course of straight spans."""
+"""Points of a table as a course of straight spans, one from each point to the next."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from dielast.numerics.columns import Cases, Flags, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
-    """Straight lines through points of `time` in s and `value`, both (points,), the first at time 0, along the `driven` rows (3,)
-    of the load, where the value is multiplied by a `scale` (cases,); the other rows stay at their `base` (3, cases), NaN for a
-    value that is the present one when the course begins.
+    """Straight lines through points of `time` in s and `value`, both (points,), the first at time 0.
+
+    They prescribe the `driven` rows (3,) of the load, with values multiplied by `scale` (cases,). The other rows keep their `base`
+    (3, cases); NaN stands for the value that is present when the course begins.
     """
 
     controls: Controls
@@ -32,17 +33,17 @@ class Chain:
     def of(
         cls, controls: Controls, base: Floats, driven: Flags, time: Floats, value: Floats, scale: Floats, origin: int = 0
     ) -> Chain:
-        """The chain through these points, with points more where a voltage passes 0."""
-        through = np.flatnonzero(value[:-1] * value[1:] < 0) if driven[2] else np.zeros(0, dtype=np.intp)
-        if through.size:
-            before, after = value[through], value[through + 1]
-            lasts = time[through + 1] - time[through]
-            time = np.insert(time, through + 1, time[through] + before / (before - after) * lasts)
-            value = np.insert(value, through + 1, 0.0)
+        """The chain through these points, with a point inserted wherever a voltage changes its sign."""
+        sign_changes = np.flatnonzero(value[:-1] * value[1:] < 0) if driven[2] else np.zeros(0, dtype=np.intp)
+        if sign_changes.size:
+            before, after = value[sign_changes], value[sign_changes + 1]
+            lasts = time[sign_changes + 1] - time[sign_changes]
+            time = np.insert(time, sign_changes + 1, time[sign_changes] + before / (before - after) * lasts)
+            value = np.insert(value, sign_changes + 1, 0.0)
         return cls(controls, base, driven, time, value, scale, origin)
 
     def begin(self, present: Floats) -> Chain:
-        """The course from the `present` values (3, cases) on."""
+        """The course that starts from the `present` values (3, cases)."""
         return replace(self, base=np.where(np.isnan(self.base), present, self.base))
 
     def take(self, cases: Cases) -> Chain:
@@ -51,65 +52,67 @@ class Chain:
 
     @property
     def target(self) -> Targets:
-        """The first point, and what the other rows are held at."""
+        """The first point of the driven rows, and the values of the other rows."""
         return targets(self.start)
 
     @property
     def at_once(self) -> Flags:
-        """It jumps to the first point, if it is not there."""
+        """Whether (cases,) the load may jump to the first point: always."""
         return np.ones(self.scale.size, dtype=bool)
 
     def extremes(self) -> tuple[Floats, ...]:
-        """The least and the largest value (cases,)."""
+        """The smallest and the largest value (cases,)."""
         return self.value.min() * self.scale, self.value.max() * self.scale
 
     @property
     def spans(self) -> int:
-        """Between the points."""
+        """The number of intervals between points."""
         return self.time.size - 1
 
     @property
     def start(self) -> Floats:
-        """The first point."""
+        """The values (3, cases) at the first point."""
         return np.where(self.driven[:, None], self.value[0] * self.scale, self.base)
 
     @property
     def end(self) -> Floats:
-        """The last point."""
+        """The values (3, cases) at the last point."""
         return np.where(self.driven[:, None], self.value[-1] * self.scale, self.base)
 
     @property
     def duration(self) -> Floats:
-        """To the last point."""
+        """The time (cases,) in s from the first to the last point."""
         return np.full(self.scale.size, self.time[-1])
 
     @property
     def longest_step(self) -> Floats:
-        """Any step sees a straight line whole."""
+        """Unlimited (cases,): a step sees a straight line in full."""
         return np.full(self.scale.size, np.inf)
 
     def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
-        """From one point to the next."""
+        """The straight lines from the points `index` (k,) to the next, and their durations (k,) in s."""
         base, driven, scale = self.base[:, cases], self.driven[:, None], self.scale[cases]
         lasts = self.time[index + 1] - self.time[index]
         start, end = (np.where(driven, self.value[at] * scale, base) for at in (index, index + 1))
         return Load.between(self.controls, start, end, lasts), lasts
 
     def smooth(self, index: Cases) -> Flags:
-        """Every point is a kink."""
+        """False (k,): every point is a kink."""
         return np.zeros(index.shape, dtype=bool)
 
     def rises(self, kept: Cases) -> Floats:
-        """Not looked for: a measured voltage rises again and again."""
+        """NaN (cases, 1): rises are not searched for in a table, as a measured voltage has too many of them."""
         return np.full((self.scale.size, 1), np.nan)
 
     def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
-        """At each point, and so many between that neither value nor time moves on by more than a share."""
-        move, lasts = np.abs(np.diff(self.value)), np.diff(self.time)
-        reach, length = float(np.ptp(self.value)), float(self.time[-1])
-        share = np.maximum(move / reach if reach > 0 else move, lasts / length)
+        """The times (cases, k) of all points, and times between them so dense that neither value nor time advances by more than
+        1/`EVEN_ROWS` of its range from one row to the next.
+        """
+        change, lasts = np.abs(np.diff(self.value)), np.diff(self.time)
+        value_range, duration = float(np.ptp(self.value)), float(self.time[-1])
+        share = np.maximum(change / value_range if value_range > 0 else change, lasts / duration)
         between = np.maximum(np.ceil(EVEN_ROWS * share * (1 - 1e-9)).astype(np.intp), 1)
         span = np.repeat(np.arange(between.size), between)
         part = (np.arange(span.size) - np.repeat(np.cumsum(between) - between, between)) / between[span]
-        rows = np.append(self.time[span] + part * lasts[span], length)
+        rows = np.append(self.time[span] + part * lasts[span], duration)
         return np.broadcast_to(rows, (self.scale.size, rows.size))

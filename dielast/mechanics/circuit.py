@@ -1,15 +1,15 @@
-"""The circuit that a film's electrodes are part of, where the charge is an unknown: a source with a resistance, or a charge that
-the source delivers, and a leak through the film.
+"""The circuit of a film whose charge is an unknown: a source, with a resistance or of a prescribed charge, and leakage through the
+film.
 
-Per undeformed area of the electrode, with the nominal charge density D~ in C/m^2, the nominal field E~ = D~/C, the capacitance
-C = eps lambda_1^2 lambda_2^2 (of unit undeformed thickness, in F/m) and the true field E = E~ lambda_1 lambda_2, charge is
-conserved:
+Per undeformed area of the electrode, charge is conserved:
 
-    dD~/dt = i - j(E) lambda_1 lambda_2,    i = (E_s - E~)/r,  or  i = dD_s/dt,
+    dD~/dt = i - j(E) lambda_1 lambda_2,    i = (E_s - E~)/r,  or  i = dD_s/dt.
 
-E_s the source's voltage over the undeformed thickness L_3, r = R A/L_3 in ohm m for a resistance R and an undeformed area A, D_s
-the charge that the source has delivered. D_s constant is an open circuit. With C constant D~ goes to C E_s as exp(-t/(r C)); with
-a constant conductivity sigma the open film discharges as exp(-sigma t/eps), whatever its stretch.
+Here D~ is the nominal charge density in C/m^2, E~ = D~/C the nominal field, C = eps lambda_1^2 lambda_2^2 the capacitance (for unit
+undeformed thickness, in F/m) and E = E~ lambda_1 lambda_2 the true field. E_s is the voltage of the source over the undeformed
+thickness L_3, r = R A/L_3 in ohm m for a resistance R and an undeformed area A, and D_s the charge that the source has delivered. A
+constant D_s is an open circuit. At constant C, D~ approaches C E_s as exp(-t/(r C)); with a constant conductivity sigma, the film
+in an open circuit discharges as exp(-sigma t/eps), whatever its stretch.
 
 Derivatives in Lambda_i = 2 ln lambda_i, with g_i = d ln C/dLambda_i = 1 + d ln eps/dLambda_i:
 
@@ -28,56 +28,60 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Circuit:
-    """A `leakage` with numbers (cases,), and the source: its `resistance` r (cases,) in ohm m, or None where it delivers a charge.
+    """A `leakage` law with constants (cases,), and the `resistance` r (cases,) in ohm m of the source, None if its charge is
+    prescribed.
 
-    A `source` below is what the load prescribes, E_s in V/m or D_s in C/m^2, and `slope` its rate, both (cases,). `permittivity` is
-    that of the film as it is stretched, `share` are g_i (2, cases).
+    In the methods, all arrays (cases,) unless stated: `source` is the prescribed quantity, E_s in V/m or D_s in C/m^2, `slope` its
+    rate and `bend` the rate of `slope`; `permittivity` is that of the film at its present stretch, `share` are g_i (2, cases), and
+    `log_area` is Lambda_1 + Lambda_2.
     """
 
     leakage: Leakage
     resistance: Floats | None = None
 
     def take(self, cases: Cases) -> Circuit:
-        """Those of some of the films."""
+        """The circuits of the selected films (k,)."""
         resistance = None if self.resistance is None else self.resistance[cases]
         return Circuit(self.leakage.take(cases), resistance)
 
     def charge_after(self, charge: Floats, before: Floats, after: Floats) -> Floats:
-        """D~ (cases,) after the source jumps: through a resistance no charge flows at once."""
+        """D~ (cases,) after the source jumps: no charge flows through a resistance in no time."""
         return charge if self.resistance is not None else charge + (after - before)
 
     def leak(self, permittivity: Floats, log_area: Floats, charge: Floats) -> Floats:
-        """The current density through the film per undeformed area, j lambda_1 lambda_2 (cases,) in A/m^2."""
+        """The leakage current density j lambda_1 lambda_2 (cases,) in A/m^2 of undeformed area."""
         area = np.exp(0.5 * log_area)
         return np.asarray(self.leakage.current_density(charge / (permittivity * area)) * area)
 
     def supply(self, permittivity: Floats, log_area: Floats, charge: Floats, source: Floats, slope: Floats) -> Floats:
-        """The current density i (cases,) in A/m^2 that the source sends into the film, per undeformed area."""
+        """The current density i (cases,) from the source in A/m^2 of undeformed area."""
         if self.resistance is None:
             return slope
         return (source - charge * np.exp(-log_area) / permittivity) / self.resistance
 
     def supply_change(self, slope: Floats, bend: Floats) -> Floats:
-        """di/dt (cases,) of a film that stands still; `bend` is the second derivative of what the load prescribes."""
+        """di/dt (cases,) at constant stretches and charge."""
         return bend if self.resistance is None else slope / self.resistance
 
     def linearised(self, permittivity: Floats, share: Floats, log_area: Floats, charge: Floats) -> tuple[Floats, Floats]:
-        """The derivatives of dD~/dt in D~ (cases,), which is never positive, and in Lambda (2, cases)."""
+        """The derivatives of dD~/dt in D~ (cases,), at most 0, and in Lambda (2, cases)."""
         area = np.exp(0.5 * log_area)
-        true = charge / (permittivity * area)
-        steep = self.leakage.slope(true)
-        by_charge = -steep / permittivity
-        by_stretch = area * (steep * true * (share - 0.5) - 0.5 * self.leakage.current_density(true))
+        true_field = charge / (permittivity * area)
+        conductivity = self.leakage.slope(true_field)
+        by_charge = -conductivity / permittivity
+        by_stretch = area * (conductivity * true_field * (share - 0.5) - 0.5 * self.leakage.current_density(true_field))
         if self.resistance is not None:
             by_charge = by_charge - np.exp(-log_area) / (permittivity * self.resistance)
             by_stretch = by_stretch + share * (charge * np.exp(-log_area) / (permittivity * self.resistance))
         return by_charge, by_stretch
 
     def released(self, permittivity: Floats, share: Floats, log_area: Floats, charge: Floats, time: Floats) -> Floats:
-        """dD~/dLambda (2, cases) a `time` (cases,) in s after a small disturbance of the stretches: 0 at once, when the charge is
-        as it was, and later what the circuit lets flow, in the end, through a resistance, as much as under a voltage held.
+        """dD~/dLambda (2, cases) at a `time` (cases,) in s after a small disturbance of the stretches.
+
+        It is 0 at time 0, when no charge has flowed yet. Later it is the charge that the circuit lets flow: through a resistance,
+        in the limit of long times, as much as at a constant voltage.
         """
         by_charge, by_stretch = self.linearised(permittivity, share, log_area, charge)
         flows = by_charge < 0
-        flown = -np.expm1(by_charge * time) / np.where(flows, -by_charge, 1.0)
-        return np.asarray(by_stretch * np.where(flows, flown, time))
+        response = -np.expm1(by_charge * time) / np.where(flows, -by_charge, 1.0)
+        return np.asarray(by_stretch * np.where(flows, response, time))

@@ -1,8 +1,8 @@
-"""The springs of points over one step: their flow, and the elimination of their unknowns, a 2x2 block each.
+"""The flow of the springs over one step, and the elimination of their unknowns, a 2x2 block per spring.
 
-A spring's stress p, q in axes 1 and 2 makes it flow by F (p, q), F = [[2, -1], [-1, 2]] (Sec. 3 of DOI 10.1115/1.4030850). With K
-its tangent in Lambda = 2 ln lambda, its block is D = c + f F K, f the flow of a step and c diagonal, and its part in the stress of
-all is Q = mu K D^-1. Arrays hold springs, then points or cases, in the last axes.
+A spring with stress p, q in axes 1 and 2 flows in proportion to F (p, q), F = [[2, -1], [-1, 2]] (Sec. 3 of DOI
+10.1115/1.4030850). With K its tangent in Lambda = 2 ln lambda, f its flow factor in a step and c diagonal, its block is
+D = c + f F K, and it contributes Q = mu K D^-1 to the tangent of the film. Arrays end with the axes springs, points or cases.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dielast.numerics.columns import Floats
 
 
 def flow_of(stress: Floats, factor: Floats) -> Floats:
-    """F times the springs' stress (2, n, cases) times a `factor` (n, cases)."""
+    """F times the stress (2, n, cases) of the springs times `factor` (n, cases)."""
     flow = 3 * stress
     flow -= stress[0] + stress[1]
     flow *= factor
@@ -24,7 +24,9 @@ def flow_of(stress: Floats, factor: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eliminated:
-    """D^-1 of the springs, as its `diagonal` and its `off_diagonal` (2, n, cases), and their `share` Q (2, 2, n, cases)."""
+    """D^-1 of the springs as `diagonal` and `off_diagonal` entries (2, n, cases), and their contributions Q, `share` (2, 2, n,
+    cases).
+    """
 
     diagonal: Floats
     off_diagonal: Floats
@@ -32,8 +34,8 @@ class Eliminated:
 
     @classmethod
     def of(cls, modulus: Floats, tangent: Floats, flow: Floats, hold: Floats | float) -> Eliminated:
-        """Springs of a `modulus` and `flow` f (n, cases), whose `tangent` K has the entries 11, 12 and 22 (3, n, cases); `hold` is
-        c, one number, with which Q is symmetric, or one a spring and axis (2, n, cases).
+        """Springs with `modulus` mu and flow factor `flow` f, both (n, cases), and the entries 11, 12, 22 of their `tangent` K
+        (3, n, cases). `hold` is c: one number, which makes Q symmetric, or values for each spring and axis (2, n, cases).
         """
         k11, k12, k22 = tangent
         hold_1, hold_2 = (hold, hold) if isinstance(hold, float) else hold
@@ -70,7 +72,7 @@ class Eliminated:
         return cls(diagonal, off_diagonal, share)
 
     def solve(self, right: Floats, out: Floats) -> None:
-        """Write D^-1 `right` to `out`, both (2, n, cases); `right` is spent."""
+        """Write D^-1 `right` to `out`, both (2, n, cases); `right` is overwritten."""
         np.multiply(self.diagonal, right, out=out)
         right *= self.off_diagonal[::-1]
         out += right[::-1]

@@ -1,4 +1,4 @@
-"""The first event of one criterion in many films: when it was, and how the films were then."""
+"""The first event of one criterion in many films: its time, and the films at that time."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventArrays:
-    """When the signal of one criterion first fell to zero, and how the films were then: arrays (cases,), NaN where it did not.
+    """The first event of one criterion: arrays (cases,), NaN for films without that event.
 
-    `time` in s since the voltage programme began, `field` the nominal field in V/m; Lambda and the mechanical nominal stress in Pa
-    are (2, cases); `determinant` is that of pull-in, `exposed` (exposures, cases) what adds up over time.
+    `time` is in s since the voltage programme began, `field` the nominal field in V/m; Lambda and the mechanical nominal stress in
+    Pa are (2, cases); `determinant` is that of pull-in, `exposed` (exposures, cases) are the integrals of exposure.
     """
 
     time: Floats
@@ -27,17 +27,17 @@ class EventArrays:
 
     @classmethod
     def never(cls, cases: int, exposures: int) -> EventArrays:
-        """It has not happened yet, to films of which so many things add up over time."""
+        """No events yet, in films with this number of `exposures`."""
         return cls(*(np.full((*axes, cases), np.nan) for axes in ((), (), (2,), (2,), (), (exposures,))))
 
     @classmethod
     def joined(cls, parts: Sequence[EventArrays]) -> EventArrays:
-        """That of the cases of all parts, one part after another."""
+        """The cases of all parts, in the order of the parts."""
         return cls(*(np.concatenate([getattr(part, one.name) for part in parts], axis=-1) for one in fields(cls)))
 
     @property
     def row(self) -> Floats:
-        """A row of output at the event (6 + exposures, cases): Lambda, nominal stress, field, determinant, what adds up."""
+        """A row of output at the event (6 + exposures, cases): Lambda, nominal stress, field, determinant, exposures."""
         single = self.field[None], self.determinant[None]
         return np.concatenate((self.log_squared_stretch, self.nominal_stress, *single, self.exposed))
 
@@ -46,6 +46,6 @@ class EventArrays:
         return EventArrays(*(getattr(self, one.name)[..., cases] for one in fields(self)))
 
     def put(self, cases: Cases, part: EventArrays) -> None:
-        """Write what happened to some of the cases (k,)."""
+        """Write the events `part` of the cases (k,)."""
         for one in fields(self):
             getattr(self, one.name)[..., cases] = getattr(part, one.name)

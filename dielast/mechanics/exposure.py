@@ -1,7 +1,7 @@
-"""What films have been exposed to: the integral of a rate over the time of the voltage programme, beside their states.
+"""The exposure of films: the integral of a rate over the time of the voltage programme, computed beside the states.
 
-The rate is integrated over the dense output of each step, which is halved as often as the rate asks for. The integral is as exact
-as the states are, and does not shorten the steps, as it would if it were one of the states.
+The rate is integrated over the dense output of each step, by adaptive quadrature. The integral is as accurate as the states, and
+does not shorten the steps, as it would if it were itself a state.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from dielast.numerics.stride import DenseSteps, Stride
 
 
 class Exposure:
-    """The integral `total` (cases,) of a `rate` in 1/s, a function of a moment that needs no springs."""
+    """The integral `total` (cases,) of a `rate` in 1/s, which is a function of a moment and does not depend on the springs."""
 
     def __init__(self, rate: Signal, cases: int) -> None:
         self.rate, self.total = rate, np.zeros(cases)
         self.before = np.zeros(0)
-        """At the beginning of the step that was followed last (pool,)."""
+        """The integrals (pool,) at the beginning of the last step that was followed."""
 
     def follow(self, stride: Stride, system: Films) -> tuple[Floats, Floats]:
-        """Go through a step; the integrals (pool,) before and after it, as if it were accepted."""
+        """Add a step; returns the integrals (pool,) before and after it, which count only where the step is accepted."""
         steps = DenseSteps.of(stride, slice(system.border, None), np.arange(stride.cases.size))
         before = self.total[stride.cases]
         after = before + self._within(steps, system, stride.accepted.astype(float))
@@ -35,18 +35,19 @@ class Exposure:
         return before, after
 
     def along(self, stride: Stride, system: Films, columns: Cases, fraction: Floats) -> Floats:
-        """The integrals (k,) of `columns` (k,) at fractions (k,) of the step that was followed last."""
+        """The integrals (k,) of `columns` (k,) at fractions (k,) of the last step that was followed."""
         steps = DenseSteps.of(stride, slice(system.border, None), columns)
         return self.before[columns] + self._within(steps, system.take(columns), fraction)
 
     def at(self, brackets: Brackets, before: Floats, time: Floats, system: Films) -> Floats:
-        """The integrals (k,) at a `time` (k,) within steps at whose beginning they are those `before` (k,)."""
+        """The integrals (k,) at `time` (k,) within steps, given the integrals `before` (k,) at the beginning of these steps."""
         steps = brackets.steps.take(np.arange(before.size), slice(system.border, None))
         return before + self._within(steps, system, np.clip((time - steps.time) / steps.step, 0.0, 1.0))
 
     def reached(self, brackets: Brackets, system: Films) -> tuple[Floats, Moment]:
-        """The time (k,) since the span began at which the integral is 1, within steps before and after which it is `last` and
-        `value`, and how the films are then.
+        """The time (k,) in s since the span began at which the integral reaches 1, and the films then.
+
+        The integral is `last` at the beginning of a step and `value` at its end.
         """
         begin, end = np.zeros_like(brackets.last), np.ones_like(brackets.last)
         steps = brackets.steps.take(np.arange(begin.size), slice(system.border, None))
@@ -54,14 +55,14 @@ class Exposure:
         return brackets.at(part, brackets.steps, system)
 
     def _within(self, steps: DenseSteps, system: Films, part: Floats) -> Floats:
-        """The integral (k,) over the first `part` (k,) of the steps, of which the rows of the border are there."""
+        """The integral (k,) over the first `part` (k,) of the steps, whose states hold the rows of the border."""
 
         def rate(columns: Cases, fraction: Floats) -> Floats:
-            left_out = not np.array_equal(columns, every)
-            chosen, films = (steps.take(columns), system.take(columns)) if left_out else (steps, system)
+            is_subset = not np.array_equal(columns, all_columns)
+            chosen, films = (steps.take(columns), system.take(columns)) if is_subset else (steps, system)
             time = chosen.time + fraction * chosen.step
             return self.rate(Moment.of(films, chosen.cases, np.zeros_like(time), time, chosen.state(fraction)))
 
-        every = np.arange(part.size)
-        with np.errstate(all="ignore"):  # a rate beyond all numbers is one by which the film fails
+        all_columns = np.arange(part.size)
+        with np.errstate(all="ignore"):  # where the rate overflows, the film fails
             return integrals(rate, np.zeros_like(part), part) * steps.step

@@ -19,7 +19,7 @@ from dielast.numerics.columns import Floats
 
 
 def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
-    """Number of cases that the arrays in `steps` and `others` span; `InputError` if their lengths disagree."""
+    """The number of cases of the arrays in `steps` and `others`; `InputError` if their lengths disagree."""
     sizes = {np.size(other) for other in others}
     for index, step in enumerate(steps):
         with located(step=index):
@@ -28,7 +28,7 @@ def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
 
 
 def _sizes(step: Step) -> set[int]:
-    """The lengths of the arrays in a step."""
+    """The sizes of the arrays in a step."""
     if not isinstance(step, Step):
         raise InputError(f"{shown(step)}: a Step is needed")
     sizes = set[int]()
@@ -45,7 +45,7 @@ def _sizes(step: Step) -> set[int]:
 
 
 def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
-    """The steps of a history as pieces for so many cases. Raises `InputError` naming the step (counted from 0) that is wrong."""
+    """The steps of a history as pieces for `cases` cases. Raises `InputError` with the step (counted from 0) that is wrong."""
     try:
         mode = Mode(mode)
     except ValueError:
@@ -62,17 +62,17 @@ def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
 
 
 def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> list[Piece]:
-    """One step as pieces; `held` are the controls of the step before."""
+    """One step as pieces; `held` are the controls of the preceding step."""
     path = step.stretch if isinstance(step.stretch, Path) else step.stress if isinstance(step.stress, Path) else None
     if path is not None:
         if step.rate is not None or step.duration is not None or (step.stretch is not None and step.stress is not None):
             raise InputError("a waveform or a track has its pace with it, and stands alone")
         control = Control.STRESS if step.stretch is None else Control.STRETCH
         _check_stretch(control, path.values())
-        both = mode is Mode.EQUIBIAXIAL
-        controls = (control, control if both else Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
-        lateral = None if both else float(mode is Mode.PURE_SHEAR)
-        return path_pieces(path, controls, (True, both, False), np.ones(cases), origin, lateral)
+        equibiaxial = mode is Mode.EQUIBIAXIAL
+        controls = (control, control if equibiaxial else Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
+        lateral = None if equibiaxial else float(mode is Mode.PURE_SHEAR)
+        return path_pieces(path, controls, (True, equibiaxial, False), np.ones(cases), origin, lateral)
     if step.stretch is None and step.stress is None:
         if step.duration is None or step.rate is not None:
             raise InputError("a stretch, a stress, or the duration of a hold is needed")
@@ -89,18 +89,20 @@ def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> 
 def path_pieces(
     path: Path, controls: Controls, driven: tuple[bool, bool, bool], scale: Floats, origin: int, lateral: float | None = None
 ) -> list[Piece]:
-    """A step that follows a path, multiplied by `scale` (cases,), along the `driven` axes and field; `lateral` is what axis 2 is
-    held at, None if it is driven or keeps its value. A track whose first point is later than the step is reached by a ramp.
+    """A step that follows a path, multiplied by `scale` (cases,), in the `driven` rows of the load (axes 1 and 2, and the field).
+
+    `lateral` is the prescribed value of axis 2, None if that axis is driven or keeps its value. A ramp leads to the first point of
+    a track whose time is later than the beginning of the step.
     """
     base = np.full((3, scale.size), np.nan)
     if lateral is not None:
         base[1] = lateral
-    follows = np.array(driven)
+    driven_rows = np.array(driven)
     if isinstance(path, Waveform):
-        return [Cycles.of(controls, base, follows, path, scale, origin)]
+        return [Cycles.of(controls, base, driven_rows, path, scale, origin)]
     time, value = np.asarray(path.time, dtype=float), path.values()
     scale = spread(path.scale, "scale", scale.size) * scale
-    chain = Chain.of(controls, base, follows, time - time[0], value, scale, origin)
+    chain = Chain.of(controls, base, driven_rows, time - time[0], value, scale, origin)
     ramp = Ramp(controls, chain.target, np.full(scale.size, time[0]), origin=origin)
     if time.size == 1:
         return [ramp]
@@ -108,7 +110,7 @@ def path_pieces(
 
 
 def pace(duration: ArrayLike | None, rate: ArrayLike | None, cases: int, goal: str) -> tuple[Floats, Floats | None]:
-    """Duration in s and signed rate (cases,) of a step that is no path; where there is a rate, the duration means nothing."""
+    """Duration in s and signed rate (cases,) of a step without a path; the duration has no meaning where there is a rate."""
     lasts = spread(0.0 if duration is None else duration, "duration", cases)
     if np.any(lasts < 0):
         raise InputError(f"{float(lasts.min()):g} s: it must not be negative", argument="duration")
@@ -123,20 +125,20 @@ def pace(duration: ArrayLike | None, rate: ArrayLike | None, cases: int, goal: s
 
 
 def _check_stretch(control: Control, values: Floats) -> None:
-    """`InputError` for a stretch that no film has."""
+    """`InputError` for a stretch that is not positive."""
     if control is Control.STRETCH and np.any(values <= 0):
         raise InputError(f"stretch {float(values.min()):g}: it must be positive (1 is undeformed)")
 
 
 def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], Control]:
-    """Control and target of both axes, and what the rate is a rate of."""
+    """Control and target of both axes, and the control to which the rate refers."""
     stated = {Control.STRETCH: step.stretch, Control.STRESS: step.stress}
     paced = Control.STRESS if step.stretch is None else Control.STRETCH
     if any(isinstance(value, tuple) for value in stated.values()):
         targets: list[tuple[Control, ArrayLike]] = []
         for axis in range(2):
-            wanted = [(control, pair[axis]) for control, pair in stated.items() if isinstance(pair, tuple)]
-            prescribed = [(control, value) for control, value in wanted if value is not None]
+            stated_here = [(control, pair[axis]) for control, pair in stated.items() if isinstance(pair, tuple)]
+            prescribed = [(control, value) for control, value in stated_here if value is not None]
             if len(prescribed) != 1:
                 raise InputError(f"axis {axis + 1} needs either a stretch or a stress")
             targets.append(prescribed[0])
@@ -152,8 +154,10 @@ def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], C
 
 
 def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit: Floats) -> list[Piece]:
-    """The steps, all of voltage or all of charge, as pieces of load, from 0, with their values over a `unit` (cases,): the films'
-    thickness in m for voltages, 1 for charges per area. Raises `InputError` naming the step (counted from 0) that is wrong.
+    """The steps of an electrical programme, all of voltage or all of charge, as pieces of load that start from 0.
+
+    Their values are divided by `unit` (cases,): the thickness of the films in m for voltages, 1 for charges per area. Raises
+    `InputError` with the step (counted from 0) that is wrong.
     """
     if not steps:
         raise InputError("a voltage programme needs at least one step")
@@ -176,7 +180,7 @@ def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit:
 
 
 def _electrical_ramp(step: ElectricalStep, present: Floats) -> tuple[Floats, Floats]:
-    """Voltage or charge at the end of a step that is no path, and its duration in s (cases,)."""
+    """The voltage or the charge (cases,) at the end of a step without a path, and the duration (cases,) of the step in s."""
     if step.target is None:
         if step.duration is None or step.rate is not None:
             raise InputError(f"a {step.QUANTITY}, or the duration of a hold is needed")

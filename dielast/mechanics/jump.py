@@ -1,4 +1,4 @@
-"""Load applied at once: an algebraic jump of the springs with every viscous stretch frozen."""
+"""A load applied at once: algebraic equilibrium of the springs with all viscous stretches frozen."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from dielast.mechanics.span import Control, stretched
 from dielast.numerics.columns import Flags, Floats
 
 ITERATIONS = 200
-SETTLED = 1e-12  # in Lambda; what is left is then squared away by the last Newton step
-BALANCED = 1e-8  # in Lambda; a Newton step larger than this leads on
+HALVINGS = 60  # of one Newton step
+SETTLED = 1e-12  # change of Lambda at which the search ends; the last Newton step has then squared the error
+BALANCED = 1e-8  # Newton step in Lambda that an equilibrium may still have
 
 
 def jump(
@@ -19,14 +20,15 @@ def jump(
 ) -> tuple[Floats, Floats, Flags]:
     """Lambda and nominal stress (2, cases) under the `target` (3, cases), and whether a stable equilibrium was found (cases,).
 
-    `internal` is x (2, n, cases), `log_squared_stretch` the Lambda (2, cases) to start from. Newton's method on the nominal
-    stresses, whose tangent is positive wherever the springs' energy is convex, with steps halved until the imbalance falls.
+    `internal` is x (2, n, cases), `log_squared_stretch` the initial guess of Lambda (2, cases). Newton's method on the nominal
+    stresses, whose tangent is positive definite where the energy of the springs is convex; a step is halved until the imbalance
+    decreases.
     """
     driven = stretched(controls)
     with np.errstate(all="ignore"):
         log_squared = np.where(driven, 2 * np.log(np.where(driven, target[:2], 1.0)), log_squared_stretch)
-        pull = np.where(driven, 0.0, target[:2])
-        carried, imbalance, tangent = _equations(points, driven, pull, target[ELECTRIC], internal, log_squared)
+        applied = np.where(driven, 0.0, target[:2])
+        carried, imbalance, tangent = _equations(points, driven, applied, target[ELECTRIC], internal, log_squared)
         settled = np.zeros(log_squared.shape[1], dtype=bool)
         for _ in range(ITERATIONS):
             step = _solve(tangent, -imbalance)
@@ -35,35 +37,34 @@ def jump(
             if np.all(settled | ~np.all(np.isfinite(step), axis=0)):
                 break
             merit = _merit(imbalance, log_squared)
-            share = np.where(settled, 0.0, 1.0)
-            for _halving in range(60):
-                trial = log_squared + share * step
-                found = _equations(points, driven, pull, target[ELECTRIC], internal, trial)
-                worse = ~(_merit(found[1], trial) < merit) & (share > 0)
+            fraction = np.where(settled, 0.0, 1.0)
+            for _halving in range(HALVINGS):
+                trial = log_squared + fraction * step
+                equations = _equations(points, driven, applied, target[ELECTRIC], internal, trial)
+                worse = ~(_merit(equations[1], trial) < merit) & (fraction > 0)
                 if not worse.any():
                     break
-                share = np.where(worse, 0.5 * share, share)
-            settled |= share * np.max(np.abs(step), axis=0) <= SETTLED
-            log_squared, (carried, imbalance, tangent) = trial, found
+                fraction = np.where(worse, 0.5 * fraction, fraction)
+            settled |= fraction * np.max(np.abs(step), axis=0) <= SETTLED
+            log_squared, (carried, imbalance, tangent) = trial, equations
         determinant = tangent[0, 0] * tangent[1, 1] - tangent[0, 1] * tangent[1, 0]
-        settled &= np.all(
-            np.abs(_solve(tangent, -imbalance)) <= BALANCED, axis=0
-        )  # or else the search got stuck where there is no root
+        # a larger Newton step means that the search stalled where there is no root
+        settled &= np.all(np.abs(_solve(tangent, -imbalance)) <= BALANCED, axis=0)
         stable = settled & (determinant > 0) & (tangent[0, 0] > 0) & np.all(np.isfinite(carried), axis=0)
         nominal = np.where(driven, carried * np.exp(-0.5 * log_squared), target[:2])
     return log_squared, nominal, stable
 
 
 def _equations(
-    points: Points, driven: Flags, pull: Floats, electrical: Floats, internal: Floats, log_squared: Floats
+    points: Points, driven: Flags, applied: Floats, electrical: Floats, internal: Floats, log_squared: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Mechanical true stress (2, cases), imbalance (2, cases), and the tangent (2, 2, cases) with driven axes taken out."""
-    stress, half = points.law.tangent(points.springs(internal, log_squared))
+    """Mechanical true stress and imbalance (2, cases), and the tangent (2, 2, cases), the identity in rows of driven axes."""
+    stress, spring_tangent = points.law.tangent(points.springs(internal, log_squared))
     maxwell, by_stretch, _ = points.maxwell_tangent(log_squared, electrical)
     carried = np.einsum("nm,cnm->cm", points.modulus, stress) - maxwell
-    tangent = np.einsum("nm,cnm->cm", points.modulus, half)[SYMMETRIC] - by_stretch
+    tangent = np.einsum("nm,cnm->cm", points.modulus, spring_tangent)[SYMMETRIC] - by_stretch
     tangent[(0, 1), (0, 1)] -= 0.5 * carried
-    imbalance = np.where(driven, 0.0, carried - pull * np.exp(0.5 * log_squared))
+    imbalance = np.where(driven, 0.0, carried - applied * np.exp(0.5 * log_squared))
     for axis in range(2):
         if driven[axis, 0]:
             tangent[axis, :] = tangent[:, axis] = 0.0
@@ -72,7 +73,7 @@ def _equations(
 
 
 def _merit(imbalance: Floats, log_squared: Floats) -> Floats:
-    """Square of the imbalance of nominal stresses (cases,), for which a Newton step always leads downhill."""
+    """The squared imbalance of nominal stresses (cases,), which every Newton step decreases if it is short enough."""
     return np.asarray(np.sum(np.square(imbalance * np.exp(-0.5 * log_squared)), axis=0))
 
 

@@ -11,21 +11,21 @@ from dielast.mechanics.cases import of_case
 from dielast.mechanics.span import Control, Controls, Load
 from dielast.numerics.columns import Cases, Flags, Floats
 
-RAMP_DECADES = 3  # of log-spaced rows before the end of a ramp, or of the first cycle
+RAMP_DECADES = 3  # of log-spaced rows before the end of a ramp or of the first cycle
 HOLD_DECADES = 6  # of log-spaced rows before the end of a hold, at least
-JUMP_DECADES = 12  # the same after a load applied at once, which the fastest branches show
-KINK = 1e-4  # of the duration of a ramp; a hold after it has rows from such a time on
-COINCIDENCE = 1e-6  # of the time since a piece began: rows that are closer are one row
-EVEN_ROWS = 100  # rows of a ramp or half a cycle, evenly spaced in what is driven
+JUMP_DECADES = 12  # the same after a load applied at once, to which the fastest branches respond
+KINK = 1e-4  # first row of a hold after a ramp, as a fraction of the duration of the ramp
+COINCIDENCE = 1e-6  # relative distance in time below which two rows are one
+EVEN_ROWS = 100  # rows of a ramp or of half a cycle, evenly spaced in the prescribed quantity
 
 Targets = tuple[Floats | None, Floats | None, Floats | None]
-"""Values (cases,) of the three prescribed quantities, None for a quantity that stays as it is when a piece begins."""
+"""Values (cases,) of the three prescribed quantities; None for a quantity that keeps its present value."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ramp:
-    """A straight line to `target` within a `duration` in s (cases,), 0 is at once; or, if there is one, at a signed `rate` (cases,)
-    in 1/s or Pa/s of the `paced` quantity, along the axis that moves furthest.
+    """A straight line to `target` within a `duration` (cases,) in s, 0 for a jump; or, if `rate` is not None, at this signed rate
+    (cases,) in 1/s or Pa/s of the `paced` quantity, along the axis with the largest change.
     """
 
     controls: Controls
@@ -39,11 +39,11 @@ class Ramp:
 
     @property
     def at_once(self) -> Flags:
-        """Whether (cases,) it takes no time."""
+        """Whether (cases,) the target is reached at once."""
         return np.asarray((self.duration == 0) & (self.rate is None))
 
     def extremes(self) -> tuple[Floats, ...]:
-        """None beyond its ends."""
+        """None: a line has no extremes beyond its ends."""
         return ()
 
     def take(self, cases: Cases) -> Ramp:
@@ -53,24 +53,24 @@ class Ramp:
         return replace(self, target=(first, second, third), duration=self.duration[cases], rate=rate)
 
     def begin(self, present: Floats) -> Line:
-        """The line from the `present` values (3, cases) on, or from its end where it takes no time."""
+        """The line that starts from the `present` values (3, cases), or at its end where its duration is 0."""
         end = np.array([now if target is None else target for now, target in zip(present, self.target, strict=True)])
         duration = self.duration if self.rate is None else self._lasts(self.rate, present, end)
         return Line(self.controls, np.where(duration > 0, present, end), end, duration)
 
     def _lasts(self, rate: Floats, present: Floats, end: Floats) -> Floats:
-        """How long it takes at the rate (cases,)."""
+        """The duration (cases,) in s at the `rate` (cases,)."""
         paced = [control is self.paced and target is not None for control, target in zip(self.controls, self.target, strict=False)]
         moves = (end - present)[:2][paced]
         move = np.take_along_axis(moves, np.argmax(np.abs(moves), axis=0)[None], axis=0)[0]
-        # a target that is reached already, but for rounding
+        # a target equal to the present value but for rounding
         move = np.where(np.abs(move) <= 1e-12 * np.abs(end[:2]).max(axis=0), 0.0, move)
         with located(step=self.origin):
             return lasts_at(rate, move, self.paced.value)
 
 
 def lasts_at(rate: Floats, move: Floats, quantity: str, unit: str = "") -> Floats:
-    """How long in s (cases,) a `move` of a `quantity` takes at a `rate` per s; `InputError` where the rate leads the other way."""
+    """The duration (cases,) in s of a `move` of a `quantity` at a `rate` per s; `InputError` if the rate has the wrong sign."""
     against = move * rate < 0
     if np.any(against):
         case = int(np.argmax(against))
@@ -79,7 +79,7 @@ def lasts_at(rate: Floats, move: Floats, quantity: str, unit: str = "") -> Float
 
 
 def wrong_way(rate: float, move: float, quantity: str, unit: str = "") -> str:
-    """What is wrong with a `rate` of a `quantity` whose sign is not that of the `move` to make, in the `unit` if it is stated."""
+    """The message for a `rate` of a `quantity` whose sign differs from that of the `move`, in the `unit` if it is stated."""
     name, pace = (quantity, f"{rate:g} {unit}/s") if unit else ("target", f"{rate:g}")
     to_go = f"{move:+g} {unit} are" if unit else f"{move:+g} of {quantity} is"
     sign = "positive" if move > 0 else "negative"
@@ -88,7 +88,7 @@ def wrong_way(rate: float, move: float, quantity: str, unit: str = "") -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Line:
-    """A straight line from `start` to `end` (3, cases) within `duration` (cases,). Its spans end where the voltage passes 0."""
+    """A straight line from `start` to `end` (3, cases) within `duration` (cases,) in s. A span ends where the voltage passes 0."""
 
     controls: Controls
     start: Floats
@@ -102,22 +102,22 @@ class Line:
 
     @property
     def _passes(self) -> Flags:
-        """In which cases (cases,) the voltage passes 0."""
+        """Whether (cases,) the voltage passes 0."""
         return np.asarray(self.start[2] * self.end[2] < 0)
 
     @property
     def _share(self) -> Floats:
-        """Share of the line (cases,) after which the voltage passes 0."""
+        """The fraction (cases,) of the line after which the voltage passes 0."""
         start, end = self.start[2], self.end[2]
         return np.asarray(start / np.where(start == end, 1.0, start - end))
 
     @property
     def longest_step(self) -> Floats:
-        """Any step sees a straight line whole."""
+        """Unlimited (cases,): a step sees a straight line in full."""
         return np.full(self.duration.size, np.inf)
 
     def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
-        """The line, or its part before (0) or after (1) it passes 0 V."""
+        """The line, or its part before (index 0) or after (index 1) the voltage passes 0, and its durations (k,) in s."""
         start, end, lasts = self.start[:, cases], self.end[:, cases], self.duration[cases]
         if self.spans == 1:
             return Load.between(self.controls, start, end, lasts), lasts
@@ -131,18 +131,18 @@ class Line:
         return Load.between(self.controls, start, end, lasts), lasts
 
     def smooth(self, index: Cases) -> Flags:
-        """A line has no kink."""
+        """True (k,) but for the first span: a line has no kink."""
         return index > 0
 
     def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
-        """Log-spaced, and on a ramp evenly spaced, too."""
+        """Times (cases, k), log-spaced; on a ramp, also evenly spaced."""
         if not np.any(self.duration > 0):
             return np.zeros((self.duration.size, 1))
         moves = np.any(self.start != self.end, axis=0)
         duration = np.where(self.duration > 0, self.duration, 1.0)
         finest = np.ceil(np.log10(duration) - np.log10(KINK * np.where(before > 0, before, 1.0)))
         soon = np.clip(finest, HOLD_DECADES, JUMP_DECADES)
-        # a voltage that begins to rise sets the clock of the pull-in time scale to 0
+        # a voltage that begins to rise restarts the clock of the pull-in time scale
         ramp_decades = JUMP_DECADES if np.any(self.start[2] != self.end[2]) else RAMP_DECADES
         decades = np.where(moves, ramp_decades, np.where(before > 0, soon, JUMP_DECADES))
         after = np.arange(int(decades.max()) * per_decade + 1) / per_decade - decades[:, None]
@@ -154,18 +154,18 @@ class Line:
         return np.asarray(self.duration[:, None] * fractions)
 
     def rises(self, kept: Cases) -> Floats:
-        """At its beginning, or where it passes 0 V."""
+        """The time (cases, 1) at which the voltage begins to rise in magnitude: at the start, or where it passes 0; else NaN."""
         grows = self._passes | (np.abs(self.end[2]) > np.abs(self.start[2]))
         return np.where(grows, np.where(self._passes, self._share, 0.0) * self.duration, np.nan)[:, None]
 
 
 def whole(share: Floats) -> Floats:
-    """A share of a piece, none or all of it where it is that but for rounding."""
+    """The fraction `share`, rounded to 0 or 1 where it differs from these only by rounding."""
     return np.where(share < 1e-12, 0.0, np.where(share > 1 - 1e-12, 1.0, share))
 
 
 def merged(rows: Floats, more: Floats) -> Floats:
-    """Ascending `rows`, and those of `more` between them that do not coincide with one but for rounding."""
+    """Ascending `rows`, with those rows of `more` inserted that do not coincide with one of them."""
     after = np.searchsorted(rows, more)
     below, above = rows[np.maximum(after - 1, 0)], rows[np.minimum(after, rows.size - 1)]
     apart = np.minimum(np.abs(more - below), np.abs(more - above)) > COINCIDENCE * more

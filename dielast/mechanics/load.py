@@ -1,7 +1,7 @@
 """Loads as a user states them: steps, waveforms, and tables over time.
 
-A step prescribes, along each axis, a stretch or a nominal stress; uniaxial, equibiaxial and pure-shear loading and any mixture are
-the same mechanism. Every value may be one number or one number a case, shape (cases,), or a waveform, or a table over time.
+A step prescribes a stretch or a nominal stress along each axis; uniaxial, equibiaxial and pure-shear loading are special cases of
+this. Every value may be one number, one number per case (cases,), a waveform, or a table over time.
 """
 
 from __future__ import annotations
@@ -32,8 +32,10 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Waveform:
-    """Cycles from `low` to `high` and back, of a "sine" or a "triangle", each within a `period` in s; all but the number of
-    `cycles` may be one number or one a case. `InputError` for a period or a number of cycles that is not positive.
+    """Cycles from `low` to `high` and back to `low`, of a "sine" or a "triangle", each with a `period` in s.
+
+    All but the number of `cycles` may be one number or one number per case. Raises `InputError` for a period or a number of cycles
+    that is not positive, and for a value that is not finite.
     """
 
     low: ArrayLike
@@ -55,36 +57,36 @@ class Waveform:
             raise InputError(f"{float(period.min()):g} s: it must be positive", argument="period")
 
     def values(self) -> Floats:
-        """All values that it turns around at."""
+        """All values at which it turns around."""
         return np.concatenate((numbers(self.low, "low"), numbers(self.high, "high")))
 
     def varied(self) -> tuple[ArrayLike, ...]:
-        """What may differ from case to case."""
+        """The values that may differ from case to case."""
         return self.low, self.high, self.period
 
     @property
     def duration(self) -> float:
-        """Of all cycles in s, in the slowest case."""
+        """The duration of all cycles in s, in the slowest case."""
         return float(np.max(self.period)) * self.cycles
 
     @property
     def last(self) -> ArrayLike:
-        """The value at its end."""
+        """The value at the end."""
         return self.low
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
-    """Points of `time` in s and `value`, both (points,), straight in between: what a machine went through, or is to follow.
+    """A table of `time` in s and `value`, both (points,), with straight lines between the points, such as the record of a machine.
 
-    The step begins at time 0: a first point above 0 is reached by a ramp from the present state, one at 0 at once. `InputError`
-    unless times ascend.
+    The step begins at time 0. If the first time is above 0, a ramp leads from the present value to the first point; if it is 0, the
+    load jumps to the first point. Raises `InputError` unless all numbers are finite, and times ascend and are not negative.
     """
 
     time: ArrayLike
     value: ArrayLike
     scale: ArrayLike = 1.0
-    """Factor on the values, one number or one a case."""
+    """Factor on the values, one number or one number per case."""
 
     def __post_init__(self) -> None:
         times, values = np.asarray(self.time, dtype=float), np.asarray(self.value, dtype=float)
@@ -99,21 +101,21 @@ class Track:
             raise InputError(f"the history goes back in time: {times[row]:g} s follows {times[row - 1]:g} s")
 
     def values(self) -> Floats:
-        """The values of all points."""
+        """The values (points,), without the `scale`."""
         return np.asarray(self.value, dtype=float)
 
     def varied(self) -> tuple[ArrayLike, ...]:
-        """What may differ from case to case."""
+        """The values that may differ from case to case."""
         return (self.scale,)
 
     @property
     def duration(self) -> float:
-        """To the last point in s."""
+        """The time of the last point in s."""
         return float(np.asarray(self.time)[-1])
 
     @property
     def last(self) -> ArrayLike:
-        """The value at its end."""
+        """The value at the end."""
         return np.asarray(self.values()[-1] * np.asarray(self.scale))
 
 
@@ -121,7 +123,7 @@ Path = Waveform | Track
 
 
 class _AnyStep(Result):
-    """What all steps share: one with a `duration` alone holds what is there."""
+    """Common to all steps: a step with only a `duration` is a hold."""
 
     __slots__ = ()
 
@@ -130,9 +132,9 @@ class _AnyStep(Result):
 
     @classmethod
     def hold(cls, duration: ArrayLike) -> Self:
-        """Keep what is prescribed for a `duration` in s; a charge is kept by an open circuit."""
-        made: Callable[..., Self] = cls
-        return made(duration=duration)
+        """Keep the prescribed values for a `duration` in s; a charge is kept by an open circuit."""
+        step_type: Callable[..., Self] = cls
+        return step_type(duration=duration)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -140,9 +142,9 @@ class Step(_AnyStep):
     """One step of a history: go to `stretch` or nominal `stress` (Pa) at a `rate` (1/s, Pa/s), within a `duration` (s), or at once;
     or follow a `Waveform` or a `Track` of one of them.
 
-    One value is understood by the loading mode; a pair (a tuple, for a list is one value for each case) prescribes both axes,
-    with None for an axis that the other keyword prescribes. A step with a duration alone is a hold. A rate carries its sign:
-    negative to unload; in a pair it is that of the axis that moves furthest.
+    The loading mode says what a single value means for both axes. A pair (a tuple; a list is one value per case) prescribes both
+    axes, with None for an axis that the other keyword prescribes. A step with only a duration is a hold. A rate has a sign,
+    negative to unload; with a pair, it refers to the axis with the largest change.
     """
 
     stretch: ArrayLike | Path | tuple[ArrayLike | None, ArrayLike | None] | None = None
@@ -152,7 +154,7 @@ class Step(_AnyStep):
 
 
 class _SourceStep(_AnyStep):
-    """What steps of a source share: one without a `target` holds what is there. `QUANTITY` is what they prescribe, in `UNIT`."""
+    """Common to the steps of a source: a step without a `target` is a hold. `QUANTITY` is what they prescribe, in `UNIT`."""
 
     __slots__ = ()
 
@@ -161,22 +163,22 @@ class _SourceStep(_AnyStep):
 
     @property
     def target(self) -> ArrayLike | Path | None:
-        """The value to reach, or the path to follow, of the quantity; None in a hold."""
+        """The value to reach, or the path to follow; None in a hold."""
         target: ArrayLike | Path | None = getattr(self, self.QUANTITY)
         return target
 
     def varied(self) -> list[ArrayLike]:
-        """All numbers of which there may be one for each case."""
+        """The values that may differ from case to case."""
         target = self.target.varied() if isinstance(self.target, Path) else (self.target,)
         return [value for value in (*target, self.rate, self.duration) if value is not None]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class VoltageStep(_SourceStep):
-    """Go to a `voltage` (V) at a `rate` (V/s, negative to go down) or within a `duration` (s), neither: at once; or follow a
-    `Waveform` or a `Track` of the voltage.
+    """Go to a `voltage` (V) at a `rate` (V/s, negative to go down), within a `duration` (s), or at once if neither is given; or
+    follow a `Waveform` or a `Track` of the voltage.
 
-    A step with a duration alone is a hold. Every value may be one number or one a case.
+    A step with only a duration is a hold. Every value may be one number or one number per case.
     """
 
     voltage: ArrayLike | Path | None = None
@@ -189,11 +191,12 @@ class VoltageStep(_SourceStep):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ChargeStep(_SourceStep):
-    """Let the source have delivered a `charge` (C/m^2 of undeformed area) in all, at a `rate` (A/m^2, negative to take charge back)
-    or within a `duration` (s), neither: at once; or follow a `Waveform` or a `Track` of that charge.
+    """Prescribe the total `charge` (C/m^2 of undeformed area) that the source has delivered at the end of the step, reached at a
+    `rate` (A/m^2, negative to withdraw charge), within a `duration` (s), or at once if neither is given; or follow a `Waveform` or
+    a `Track` of that charge.
 
-    A step with a duration alone is a hold, an open circuit. Without leakage the film has this charge, and else as much less as has
-    leaked. Every value may be one number or one a case.
+    A step with only a duration is a hold, in an open circuit. The charge on the film is this charge less the charge that has leaked
+    through the film. Every value may be one number or one number per case.
     """
 
     charge: ArrayLike | Path | None = None

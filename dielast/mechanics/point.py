@@ -1,16 +1,16 @@
 """The residual of loaded material points and its arrowhead Jacobian (Sec. 3 of DOI 10.1115/1.4030850).
 
-State of one point, a column of shape (2n + 2,): x_i = 2 ln xi_i of the n springs, axis 1 then axis 2, and last what the load leaves
-open in axes 1 and 2: Lambda_i = 2 ln lambda_i where the stress is prescribed, the nominal stress s_i where the stretch is.
-Spring 0 is the equilibrium spring, a branch that never flows. The equations are
+The state of one point is a column (2n + 2,): x_i = 2 ln xi_i of the n springs, axis 1 then axis 2, and last the unknowns of axes 1
+and 2: Lambda_i = 2 ln lambda_i where the stress is prescribed, the nominal stress s_i where the stretch is. Spring 0 is the
+equilibrium spring, treated as a branch that never flows. The equations are
 
     dx_i/dt = (2p - q, 2q - p)_i / (3 tau),                                 one pair for each spring,
     0 = sum mu p - m_1 - s_1 lambda_1,  and the same for axis 2 with q and m_2,
 
-m the Maxwell stress, eps E^2 in both axes where the permittivity does not depend on stretch (`electric`): an index-1
-differential-algebraic system. Springs meet only in the last two rows, so a linear solve is one 2x2 solve a spring, a sum
-over the springs, and one 2x2 solve more. Arrays hold cases in the last axis, and cases never mix: no result depends on its
-neighbours.
+where m is the Maxwell stress, eps E^2 in both axes if the permittivity does not depend on stretch (`electric`). They are a
+differential-algebraic system of index 1. The springs couple only through the last two rows, so a linear solve is one 2x2 solve per
+spring, a sum over the springs, and one further 2x2 solve. The last axis of arrays is the cases, which are independent: no result
+depends on the cases beside it.
 """
 
 from __future__ import annotations
@@ -27,20 +27,21 @@ from dielast.numerics.columns import Cases, Floats
 
 __all__ = ["FOLLOWER_WEIGHT", "Arrowhead", "LoadedPoints", "Points"]
 
-# what follows a moving load at once is less smooth within a step than the error estimate at its end can see
+# weight of unknowns that respond at once to a moving load: within a step they are less smooth than the error estimate at its end
+# shows
 FOLLOWER_WEIGHT = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadedPoints(UnderLoad):
-    """Material points under one smooth stretch of load: the system that the stepper integrates."""
+    """Material points in one smooth span of load: the system that the stepper integrates."""
 
     points: Points
     load: Load
 
     @property
     def border(self) -> int:
-        """Where the rows of the border begin, from the end."""
+        """Index of the first row of the border, counted from the end of the state."""
         return -2
 
     def take(self, cases: Cases) -> LoadedPoints:
@@ -49,27 +50,27 @@ class LoadedPoints(UnderLoad):
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
-        left_open = np.where(stretched(self.load.controls), nominal_stress, log_squared_stretch)
-        return np.concatenate((internal.reshape(-1, internal.shape[2]), left_open))
+        unknown = np.where(stretched(self.load.controls), nominal_stress, log_squared_stretch)
+        return np.concatenate((internal.reshape(-1, internal.shape[2]), unknown))
 
     def internal(self, state: Floats) -> Floats:
         """x (2, n, cases) of a state."""
         return state[: self.border].reshape(2, -1, state.shape[1])
 
     def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
-        """Lambda and the nominal stress (2, cases each) at a `state` under the prescribed values `driven` (3, cases)."""
-        left_open, prescribed = state[-2:], driven[:2]
+        """Lambda and the nominal stress, both (2, cases), of a `state` under the prescribed values `driven` (3, cases)."""
+        unknown, prescribed = state[-2:], driven[:2]
         if Control.STRETCH not in self.load.controls:
-            return left_open, prescribed
-        log_squared_stretch, nominal_stress = left_open.copy(), prescribed.copy()
+            return unknown, prescribed
+        log_squared_stretch, nominal_stress = unknown.copy(), prescribed.copy()
         for axis, control in enumerate(self.load.controls):
             if control is Control.STRETCH:
                 log_squared_stretch[axis] = 2 * np.log(prescribed[axis])
-                nominal_stress[axis] = left_open[axis]
+                nominal_stress[axis] = unknown[axis]
         return log_squared_stretch, nominal_stress
 
     def error(self, state: Floats, increment: Floats) -> Floats:
-        """Largest relative error (cases,) of stretches, stresses and viscous stretches that `increment` of a `state` amounts to."""
+        """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
         worst = 0.5 * np.max(np.abs(increment[: self.border]), axis=0)
         for row, control in ((-2, self.load.controls[0]), (-1, self.load.controls[1])):
             error = np.abs(increment[row])
@@ -81,14 +82,14 @@ class LoadedPoints(UnderLoad):
         return np.asarray(worst)
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Arrowhead:
-        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
         return Arrowhead(self, time, state, step, gamma)
 
 
 class Arrowhead:
-    """One step's linear system, factorised. Its cost is linear in the springs.
+    """The linear system of one step, factorised; its cost is linear in the number of springs.
 
-    A spring's block is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum Q / gamma.
+    The block of a spring is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum Q / gamma.
     """
 
     def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
@@ -102,14 +103,14 @@ class Arrowhead:
         self._condense(load, step * load.slope(time), driven, log_squared, nominal)
 
     def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
-        """Inverse (2, 2, cases) of the border's matrix, and what the prescribed quantities' rates put on the right-hand side;
-        `change` (3, cases) is their rate times the step.
+        """Set the inverse (2, 2, cases) of the border's matrix, and the right-hand side due to the rates of the prescribed values;
+        `change` (3, cases) is these rates times the step.
         """
         points = self.system.points
         stretch = np.exp(0.5 * log_squared)
         tangent = np.add.reduce(self.springs.share, axis=2) / self.gamma
         tangent[(0, 1), (0, 1)] -= 0.5 * nominal * stretch
-        self.known = np.zeros_like(stretch)
+        self.load_term = np.zeros_like(stretch)
         if self.system.electric:
             _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])
             tangent -= by_stretch
@@ -119,10 +120,10 @@ class Arrowhead:
         matrix = tangent.copy()
         for axis, control in enumerate(load.controls):
             if control is Control.STRESS:
-                self.known[axis] += stretch[axis] * change[axis]
+                self.load_term[axis] += stretch[axis] * change[axis]
             else:
                 self.prescribed_change[axis] = 2 * change[axis] / driven[axis]
-                self.known -= tangent[:, axis] * self.prescribed_change[axis]
+                self.load_term -= tangent[:, axis] * self.prescribed_change[axis]
                 matrix[:, axis] = 0.0
                 matrix[axis, axis] = -stretch[axis]
         determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
@@ -131,15 +132,14 @@ class Arrowhead:
         self.inverse[0, 1], self.inverse[1, 0] = -matrix[0, 1], -matrix[1, 0]
         self.inverse /= determinant
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
-        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         system = self.system
         points, load = system.points, system.load
         driven = system.driven(time, state)
         log_squared, nominal = system.membrane(state, driven)
         stress = self.stress if history is None else points.law.stress(points.springs(system.internal(state), log_squared))
-        increment = np.empty_like(state)
-        border = increment[-2:]
+        border = out[-2:]
         right = flow_of(stress, self.flow)
         if history is not None:
             right += history[: system.border].reshape(right.shape)
@@ -149,22 +149,22 @@ class Arrowhead:
         if system.electric:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
-            residual += gamma_i * self.known
-        self._solve(residual, border, increment, time, state, history, gamma_i)
-        moved = border.copy()
+            residual += gamma_i * self.load_term
+        self._solve(residual, border, out, time, state, history, gamma_i)
+        change_of_stretch = border.copy()
         for axis, control in enumerate(load.controls):
             if control is Control.STRETCH:
-                np.multiply(self.prescribed_change[axis], gamma_i, out=moved[axis])
-        moved = moved[:, None]
-        right -= moved * (1 / self.gamma)
-        internal = increment[: system.border].reshape(right.shape)
+                np.multiply(self.prescribed_change[axis], gamma_i, out=change_of_stretch[axis])
+        change_of_stretch = change_of_stretch[:, None]
+        right -= change_of_stretch * (1 / self.gamma)
+        internal = out[: system.border].reshape(right.shape)
         self.springs.solve(right, out=internal)
-        internal += moved
-        return increment
+        internal += change_of_stretch
+        return out
 
     def _drive(self, by_load: Floats, change: Floats) -> None:
-        """Add what the rate of the electrical quantity puts on the right-hand side, with the Maxwell stress's derivatives in it."""
-        self.known += by_load * change[ELECTRIC]
+        """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
+        self.load_term += by_load * change[ELECTRIC]
 
     def _solve(
         self,
@@ -176,5 +176,5 @@ class Arrowhead:
         history: Floats | None,
         gamma_i: float,
     ) -> None:
-        """Write the last two rows of the increment, `border`, for their right-hand side `residual` (2, cases)."""
+        """Write `border`, the last two rows of the increment, from the right-hand side `residual` (2, cases)."""
         np.einsum("bcm,cm->bm", self.inverse, residual, out=border)

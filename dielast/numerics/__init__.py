@@ -1,1 +1,1 @@
-"""Time integration, roots and random streams: mathematics that knows no film."""
+"""Time integration, roots, quadrature and random streams: mathematics without any mechanics."""

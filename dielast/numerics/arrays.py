@@ -1,4 +1,4 @@
-"""Types of arrays: `Floats` of numbers, `Flags` of truth values, `Index` of places in another array."""
+"""Array types: `Floats` (float64), `Flags` (booleans), `Index` (integers that index another array)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays whose last axis is a set of cases, and the rule by which columns are chosen from them."""
+"""Arrays whose last axis is the cases: how columns are selected so that results do not depend on their number."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ Cases = Index
 
 
 def paired(columns: Cases) -> Cases:
-    """The same columns (k,), a lone one twice.
+    """The columns (k,); a single column is repeated, to shape (2,).
 
-    numpy adds up an array of shape (n, 1) in another order than an array of shape (n, 2), and so rounds differently. No result may
-    depend on how many cases run together, so columns are taken in pairs at least wherever sums over springs or stages follow.
-    Results are written back to both columns, which is the same column.
+    numpy sums an array of shape (n, 1) in a different order than an array of shape (n, 2), and so rounds differently. No result may
+    depend on how many cases run together, so at least two columns are selected wherever sums over springs or stages follow.
+    Both copies then write the same result to the same column.
     """
     return np.repeat(columns, 2) if columns.size == 1 else columns
 
 
 def where(mask: Flags) -> Cases:
-    """The columns (k,) in which a mask is true, as `paired`."""
+    """The columns (k,) in which a mask is true; a single column is repeated (`paired`)."""
     return paired(np.flatnonzero(mask))

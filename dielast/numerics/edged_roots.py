@@ -1,10 +1,11 @@
-"""Where rising functions of many columns pass zero, where beyond an edge a function has no value: found in few rounds of trials.
+"""Roots of increasing functions, many columns at once, where a function has no value beyond an edge: few rounds of trials.
 
-A trial of an argument tells the value of the function; or only that it has passed zero before it ended; or that it ended short of
-zero. Values rise with the argument. Where there is a root, inverse interpolation in the square of the argument closes in on it from
-the values known (Neville's scheme, up to four of them), within the bracket that the trials make; where values end short of zero,
-the bracket is about the edge, and trials close in on that by the times at which they ended. A voltage that is to reach a stretch at
-a time is such an argument: the stretch begins with its square, and beyond some voltage the film fails before.
+A trial evaluates the function at one argument. It returns the value; or it ends early, and shows only that the value has passed
+zero by then, or that it has not. Values increase with the argument. Where there is a root, inverse interpolation in the square of
+the argument (Neville's scheme, up to four values) converges to it within the bracket of the trials so far. Where trials end early
+before any value reaches zero, the bracket contains the edge, and trials converge to the edge by the times at which they ended.
+Example: the voltage (argument) for which a film reaches a stretch at a given time. The stretch rises with the square of a small
+voltage, and beyond the edge the film fails before that time.
 """
 
 from __future__ import annotations
@@ -15,25 +16,28 @@ import numpy as np
 
 from dielast.numerics.arrays import Flags, Floats, Index
 
-ENDED, PASSED, SHORT = 0, 1, 2  # a trial that came to its end, one that ended beyond zero, one that ended short of it
-OPEN, FOUND, EDGE, LOW, FAR = range(5)  # not known yet; a root; none before the edge; none above 0; none up to FURTHEST
-FURTHEST = 1e3  # times the largest argument tried first, up to which a root is looked for
-NEAREST = 4  # values that an interpolation takes
-GROWTH = 1.5  # of the argument from one round to the next, at most, while all values are below zero
-DOWNWARDS = np.array((0.0, 0.5, 0.75, 0.93))  # of the lowest argument beyond zero, while no value is below zero
-WITHIN = np.array((0.25, 0.5, 0.75))  # of a bracket that interpolation does not help to divide
-CLOSER = np.array((-0.15, -0.02, 0.02, 0.15))  # of a bracket about an edge: how far trials lie from where the edge is expected
-SPACED = np.arange(1, 10) / 10  # of such a bracket, while nothing is expected: trials that end at once do not tell, and cost little
+ENDED, PASSED, SHORT = 0, 1, 2  # outcome of a trial: a value; ended early, beyond zero; ended early, below zero
+OPEN, FOUND, EDGE, LOW, FAR = range(5)  # still searched; root; no root before the edge; no root above 0; no root up to FURTHEST
+FURTHEST = 1e3  # largest argument searched, as a multiple of the largest first argument
+NEAREST = 4  # number of values in an interpolation
+GROWTH = 1.5  # largest ratio of arguments from one round to the next, while all values are below zero
+DOWNWARDS = np.array((0.0, 0.5, 0.75, 0.93))  # next arguments as fractions of the smallest one beyond zero, while no value is below
+WITHIN = np.array((0.25, 0.5, 0.75))  # fractions of a bracket to try where interpolation does not help
+CLOSER = np.array((-0.15, -0.02, 0.02, 0.15))  # distances of trials from the expected edge, as fractions of the bracket
+SPACED = (
+    np.arange(1, 10) / 10
+)  # fractions of the bracket to try while the edge cannot be estimated (trials that end at once: cheap)
 
 
 @dataclass(slots=True, eq=False)
 class EdgedRoots:
-    """The search for the roots of columns (k,), which begins with trials of the arguments `first` (k, some). Of the trials so far
-    it knows the `argument`, the `value` (NaN where a trial has none), how they ended (`kind`), and the logarithm of how long they
-    `lasted` over how long they were to last, (k, trials) each; NaN is no trial.
+    """The search for the roots of columns (k,). It begins with trials of the arguments `first` (k, n).
 
-    A root is found where a value is no larger than `tolerance` (k,), an edge where the bracket about it is narrower than `gap`
-    (relative). `slope` (k,) is what the square of the argument changes by with the value, where it is known beforehand.
+    Trials so far, arrays (k, trials), NaN where a column has fewer trials: `argument`; `value`, NaN where the trial ended early;
+    `kind`, its outcome (ENDED, PASSED or SHORT); `lasted`, the logarithm of its actual over its intended duration.
+
+    A root is found when the modulus of a value is at most `tolerance` (k,), an edge when the relative width of its bracket is at
+    most `gap`. `slope` (k,), if known beforehand, is the derivative of the squared argument with respect to the value.
     """
 
     first: Floats
@@ -50,7 +54,7 @@ class EdgedRoots:
         self.argument = self.value = self.kind = self.lasted = none
 
     def note(self, columns: Index, argument: Floats, value: Floats, kind: Index, lasted: Floats) -> None:
-        """The outcome of trials (t,) of some columns, one or several each, in order of columns."""
+        """Add the outcomes of trials (t,), sorted by column; a column may have several."""
         count = len(self.first)
         place = np.arange(columns.size) - np.searchsorted(columns, columns)
         width = int(place.max(initial=-1)) + 1
@@ -61,35 +65,35 @@ class EdgedRoots:
 
     @property
     def below(self) -> Floats:
-        """The largest argument (k,) of a value below zero that is within the bracket, NaN where there is none."""
-        known = (self.kind == ENDED) & (self.value < 0) & (self.argument < self._above()[:, None])
-        return _largest(np.where(known, self.argument, -np.inf))
+        """The lower end of the bracket (k,): the largest argument with a value below zero, NaN where there is none."""
+        negative = (self.kind == ENDED) & (self.value < 0) & (self.argument < self._above()[:, None])
+        return _largest(np.where(negative, self.argument, -np.inf))
 
     @property
     def above(self) -> Floats:
-        """The smallest argument (k,) beyond zero, or beyond the edge; NaN where there is none."""
+        """The upper end of the bracket (k,): the smallest argument beyond the root or the edge, NaN where there is none."""
         return np.where(np.isfinite(self._above()), self._above(), np.nan)
 
     @property
     def passes(self) -> Flags:
-        """Columns (k,) in which a trial came to zero."""
+        """Columns (k,) in which a trial reached zero."""
         return np.asarray(np.any(self._over(), axis=1))
 
     @property
     def state(self) -> Index:
-        """What is known of each column (k,): OPEN, FOUND, EDGE, LOW or FAR."""
+        """The state of the search (k,): OPEN, FOUND, EDGE, LOW or FAR."""
         low, high = self.below, self.above
         best = np.min(np.abs(self._values()), axis=1, initial=np.inf)
-        tried_nothing = np.any((self.argument == 0) & ~((self.kind == ENDED) & (self.value < 0)), axis=1)
+        not_below_at_zero = np.any((self.argument == 0) & ~((self.kind == ENDED) & (self.value < 0)), axis=1)
         narrow = high - low <= self.gap * high
         furthest = np.max(np.where(np.isnan(self.argument), 0.0, self.argument), axis=1, initial=0.0)
-        conditions = [best <= self.tolerance, tried_nothing & self.passes, tried_nothing | (narrow & ~self.passes)]
+        conditions = [best <= self.tolerance, not_below_at_zero & self.passes, not_below_at_zero | (narrow & ~self.passes)]
         far = np.isnan(high) & (furthest >= FURTHEST * self.first.max(axis=1))
         return np.select([*conditions, far], [FOUND, LOW, EDGE, FAR], OPEN)
 
     @property
     def root(self) -> Floats:
-        """Where the values pass zero (k,) as far as it is known: interpolated from the nearest ones, within the bracket."""
+        """The best estimate of the roots (k,): interpolated within the bracket, else the argument of the value next to zero."""
         low, high = self.below, self.above
         estimate = self._interpolated(np.where(np.isnan(low), 0.0, low), np.where(np.isnan(high), np.inf, high))
         nearest = self._nearest(1)[0][:, 0]
@@ -97,7 +101,7 @@ class EdgedRoots:
 
     @property
     def slope_at_root(self) -> Floats:
-        """What the square of the argument changes by with the value (k,), between the two values next to zero."""
+        """The derivative of the squared argument with respect to the value (k,), from the two values next to zero."""
         argument, value = self._nearest(2)
         with np.errstate(all="ignore"):
             return np.asarray((argument[:, 1] ** 2 - argument[:, 0] ** 2) / (value[:, 1] - value[:, 0]))
@@ -108,7 +112,7 @@ class EdgedRoots:
         return _largest(np.where(self.kind == ENDED, np.where(self.value < 0, self.value, -np.inf), -np.inf))
 
     def trials(self) -> tuple[Index, Floats]:
-        """Columns (t,) and arguments (t,) of the next trials, none for columns that need none."""
+        """Columns (t,) and arguments (t,) of the next trials; columns whose search is over have none."""
         if not self.argument.shape[1]:
             columns = np.repeat(np.arange(len(self.first)), self.first.shape[1])
             return columns, self.first.ravel()
@@ -117,23 +121,23 @@ class EdgedRoots:
         is_open, has_low, has_high = self.state == OPEN, ~np.isnan(low), ~np.isnan(high)
         bottom, top = np.where(has_low, low, 0.0), np.where(has_high, high, np.inf)
         inside = self._interpolated(bottom, top)
-        known = np.isfinite(inside)
+        has_estimate = np.isfinite(inside)
         with np.errstate(all="ignore"):
-            # upwards: a little beyond what is expected, so that the root lies between values
-            upwards = np.where(known, np.clip(1.02 * inside, 1.02 * low, GROWTH * low), GROWTH * low)
-            further = np.where(known & (inside < GROWTH * low), 1.2, 2.0) * upwards
+            # upwards: slightly beyond the estimate, so that the values then bracket the root
+            upwards = np.where(has_estimate, np.clip(1.02 * inside, 1.02 * low, GROWTH * low), GROWTH * low)
+            further = np.where(has_estimate & (inside < GROWTH * low), 1.2, 2.0) * upwards
             rows.append((is_open & has_low & ~has_high, np.stack((upwards, further), axis=1)))
             downwards = DOWNWARDS * high[:, None]
-            downwards[:, -1] = np.where(known, inside, downwards[:, -1])
+            downwards[:, -1] = np.where(has_estimate, inside, downwards[:, -1])
             rows.append((is_open & ~has_low & has_high, downwards))
-            between = is_open & has_low & has_high
-            rows.append((between & self.passes & known, inside[:, None]))
-            rows.append((between & self.passes & ~known, _sections(low, high, WITHIN)))
+            bracketed = is_open & has_low & has_high
+            rows.append((bracketed & self.passes & has_estimate, inside[:, None]))
+            rows.append((bracketed & self.passes & ~has_estimate, _sections(low, high, WITHIN)))
             edge = self._edge(low, high)
-            near = edge[:, None] + CLOSER * (high - low)[:, None]
-            for which, about in ((np.isfinite(edge), near), (np.isnan(edge), _sections(low, high, SPACED))):
-                rows.append((between & ~self.passes & which, _with_root(about, low, high, inside)))
-            rows.append((is_open & ~has_low & ~has_high, 0.5 * self.first))  # no trial told anything
+            near_edge = edge[:, None] + CLOSER * (high - low)[:, None]
+            for which, trials in ((np.isfinite(edge), near_edge), (np.isnan(edge), _sections(low, high, SPACED))):
+                rows.append((bracketed & ~self.passes & which, _with_root(trials, low, high, inside)))
+            rows.append((is_open & ~has_low & ~has_high, 0.5 * self.first))  # no trial gave a bound
         columns = np.concatenate([np.repeat(np.flatnonzero(which), entries.shape[1]) for which, entries in rows])
         arguments = np.concatenate([entries[which].ravel() for which, entries in rows])
         order = np.lexsort((arguments, columns))
@@ -142,8 +146,8 @@ class EdgedRoots:
         return columns[new], arguments[new]
 
     def _edge(self, low: Floats, high: Floats) -> Floats:
-        """Where trials are expected to last just long enough (k,), by the two that came nearest to that; NaN where they do not
-        tell, or not within brackets (k,).
+        """The argument (k,) at which trials are expected to last just long enough, extrapolated from the two smallest arguments
+        that ended early; NaN where it lies outside the bracket or cannot be estimated.
         """
         ended = np.where(self.kind == SHORT, self.argument, np.inf)
         order = np.argsort(ended, axis=1, kind="stable")[:, :2]
@@ -155,7 +159,7 @@ class EdgedRoots:
         return np.where((edge > low) & (edge < high), edge, np.nan)
 
     def _over(self) -> Flags:
-        """Trials (k, trials) that came to zero; one that passed it beyond a trial that ended short tells nothing about less."""
+        """Trials (k, trials) that reached zero; an early end beyond zero counts only if no smaller argument ended short of zero."""
         passed = (self.kind == PASSED) & (self.argument < self._short()[:, None])
         return np.asarray(passed | ((self.kind == ENDED) & (self.value >= 0)))
 
@@ -164,7 +168,7 @@ class EdgedRoots:
         return np.asarray(np.min(np.where(self.kind == SHORT, self.argument, np.inf), axis=1, initial=np.inf))
 
     def _above(self) -> Floats:
-        """The smallest argument that came to zero (k,); without one, that of a trial that ended short; infinite without any."""
+        """The smallest argument (k,) that reached zero; if none did, the smallest that ended short; infinite without either."""
         over = np.min(np.where(self._over(), self.argument, np.inf), axis=1, initial=np.inf)
         return np.asarray(np.where(np.isfinite(over), over, self._short()))
 
@@ -173,7 +177,7 @@ class EdgedRoots:
         return np.where(self.kind == ENDED, self.value, np.inf)
 
     def _nearest(self, count: int) -> tuple[Floats, Floats]:
-        """Arguments and values (k, count) of the values next to zero, NaN where there are not so many."""
+        """Arguments and values (k, count) of the values next to zero, NaN where there are fewer than `count`."""
         values = self._values()
         values = np.concatenate((values, np.full((len(values), max(0, count - values.shape[1])), np.inf)), axis=1)
         arguments = np.concatenate(
@@ -181,18 +185,18 @@ class EdgedRoots:
         )
         order = np.argsort(np.abs(values), axis=1, kind="stable")[:, :count]
         chosen = np.take_along_axis(values, order, axis=1)
-        there = np.isfinite(chosen)
-        return np.where(there, np.take_along_axis(arguments, order, axis=1), np.nan), np.where(there, chosen, np.nan)
+        finite = np.isfinite(chosen)
+        return np.where(finite, np.take_along_axis(arguments, order, axis=1), np.nan), np.where(finite, chosen, np.nan)
 
     def _interpolated(self, low: Floats, high: Floats) -> Floats:
-        """Where the inverse interpolation of highest order that leads into a bracket (k,) leads to, NaN where none does."""
+        """The root by inverse interpolation (k,) of the highest order whose result lies in the bracket; NaN where none does."""
         argument, value = self._nearest(NEAREST)
         square = np.square(argument)
         result = np.full(low.size, np.nan)
         with np.errstate(all="ignore"):
             if self.slope is not None:
-                square_of_one = square[:, 0] - self.slope * value[:, 0]
-                result = _within(np.sqrt(square_of_one), low, high, result)
+                square_at_root = square[:, 0] - self.slope * value[:, 0]
+                result = _within(np.sqrt(square_at_root), low, high, result)
             parts = [square[:, place] for place in range(NEAREST)]
             for order in range(1, NEAREST):
                 parts = [
@@ -210,21 +214,21 @@ def _sections(low: Floats, high: Floats, at: Floats) -> Floats:
     return sections
 
 
-def _with_root(about: Floats, low: Floats, high: Floats, inside: Floats) -> Floats:
-    """Arguments (k, some) well within brackets (k,), and where the root is expected, if that is `inside`."""
+def _with_root(trials: Floats, low: Floats, high: Floats, root: Floats) -> Floats:
+    """Arguments (k, n + 1): trials (k, n) clipped to the inside of brackets (k,), and the estimated root (k,) unless it is NaN."""
     margin = 1e-3 * (high - low)[:, None]
-    about = np.clip(about, low[:, None] + margin, high[:, None] - margin)
-    root = np.where(np.isfinite(inside), inside, about[:, 0])
-    trials: Floats = np.concatenate((about, root[:, None]), axis=1)
-    return trials
+    trials = np.clip(trials, low[:, None] + margin, high[:, None] - margin)
+    root = np.where(np.isfinite(root), root, trials[:, 0])
+    with_root: Floats = np.concatenate((trials, root[:, None]), axis=1)
+    return with_root
 
 
-def _within(estimate: Floats, low: Floats, high: Floats, instead: Floats) -> Floats:
-    """Estimates (k,) where they lie within brackets, and others where not."""
-    return np.where((estimate > low) & (estimate < high), estimate, instead)
+def _within(estimate: Floats, low: Floats, high: Floats, otherwise: Floats) -> Floats:
+    """Estimates (k,) that lie within brackets, and `otherwise` (k,) where they do not."""
+    return np.where((estimate > low) & (estimate < high), estimate, otherwise)
 
 
 def _largest(values: Floats) -> Floats:
-    """The largest of each row, NaN where there is none."""
+    """The largest finite value of each row, NaN where there is none."""
     largest = np.max(values, axis=1, initial=-np.inf)
     return np.where(np.isfinite(largest), largest, np.nan)

@@ -1,4 +1,4 @@
-"""Integrals of many functions at once, each as closely as it needs (Gauss and Kronrod)."""
+"""Adaptive Gauss-Kronrod integrals of many functions at once."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from dielast.numerics.columns import Cases, Floats
 
-# nodes and weights of Kronrod's 15 points on (-1, 1), from an end to the middle, and Gauss's weights of 7 of them: QUADPACK's
-# (Piessens, de Doncker-Kapenga, Ueberhuber and Kahaner, Springer 1983)
+# Nodes and weights of the 15-point Kronrod rule on (-1, 1), from an end to the middle, and the weights of the 7-point Gauss rule at
+# the same nodes, as in QUADPACK (Piessens, de Doncker-Kapenga, Ueberhuber and Kahaner, Springer 1983).
 NODES = (
     0.991455371120812639206854697526329,
     0.949107912342758524526189684047851,
@@ -40,18 +40,18 @@ GAUSS = (
     0.0,
     0.417959183673469387755102040816327,
 )
-HALVINGS = 50  # of an interval; by then its ends are next to each other
-CLOSE = 1e-8  # difference of the two rules, as a share of the integral; that of 15 points is then far more exact
+HALVINGS = 50  # at most, of an interval; its ends are then neighbouring numbers
+CLOSE = 1e-8  # accepted difference of the two rules over the integral; the error of the 15-point rule is then far smaller
 
 Function = Callable[[Cases, Floats], Floats]
 """Values (m,) of the functions `columns` (m,) at numbers (m,)."""
 
 
 def integrals(function: Function, low: Floats, high: Floats) -> Floats:
-    """Integrals (k,) of functions that are not negative from `low` to `high` (k,).
+    """Integrals (k,) of nonnegative functions from `low` (k,) to `high` (k,).
 
-    Intervals on which the rules of 7 and of 15 points differ are halved again and again, without regard to other columns. The error
-    of a smooth function falls with the 23rd power of the interval.
+    Intervals on which the 7-point and the 15-point rule differ are halved repeatedly, independently in each column. For a smooth
+    function the error falls with the 23rd power of the length of an interval.
     """
     total, columns = np.zeros(low.size), np.arange(low.size)
     halving = 0
@@ -64,14 +64,14 @@ def integrals(function: Function, low: Floats, high: Floats) -> Floats:
             return estimate
         np.add.at(total, columns[~rough], kronrod[~rough])
         halving += 1
-        # halves of an interval stay beside each other, so that no column's sum depends on the others
+        # the halves of an interval stay adjacent, so that the order of summation in a column does not depend on other columns
         columns, low, high = np.repeat(columns[rough], 2), low[rough], high[rough]
         middle = 0.5 * (low + high)
         low, high = np.stack((low, middle), axis=-1).ravel(), np.stack((middle, high), axis=-1).ravel()
 
 
 def _rules(function: Function, columns: Cases, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """The integrals by 15 and by 7 points."""
+    """The integrals (m,) by the 15-point and by the 7-point rule."""
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     kronrod, gauss = np.zeros((2, low.size))
     for node, weight, coarse in zip(NODES, KRONROD, GAUSS, strict=True):

@@ -1,4 +1,4 @@
-"""Random numbers: of one seed, a stream for each thing that is drawn, which no other thing's share."""
+"""Random numbers: independent, named streams from one seed, one for each quantity that is drawn."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 def stream(seed: int, name: str, *indices: int) -> Generator:
-    """The random numbers of `seed` (not negative) for what is called `name`, and of many such, for the one with these `indices`.
+    """The generator of the stream `name` of a nonnegative `seed`; `indices` distinguish several streams of one name.
 
-    All streams of a seed are children of one `numpy.random.SeedSequence`, so that they are independent of each other, and of how
-    many of them are drawn from, and in which order.
+    All streams of a seed are children of one `numpy.random.SeedSequence`. They are independent of each other, and their numbers do
+    not depend on which other streams are used, or in which order.
     """
     digest = hashlib.sha256(name.encode()).digest()
     words = [int.from_bytes(digest[start : start + 4], "little") for start in (0, 4)]

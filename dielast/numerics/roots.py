@@ -1,4 +1,4 @@
-"""Where signals over a step, positive at its start, first fall to zero; many at once, each going its own way."""
+"""The first zero within a step of signals that are positive at its start, many signals at once."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from dielast.numerics.columns import Floats
 
 Signal = Callable[[Floats], Floats]
 
-CLOSE = 0.05  # a dip that may go below this is followed to its bottom
-INSIDE = np.array((0.25, 0.5, 0.75))
-DIP, GOLDEN = 24, 0.6180339887498949  # golden sections towards the bottom of a dip
-FALLS, ROOT = 60, 1e-13  # iterations and accuracy of a root, in fractions of the step
+CLOSE = 0.05  # the minimum of a dip is located if a parabola expects it below this value
+INSIDE = np.array((0.25, 0.5, 0.75))  # fractions of the step at which signals are sampled
+DIP, GOLDEN = 24, 0.6180339887498949  # number and ratio of the golden sections that locate a minimum
+FALLS, ROOT = 60, 1e-13  # largest number of iterations, and accuracy of a root as a fraction of the step
 
 
 def samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Floats]:
-    """Samples (5, k) of signals over a step at whose ends they are `last` and `value`, and their fractions (5, k) of the step. The
-    lowest of those within is replaced by the bottom of its dip if that comes near zero.
+    """Samples (5, k) of signals over a step, and the fractions (5, k) of the step at which they are taken.
+
+    `last` and `value` (k,) are the signals at the start and the end of the step. The lowest of the three inner samples is replaced
+    by the minimum of its dip where this minimum comes close to zero.
     """
     values = np.stack((last, *(signal(np.full(last.size, at)) for at in INSIDE), value))
     fractions = np.repeat(np.concatenate(([0.0], INSIDE, [1.0]))[:, None], last.size, axis=1)
@@ -37,18 +39,18 @@ def samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Floats
         lower = signal(first) < signal(second)
         left, right = np.where(lower, left, first), np.where(lower, second, right)
     at = 0.5 * (left + right)
-    lowest_yet = signal(at)
-    better = dipping & (lowest_yet < middle)
-    values[inner[better], every[better]] = lowest_yet[better]
+    minimum = signal(at)
+    better = dipping & (minimum < middle)
+    values[inner[better], every[better]] = minimum[better]
     fractions[inner[better], every[better]] = at[better]
     return values, fractions
 
 
 def fall(signal: Signal, low: Floats, high: Floats) -> Floats:
-    """Where signals (k,) fall to zero between `low`, where they are positive, and `high`, where they are not (Chandrupatla's
-    method).
+    """Zeros (k,) of signals between `low` (k,), where they are positive, and `high` (k,), where they are not.
 
-    T. R. Chandrupatla, Adv. Eng. Software 28 (1997) 145, DOI 10.1016/S0965-9978(96)00051-8. Every column goes its own way.
+    Chandrupatla's method, independently in each column: T. R. Chandrupatla, Adv. Eng. Software 28 (1997) 145,
+    DOI 10.1016/S0965-9978(96)00051-8.
     """
     a, b = high.copy(), low.copy()
     fa, fb = signal(a), signal(b)
@@ -65,12 +67,12 @@ def fall(signal: Signal, low: Floats, high: Floats) -> Floats:
             a, fa = x, fx
             best = np.where(np.abs(fa) < np.abs(fb), a, b)
             width = np.abs(b - a)
-            room = 0.5 * ROOT / np.where(width > 0, width, 1.0)
+            margin = 0.5 * ROOT / np.where(width > 0, width, 1.0)
             done = done | (width <= ROOT) | (fa == 0)
             if done.all():
                 break
             share, rise = (a - b) / (c - b), (fa - fb) / (fc - fb)
             inverse = (fa / (fb - fa)) * (fc / (fb - fc)) + ((c - a) / (b - a)) * (fa / (fc - fa)) * (fb / (fc - fb))
             quadratic = (rise**2 < share) & ((1 - rise) ** 2 < 1 - share) & np.isfinite(inverse)
-            t = np.clip(np.where(quadratic, inverse, 0.5), room, 1 - room)
+            t = np.clip(np.where(quadratic, inverse, 0.5), margin, 1 - margin)
     return np.where(fa == 0, a, best)

@@ -1,4 +1,4 @@
-"""Rosenbrock methods as tables of coefficients and nothing else.
+"""Rosenbrock methods as tables of coefficients.
 
 For M y' = f(t, y) with Jacobian J and step h, in the form free of matrix-vector products (Hairer and Wanner, Solving ODEs II,
 IV.7):
@@ -7,7 +7,7 @@ IV.7):
     y_1 = y + sum_j a_sj u_j + u_s,    error estimate u_s,
     y(theta) = (1 - theta) y + theta (y_1 + (1 - theta) (k_1 + theta (k_2 + theta k_3))),    k_i = sum_j dense_ij u_j.
 
-All methods here are stiffly accurate: the last two increments are simply added, so the embedded solution is y_1 - u_s.
+All methods here are stiffly accurate: the last two increments enter y_1 with weight 1, so the embedded solution is y_1 - u_s.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Rosenbrock:
 
 
 def _lower(rows: tuple[tuple[float, ...], ...]) -> NDArray[np.float64]:
-    """Strictly lower triangular matrix of its rows, the empty first one left out."""
+    """Strictly lower triangular matrix from its rows; the first row, which is empty, is omitted."""
     matrix = np.zeros((len(rows) + 1, len(rows) + 1))
     for i, row in enumerate(rows, start=1):
         matrix[i, : len(row)] = row

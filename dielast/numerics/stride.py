@@ -13,9 +13,13 @@ from dielast.numerics.system import System
 
 
 def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats) -> Floats:
-    """States (rows, pool) a `step` (pool,) after a `state`; writes the `increments` (stages, rows, pool) that lead there."""
+    """States (rows, pool) at the end of a `step` (pool,) in s from `state` (rows, pool) at `time` (pool,).
+
+    Writes the increments u_i of all stages to `increments` (stages, rows, pool).
+    """
     equations = system.linearise(time, state, step, method.gamma)
-    increments[0] = equations.increment(time, state, None, method.gamma_i[0])
+    times = time + method.alpha[:, None] * step
+    equations.increment(time, state, None, method.gamma_i[0], increments[0])
     stage = state
     for i in range(1, method.stages):
         if method.adds_last[i]:
@@ -24,18 +28,19 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
         else:
             stage, history = np.einsum("bs,srm->brm", method.ac[i][:, :i], increments[:i])
             stage += state
-        increments[i] = equations.increment(time + method.alpha[i] * step, stage, history, method.gamma_i[i])
+        equations.increment(times[i], stage, history, method.gamma_i[i], increments[i])
     return np.asarray(stage + increments[-1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stride:
-    """One step of a pool of cases: `cases` (pool,) names them, `accepted` (pool,) says which of the steps count.
+    """One step of a pool of cases; all arrays (pool,) unless stated.
 
-    `time` and `step` (pool,) in s count since the `span` began, which was `begin` s after the integration began and takes
-    `duration` s. The step ends at `until` in the span, exactly its duration in the last step, and `elapsed` s after the integration
-    began, exactly the whole duration at the very end. `before` and `after` are states (rows, pool), `increments` (stages, rows,
-    pool). A case may stand in two columns, alike in both.
+    `cases` are the indices of the cases, `accepted` marks the accepted steps. A step of `step` s starts `time` s after its `span`
+    began; the span began `begin` s after the integration and lasts `duration` s. The step ends `until` s after its span began
+    (exactly `duration` in the last step of a span), and `elapsed` s after the integration began (exactly the total duration in the
+    last step of a case). `before` and `after` (rows, pool) are states, `increments` is (stages, rows, pool). A case may occupy two
+    columns, which are then equal.
     """
 
     system: System
@@ -54,11 +59,11 @@ class Stride:
     elapsed: Floats
 
     def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:
-        """States (rows, k) of the columns (k,) at these fractions (k,) of their steps, from the method's dense output."""
+        """States (rows, k) of the columns (k,) at fractions (k,) of their steps, by the dense output of the method."""
         k1, k2, k3 = np.einsum("is,srk->irk", self.method.dense, self.increments[:, rows, columns])
-        rest = 1 - fraction
-        inner = self.after[rows, columns] + rest * (k1 + fraction * (k2 + fraction * k3))
-        return np.asarray(rest * self.before[rows, columns] + fraction * inner)
+        remaining = 1 - fraction
+        inner = self.after[rows, columns] + remaining * (k1 + fraction * (k2 + fraction * k3))
+        return np.asarray(remaining * self.before[rows, columns] + fraction * inner)
 
     def halfway(self) -> Floats:
         """States (rows, pool) in the middle of the steps."""
@@ -70,15 +75,15 @@ class Stride:
 
 
 class Observer(Protocol):
-    """Sees every step."""
+    """A function that is called after every step."""
 
     def __call__(self, stride: Stride) -> Flags | None:
-        """Columns (pool,) whose case ends at `stride.after`, or None for none."""
+        """Mask (pool,) of the columns whose case stops at `stride.after`; None if no case stops."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DenseSteps:
-    """Dense output of columns (k,) of strides, kept: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
+    """Stored dense output of columns (k,) of strides: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
 
     method: Rosenbrock
     cases: Cases
@@ -88,7 +93,7 @@ class DenseSteps:
 
     @classmethod
     def of(cls, stride: Stride, rows: slice, columns: Cases) -> DenseSteps:
-        """These rows and columns (k,) of a stride."""
+        """The dense output of these rows and columns (k,) of a stride."""
         inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, paired(columns)])[:, :, : columns.size]
         ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
         coefficients = np.concatenate((ends, inner))
@@ -96,23 +101,26 @@ class DenseSteps:
 
     @classmethod
     def joined(cls, parts: list[DenseSteps]) -> DenseSteps:
-        """The columns of all parts, one part after another."""
-        arrays = ((part.cases, part.time, part.step, part.coefficients) for part in parts)
-        return cls(parts[0].method, *(np.concatenate(one, axis=-1) for one in zip(*arrays, strict=True)))
+        """The columns of all parts, in the order of the parts."""
+        fields = ((part.cases, part.time, part.step, part.coefficients) for part in parts)
+        return cls(parts[0].method, *(np.concatenate(field, axis=-1) for field in zip(*fields, strict=True)))
 
     def take(self, columns: Cases, rows: slice = slice(None)) -> DenseSteps:
-        """Some of the columns, and of the rows."""
+        """The selected columns (k,) and rows."""
         coefficients = self.coefficients[:, rows][:, :, columns]
         return DenseSteps(self.method, self.cases[columns], self.time[columns], self.step[columns], coefficients)
 
     def state(self, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,) of the steps."""
         before, after, k1, k2, k3 = self.coefficients
-        rest = 1 - fraction
-        return np.asarray(rest * before + fraction * (after + rest * (k1 + fraction * (k2 + fraction * k3))))
+        remaining = 1 - fraction
+        return np.asarray(remaining * before + fraction * (after + remaining * (k1 + fraction * (k2 + fraction * k3))))
 
     def anew(self, system: System, fraction: Floats) -> Floats:
-        """The same states, as exact as steps are, by steps that end there; all rows are needed."""
+        """States (rows, k) at fractions (k,) of the steps, by new steps that end there: as accurate as any step.
+
+        All rows of the state must be stored.
+        """
         before = np.ascontiguousarray(self.coefficients[0])
         increments = np.empty((self.method.stages, *before.shape))
         return advance(system, self.method, self.time, before, fraction * self.step, increments)

@@ -1,4 +1,4 @@
-"""What the stepper asks of the equations that it integrates, and of what drives them."""
+"""The interface of the stepper to the equations that it integrates, and to the spans of the load."""
 
 from __future__ import annotations
 
@@ -10,25 +10,28 @@ from dielast.numerics.columns import Cases, Flags, Floats
 class Linearised(Protocol):
     """The linear system of one step."""
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
-        """u_i (rows, cases) of the stage at `time` and `state`; `history` is sum c_ij u_j, None in the first stage."""
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """The increment u_i (rows, cases) of the stage at `time` and `state`, written to the contiguous array `out`.
+
+        `history` is sum_j c_ij u_j, None in the first stage.
+        """
 
 
 class System(Protocol):
-    """Differential-algebraic equations of index 1 for states of shape (rows, cases); cases never mix."""
+    """Differential-algebraic equations of index 1 for states of shape (rows, cases); the cases are independent."""
 
     def take(self, cases: Cases) -> Self:
-        """The same for some of the cases."""
+        """The equations of the selected cases (k,)."""
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
-        """The linear system at the start of a step (cases,)."""
+        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
 
     def error(self, state: Floats, increment: Floats) -> Floats:
-        """The relative error (cases,) that an `increment` to a `state` amounts to."""
+        """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases)."""
 
 
 class Spans(Protocol):
-    """Smooth spans that systems go through one after another; a span may last for no time."""
+    """The spans of the load, one after another; the load is smooth within a span. The duration of a span may be 0."""
 
     @property
     def spans(self) -> int:
@@ -38,7 +41,7 @@ class Spans(Protocol):
         """Durations (k,) in s of the spans `index` (k,) of `cases` (k,)."""
 
     def enter(self, system: Any, columns: Cases, cases: Cases, index: Cases) -> tuple[Any, Floats]:
-        """The system with `columns` (k,), which are of `cases` (k,), in the spans `index` (k,); and the spans' durations (k,)."""
+        """The system whose `columns` (k,), of `cases` (k,), enter the spans `index` (k,), and the durations (k,) of these spans."""
 
     def smooth(self, index: Cases) -> Flags:
-        """Whether the load goes on smoothly into the spans `index` (k,) from the spans before."""
+        """Whether the load is smooth (without a kink) at the beginning of the spans `index` (k,)."""

@@ -1,4 +1,4 @@
-"""Where the cases that advance together stand."""
+"""The position in time of the cases that advance together."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(slots=True, eq=False)
 class Whereabouts:
-    """Where each column of a pool stands: all arrays (pool,).
+    """The position of each column of a pool: all arrays (pool,).
 
-    A column integrates a case through a span of a `duration` s, which begins `begin` s after the integration. `time` s of the span
-    are done, and `rounding` s that are too few for the digits of `time` (compensated summation).
+    A column integrates a case of index `cases` through the span of index `span`, which lasts `duration` s and begins `begin` s
+    after the start of the integration. `time` in s is the time since the span began, `rounding` in s the rounding error of `time`
+    (compensated summation). `next_step` is the step size to try, `last_step` and `last_error` (in tolerances) are those of the last
+    accepted step, 0 before the first.
     """
 
     cases: Cases
@@ -28,15 +30,15 @@ class Whereabouts:
     last_error: Floats
 
     @classmethod
-    def fresh(cls, cases: Cases, duration: Floats) -> Whereabouts:
-        """Columns (k,) that are at the beginning of the first span, of a `duration` (k,) s."""
+    def start(cls, cases: Cases, duration: Floats) -> Whereabouts:
+        """Columns of `cases` (k,) at the beginning of their first span, which lasts `duration` (k,) s."""
         zero = np.zeros((6, cases.size))
         return cls(cases, np.zeros_like(cases), zero[0], duration, *zero[1:])
 
     def take(self, columns: Cases) -> Whereabouts:
-        """Some of the columns."""
-        return Whereabouts(*(getattr(self, one.name)[columns] for one in fields(self)))
+        """The selected columns (k,)."""
+        return Whereabouts(*(getattr(self, field.name)[columns] for field in fields(self)))
 
     def joined(self, other: Whereabouts) -> Whereabouts:
-        """These columns, and then those of the other."""
-        return Whereabouts(*(np.concatenate((getattr(self, one.name), getattr(other, one.name))) for one in fields(self)))
+        """These columns, followed by those of `other`."""
+        return Whereabouts(*(np.concatenate((getattr(self, field.name), getattr(other, field.name))) for field in fields(self)))

@@ -1,1 +1,1 @@
-"""Figures that a paper could print: each function takes a result and returns a matplotlib figure."""
+"""Figures for print: each function takes a result and returns a matplotlib figure."""

@@ -20,7 +20,7 @@ from dielast.plots.style import COLOURS, SHADE, log_axis, number, sheet, spread,
 KILO = 1e-3  # from Pa
 ACROSS = 3
 MOST_TESTS, MOST_PROFILES = 12, 12
-LEFT_TO_TIME = 0.2  # share of its points that a test may hold one stretch in, and still be drawn over the stretch
+LEFT_TO_TIME = 0.2  # share of points at a held stretch above which a test is drawn over time
 SYMBOLS = {
     "equilibrium.shear_modulus": r"$\mu_\mathrm{eq}$",
     "nonequilibrium.scale": "factor on branches",
@@ -30,7 +30,7 @@ SYMBOLS = {
 
 
 def plot_calibration(calibration: Calibration, title: str | None = None) -> Figure:
-    """Tests, profiles and correlations; of very many tests or parameters an even choice."""
+    """Tests, profiles and correlations; an even selection if there are very many tests or parameters."""
     with style():
         every = calibration.comparisons
         tests = [every[k] for k in spread_indices(len(every), MOST_TESTS)]
@@ -57,10 +57,10 @@ def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Seque
         _draw_test(place, comparison)
     for unused in axes[len(tests) :]:
         unused.remove()
-    percent = f"{100 * calibration.level:g} % interval of what is measured"
+    percent = f"{100 * calibration.level:g} % interval of measurements"
     handles = [
         Line2D([], [], color="0.35", marker="o", linestyle="none", markerfacecolor="white", label="measured, fitted"),
-        Line2D([], [], color=COLOURS[1], marker="s", linestyle="none", markerfacecolor="white", label="measured, only predicted"),
+        Line2D([], [], color=COLOURS[1], marker="s", linestyle="none", markerfacecolor="white", label="measured, predicted only"),
         Line2D([], [], color=COLOURS[0], label="model"),
         Patch(color=COLOURS[2], alpha=SHADE, label=percent),
     ]
@@ -71,7 +71,7 @@ def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Seque
 
 
 def _draw_test(axes: Axes, comparison: Comparison) -> None:
-    """Nominal stress over the stretch, or of a test that holds a stretch over time."""
+    """Nominal stress over stretch, or over time if the test holds a stretch."""
     test = comparison.test
     x, over_time = test.time, True
     if test.stretch is not None and np.ptp(test.stretch) > 0:
@@ -99,7 +99,7 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
         mew=0.6,
     )
     axes.plot(x, factor * (comparison.model + test.rest), "-", color=COLOURS[0], linewidth=1.0)
-    axes.set_xlabel("time [s]" if over_time else "stretch [1]")
+    axes.set_xlabel("time [s]" if over_time else "stretch")
     axes.set_ylabel(called if " [" in called else f"{called} [1]")
     if over_time:
         log_axis(axes, "x")
@@ -110,13 +110,13 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     )
     seen = factor * (np.concatenate((test.measured, comparison.model)) + test.rest)
     least, most = float(np.nanmin(seen)), float(np.nanmax(seen))
-    low, high = axes.get_ylim()  # a band that leaves the figure is wide enough to be told so
+    low, high = axes.get_ylim()  # the axes end at the points and the curve: a band may leave them
     low, high = max(low, least - (most - least)), min(high, most + (most - least))
     axes.set_ylim(min(0.0, low) if test.rest == 0 else low, high)
 
 
 def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
-    """The rise of the sum of squares about the fit, and where the interval ends."""
+    """The rise of the sum of squares about the fit, with the ends of the interval."""
     parameter, profile = calibration.fit.space.parameters[k], calibration.profiles[k]
     threshold = float(calibration.likelihood.thresholds(calibration.level)[k])
     near = _window(profile, threshold)
@@ -125,7 +125,7 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     small = parameter.unit == "Pa" and most < 1 / KILO  # such as Yeoh's C20
     unit, factor = ("Pa", 1.0) if small else unit_for(parameter.unit, most)
     x, y = factor * values, profile.rise[near]
-    # between the points as the ends of the interval are found: straight in the root, which changes its sign at the fit
+    # interpolated as for the ends of the interval: linear in the root of the rise, which changes sign at the fit
     fine = np.unique(
         np.append(profile.coordinate[near], np.linspace(profile.coordinate[near[0]], profile.coordinate[near[-1]], 200))
     )
@@ -149,7 +149,7 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
 
 
 def _window(profile: Profile, threshold: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """The points of a profile up to the first on either side that is far above the threshold."""
+    """The points of a profile, on either side up to the first point far above the threshold."""
     best = int(np.argmin(profile.rise))
     high = np.flatnonzero(profile.rise > 4 * threshold)
     first = max((int(k) for k in high if k < best), default=0)
@@ -177,7 +177,7 @@ def _draw_correlations(axes: Axes, calibration: Calibration, shown: Sequence[int
 
 
 def _symbol(name: str) -> str:
-    """A parameter as a label says it."""
+    """The label of a parameter."""
     path, _, index = name.partition("[")
     text = SYMBOLS.get(path)
     if text is not None:

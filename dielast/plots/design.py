@@ -1,4 +1,4 @@
-"""The figure of a design: the voltage that each film takes to its goal, and how long it lives under that."""
+"""The figure of a design: the voltage that takes each film to its goal, and its life under this voltage."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
 
 Array = NDArray[np.float64]
 MOST_LINES = 7
-ROOM = 1.6  # times the longest time, and below the shortest
-WIDTH = 180.0  # points, about that of the axes
-ROW = 0.045  # of the height of the axes: a row of marks in a strip
-WORDS = 0.09  # of that: what the strip says
-APART = 4.6  # points between marks that would lie on each other
+ROOM = 1.6  # factor by which the time axis extends beyond the longest and below the shortest time
+WIDTH = 180.0  # points: about the width of the axes
+ROW = 0.045  # share of the height of the axes: a row of marks in a strip
+WORDS = 0.09  # share of the height of the axes: the text of a strip
+APART = 4.6  # points between marks that would coincide
 FRONTIER: Any = {"color": "0.8", "linewidth": 5.0, "solid_capstyle": "round"}
 AT_ONCE = "fails at once"
 CROSSES: Mapping[str, str] = {FAILS_FIRST: "x", OUT_OF_REACH: "+", AT_ONCE: "*"}
-SAID: Mapping[str, str] = {
+MEANINGS: Mapping[str, str] = {
     "x": "\N{MULTIPLICATION SIGN} fails first",
     "+": "+ out of reach",
     "*": "\N{ASTERISK OPERATOR} fails at once",
@@ -50,7 +50,7 @@ SAID: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Axis:
-    """What films differ in: its label, and the value (films,) of each, with how a legend says that."""
+    """A quantity in which films differ: its label, the `values` (films,), and their `texts` in a legend."""
 
     label: str
     values: Array
@@ -58,16 +58,16 @@ class _Axis:
 
     @property
     def levels(self) -> Array:
-        """The values, each once, ascending."""
+        """The distinct values, ascending."""
         return np.unique(self.values)
 
 
 def plot_design(result: Design, title: str | None = None, interval: str | None = None, share: float = 0.05) -> Figure:
-    """Voltage and life over the goal, where there are several, or else over what films differ in most, a line for the rest.
+    """Voltage and life over the goal, if there are several, else over the quantity with most values; a line for each other film.
 
-    With draws, the voltage has bars of the `interval`, and the life is the one that a `share` of films does not reach; a thick line
-    is the longest life of all films for each goal. Films that live longer than the horizon have their marks in a strip above the
-    times, and those that do not reach the goal crosses in one below.
+    With draws, the voltage has bars of the `interval`, and the life is that which a `share` of the films does not reach. A thick
+    line is the longest life of all films for each goal. Films that live longer than the horizon have marks in a strip above the
+    times; films that do not reach the goal have crosses in a strip below.
     """
     along, others = _axes(result)
     combinations = np.unique(np.stack([axis.values for axis in others]), axis=1).T if others else np.zeros((1, 0))
@@ -111,7 +111,7 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
 
 
 def _axes(result: Design) -> tuple[_Axis, list[_Axis]]:
-    """What is along the axis, and what else films differ in."""
+    """The quantity along the horizontal axis, and the others in which films differ."""
     name = result.goal.replace("_", " ")
     strain = result.goal == "area_strain"
     target = 100 * result.target if strain else result.target
@@ -129,7 +129,7 @@ def _axes(result: Design) -> tuple[_Axis, list[_Axis]]:
         texts = [f"electrode share {number(value)}" for value in result.electrode_share.tolist()]
         axes.insert(1, _Axis("electrode share", result.electrode_share, texts))
     if np.any(first != second):
-        axes.insert(1, _Axis("prestretch of axis 2", second, [""] * second.size))
+        axes.insert(1, _Axis("prestretch along axis 2", second, [""] * second.size))
     if goal.levels.size > 1:
         return goal, [axis for axis in axes if axis.levels.size > 1]
     along = max(axes, key=lambda axis: axis.levels.size)
@@ -146,8 +146,8 @@ def _voltages(axes: Axes, along: _Axis, result: Design, films: NDArray[np.intp],
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Strip:
-    """Marks (films,) of what has no time, in a strip of the axes: the `marker` of each, none where it has no mark there, and what
-    the strip says.
+    """A strip of the axes for films without a time: the `marker` (films,), None for films without a mark there, and the text
+    `words`.
     """
 
     marker: NDArray[np.object_]
@@ -155,27 +155,27 @@ class _Strip:
 
     @property
     def used(self) -> bool:
-        """Whether anything is there."""
+        """Whether the strip holds any mark."""
         return any(self.marker)
 
 
 def _strips(result: Design, life: Array) -> tuple[_Strip, _Strip]:
-    """The strips above the times, of films that live longer, and below them."""
+    """The strips above the times, for films that live longer, and below them."""
     above = np.where(np.isposinf(life), "film", "")
     below = np.array([CROSSES.get(reason, "") for reason in result.reached.tolist()])
     below[life == 0] = CROSSES[AT_ONCE]
-    words = [SAID[mark] for mark in CROSSES.values() if mark in below]
+    words = [MEANINGS[mark] for mark in CROSSES.values() if mark in below]
     return _Strip(above, f"longer than {lasting(result.horizon)}"), _Strip(below, ", ".join(words))
 
 
 def _side_by_side(along: _Axis, lines: int) -> int:
-    """How many marks the next value along the axis leaves room for side by side; further ones stand in rows."""
+    """The number of marks that fit side by side before the next value along the axis; further marks stand in rows."""
     gaps = np.diff(along.levels) / max(float(np.ptp(along.levels)), 1e-9)
     return max(1, min(lines, int(WIDTH * float(gaps.min(initial=1.0)) / APART) - 1))
 
 
 def _lives(axes: Axes, along: _Axis, result: Design, life: Array, lines: Sequence[NDArray[np.intp]], looks: Sequence[Any]) -> None:
-    """The times, over these the marks of films that live longer than the horizon, and below them those of films without a life."""
+    """The times, above them marks of films that live longer than the horizon, and below them those of films without a life."""
     above, below = _strips(result, life)
     known = life[np.isfinite(life) & (life > 0)]
     shown = (float(known.min()) / ROOM if known.size else min(result.at, result.horizon / 100), result.horizon)
@@ -209,7 +209,7 @@ def _lives(axes: Axes, along: _Axis, result: Design, life: Array, lines: Sequenc
 
 
 def _frontier(axes: Axes, along: _Axis, life: Array) -> bool:
-    """The longest life of all films at each goal, where it is known; whether it is anywhere."""
+    """Draw the longest life of all films at each goal; returns whether it is known at any goal."""
     lives = np.where(np.isnan(life), 0.0, life)
     best = np.array([np.max(lives[along.values == level]) for level in along.levels])
     known = np.where(np.isfinite(best) & (best > 0), best, np.nan)
@@ -219,7 +219,7 @@ def _frontier(axes: Axes, along: _Axis, life: Array) -> bool:
 
 
 def _marks(result: Design, frontier: bool, interval: str | None, left_out: int) -> list[Line2D]:
-    """What marks mean that are not of a film."""
+    """Legend entries for marks that belong to no single film."""
     marks = []
     if interval is not None and np.any(result.reached == YES):
         marks.append(Line2D([], [], color="0.35", linewidth=1.0, label=f"bars: {interval}"))

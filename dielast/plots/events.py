@@ -1,4 +1,4 @@
-"""What the figure of cases has besides lines: bands about them, events, and bars for when these may come."""
+"""Bands and events in the figure of cases, with bars for the intervals of the events."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from dielast.plots.style import SHADE
 Array = NDArray[np.float64]
 BAR = 0.8  # line width of the bar through an event
 TIP = 3.0  # points, between the end of the axes and the middle of a marker at it
-LEAST_SEEN = 0.02  # of the height of the axes: a band narrower than that is within its line
+LEAST_SEEN = 0.02  # share of the height of the axes: a narrower band is hidden by its line
 
 Mark = tuple[int, str, float, float]
 Span = tuple[float, float]
@@ -29,7 +29,7 @@ Band = tuple[Array, Array, Array]
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """The axes of all panels: columns for x and y, the factors into the units shown, and which of them are logarithmic."""
+    """The axes of all panels: columns for x and y, factors into the units shown, and which axes are logarithmic."""
 
     x: str
     y: str
@@ -37,12 +37,12 @@ class View:
     log: tuple[bool, bool]
 
     def seen(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Which points have a place on the axes."""
+        """Which points can be drawn on the axes."""
         return np.isfinite(x) & np.isfinite(y) & ((x > 0) | (not self.log[0])) & ((y > 0) | (not self.log[1]))
 
 
 def draw_bands(panels: Sequence[Axes], arranged: Arrangement, view: View, bands: Sequence[Band | None]) -> str | None:
-    """The bands; what the legend says of them besides their name, or None if none is seen."""
+    """Draw the bands; returns the text that the legend adds to their name, or None if no band is visible."""
     seen = opened = False
     place = np.log10 if view.log[1] else np.asarray
     for axes, panel in zip(panels, arranged.panels, strict=True):
@@ -60,7 +60,7 @@ def draw_bands(panels: Sequence[Axes], arranged: Arrangement, view: View, bands:
             width = float(np.max(place(up[within]) - place(down[within]), initial=0.0))
             seen |= width >= LEAST_SEEN * float(np.ptp(place(axes.dataLim.intervaly)))
             for last in np.flatnonzero(within[:-1] & known[1:] & np.isposinf(high[1:])):
-                # no upper end from here on: the band is open, upwards
+                # from here on the band has no upper end
                 opened = True
                 where = axes.transData + ScaledTranslation(0, TIP / 72, axes.figure.dpi_scale_trans)
                 axes.plot(
@@ -75,7 +75,7 @@ def draw_bands(panels: Sequence[Axes], arranged: Arrangement, view: View, bands:
 def draw_marks(
     panels: Sequence[Axes], arranged: Arrangement, view: View, marks: Sequence[Mark], spans: Sequence[Span | None]
 ) -> dict[str, bool]:
-    """The events; whether a bar is seen through any of each name, in the order of a legend."""
+    """Draw the events; returns, by name in the order of the legend, whether an interval is visible as a bar."""
     happened: dict[str, bool] = {}
     of_case = {case: axes for axes, panel in zip(panels, arranged.panels, strict=True) for case in panel.cases}
     drawn = [(mark, spans[index] if index < len(spans) else None) for index, mark in enumerate(marks) if mark[0] in of_case]
@@ -103,15 +103,15 @@ def _event_look(name: str, colour: Any) -> dict[str, Any]:
 
 
 def event_handle(name: str, bar: bool, alone: bool, arranged: Arrangement) -> Artist:
-    """The legend's entry for events of a `name`, with a `bar` if one is seen; in the colour of the case if that is `alone`."""
+    """The legend entry for events of a `name`, with a `bar` if one is visible; in the colour of the case if that is `alone`."""
     look = _event_look(name, arranged.looks[0]["color"] if alone else "black")
     return Line2D([], [], linestyle="-" if bar else "none", linewidth=BAR, label=name, **look)
 
 
 def _span(axes: Axes, span: Span, factor: float, up: float, colour: Any, logarithmic: bool) -> bool:
-    """A bar from the lower to the upper x of a mark; a tip at the end of the axes where it goes on beyond them.
+    """Draw a bar from the lower to the upper x of a mark, with a tip at the end of the axes if it continues beyond them.
 
-    Whether it is seen beside the mark.
+    Returns whether the bar is visible beside the mark.
     """
     low, high = (end * factor for end in span)
     left, right = axes.get_xlim()

@@ -34,7 +34,7 @@ from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
 Array = NDArray[np.float64]
-MOST_BESIDE_A_MAP = 4  # prestretches; the map shows them all
+MOST_BESIDE_A_MAP = 4  # prestretches with lines; the map shows all
 FEWEST_FOR_A_MAP = 5  # prestretches
 RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -48,10 +48,10 @@ def plot_failure_map(
 ) -> Figure:
     """Time to failure over voltage; for many equibiaxial prestretches some of the films, and the map of the first temperature.
 
-    Without a `title`, the head says which temperatures and prestretches these are.
+    Default `title`: the temperatures and prestretches.
 
-    `bounds`, lower and upper of the time to failure and of its shape, are drawn as bands, which the legend calls
-    `interval`; infinite is beyond the horizon, where a band is open, as it is where it reaches down to zero.
+    `bounds` are lower and upper bounds of the time to failure, of its shape; they are drawn as bands, named `interval` in the
+    legend. An infinite bound is beyond the horizon: the band is open there, as it is at a bound of zero.
     """
     title = title or _head(result)
     equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
@@ -86,14 +86,14 @@ def plot_failure_map(
 
 
 def _head(result: FailureMap) -> str:
-    """Temperatures and prestretches of a map, as the head of its figure has them."""
+    """Temperatures and prestretches of a map, for the title of its figure."""
     low, high = degrees(float(result.temperature.min())), degrees(float(result.temperature.max()))
     least, most = number(float(result.prestretch.min())), number(float(result.prestretch.max()))
     return f"{low if low == high else f'{low} to {high}'}, prestretch {least if least == most else f'{least} to {most}'}"
 
 
 def _left_out(result: FailureMap, drawn: int, mapped: bool) -> str | None:
-    """How many films have no line, and why."""
+    """A note on the number of films without a line."""
     films = result.failure_mode[..., 0].size
     if drawn == films:
         return None
@@ -104,7 +104,7 @@ def _left_out(result: FailureMap, drawn: int, mapped: bool) -> str | None:
 
 
 def _beside_a_map(result: FailureMap, most: int) -> list[tuple[int, int]]:
-    """Temperature and prestretch of the films whose lines stand beside the map: some prestretches, or one over temperature."""
+    """The films with lines beside the map: some prestretches at one temperature, or one prestretch at all temperatures."""
     temperatures, prestretches = result.failure_mode.shape[:2]
     if temperatures == 1:
         return [(0, j) for j in spread_indices(prestretches, min(most, MOST_BESIDE_A_MAP))]
@@ -112,7 +112,7 @@ def _beside_a_map(result: FailureMap, most: int) -> list[tuple[int, int]]:
 
 
 def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
-    """The first temperature's map: colour and contour lines for the time, hatching for how the film fails."""
+    """The map of the first temperature: colours and contour lines for the time, hatching for the mode of failure."""
     unit, factor = unit_for("V", float(result.voltage.max()))
     voltage, prestretch = result.voltage * factor, result.prestretch[:, 0]
     order = np.argsort(prestretch)
@@ -136,7 +136,7 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
     handles = []
     for name, where, colour in regions:
         if where.any():
-            # on the cells themselves, as the times are
+            # drawn over whole cells, like the times
             cells = np.ma.masked_where(~where, np.ones(where.shape))
             axes.pcolormesh(voltage, prestretch, cells, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
             handles.append(Patch(facecolor=colour, edgecolor="black", linewidth=0.5, label=name))
@@ -150,7 +150,7 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
         elif len(happens) > 1:
             handles.append(Patch(facecolor=TEMPERATURES(0.5), edgecolor="black", linewidth=0.5, label=f"{name} first"))
     if handles:
-        columns = min(len(handles), 3)  # wider than the figure, a legend would upset its layout
+        columns = min(len(handles), 3)  # a legend wider than the figure would spoil its layout
         row_legend(axes, handles, columns, loc="upper center", bbox_to_anchor=(0.5, -0.2))
     if result.temperature.size > 1:
         axes.set_title(degrees(result.temperature[0]), loc="right")
@@ -167,7 +167,7 @@ def _contours(axes: Axes, voltage: Array, prestretch: Array, decades: Any) -> No
     names = {float(level): decade_name(int(level)) for level in levels}
     named = {text.get_text() for text in axes.clabel(contours, fmt=names, fontsize=6.5)}
     for level, path in zip(levels.tolist(), contours.get_paths(), strict=True):
-        # a line that is too short to be broken by its label has it beside
+        # a line that is too short for a label on it has its label beside it
         along = np.asarray(path.vertices)
         if names[level] not in named and len(along):
             middle: tuple[float, float] = tuple(along[len(along) // 2])
@@ -175,10 +175,10 @@ def _contours(axes: Axes, voltage: Array, prestretch: Array, decades: Any) -> No
 
 
 def decade_name(exponent: int) -> str:
-    """10 to this power seconds, as the label of a line has it."""
+    """The label of a line at 10 to this power seconds."""
     seconds = 10.0**exponent
     if exponent < 3:
-        # a tenth reads better than a hundred of the next smaller unit
+        # 0.1 of a unit reads better than 100 of the next smaller unit
         unit, name = next(((unit, name) for unit, name in SECONDS if seconds >= 0.09 * unit), SECONDS[-1])
         return f"{number(seconds / unit)} {name}"
     power = "1000" if exponent == 3 else "10" + str(exponent).translate(RAISED)

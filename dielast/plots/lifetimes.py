@@ -22,15 +22,15 @@ Array = NDArray[np.float64]
 Pair = tuple[int, int]
 MOST_LINES = 6
 MOST_PANELS = 6
-MOST_MARKERS = 25  # a line
-ROW = 0.04  # of the height of the axes: a film's arrows and markers beyond the times that a log axis can show
-BESIDE = 4.5  # points, from an arrow to the marker of its film
-LONGEST_BESIDE = 28  # characters of a label with another one beside it
+MOST_MARKERS = 25  # for each line
+ROW = 0.04  # share of the height of the axes: a row of arrows or markers beyond the times of the log axis
+BESIDE = 4.5  # points from an arrow to the marker of its film
+LONGEST_BESIDE = 28  # characters of a label in a legend with two columns
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Panel:
-    """The `films` of a panel, temperature and prestretch of each, and the `title` that says what they share."""
+    """The `films` of a panel, as indices of temperature and prestretch, and a `title` with what they share."""
 
     films: Sequence[Pair]
     title: str = ""
@@ -38,7 +38,7 @@ class Panel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """A film as drawn: `time`, and `low` and `high` of its band, over voltage; colour, marker and dashes are those of its `index`.
+    """A film in the figure: `time`, and `low` and `high` of its band, over voltage; its `index` sets colour, marker and dashes.
 
     `high` is infinite beyond the horizon.
     """
@@ -52,38 +52,38 @@ class Drawn:
 
     @property
     def marker(self) -> Any:
-        """Its markers."""
+        """The marker of the film."""
         return {"marker": MARKERS[self.index % len(MARKERS)], "color": self.colour, "markerfacecolor": "white"}
 
     @property
     def colour(self) -> str:
-        """Its colour."""
+        """The colour of the film."""
         return COLOURS[self.index % len(COLOURS)]
 
     @property
     def dashes(self) -> Any:
-        """Its line style."""
+        """The line style of the film."""
         return LINES[self.index % len(LINES)]
 
     @property
     def fails(self) -> NDArray[np.bool_]:
-        """Where it fails after a while."""
+        """The voltages at which the film fails after a finite time above 0."""
         return np.isfinite(self.time) & (self.time > 0)
 
     @property
     def open_above(self) -> NDArray[np.bool_]:
-        """Where its band ends beyond the horizon."""
+        """The voltages at which the band ends beyond the horizon."""
         return np.asarray(np.isfinite(self.low) & np.isposinf(self.high))
 
     @property
     def down_to_zero(self) -> NDArray[np.bool_]:
-        """Where it fails at once, or its band begins at once."""
+        """The voltages at which the film fails at once, or its band begins at time 0."""
         return np.asarray((self.time == 0) | (self.low == 0))
 
 
 def arrange(result: FailureMap, most: int) -> list[Panel]:
-    """The films over panels, at `most` so many in each: all in one if they are few, else a panel for each temperature, or for each
-    prestretch if these are fewer.
+    """The films in panels, at `most` so many in a panel: one panel for few films, else a panel for each temperature, or for each
+    prestretch if there are fewer prestretches.
     """
     temperatures, prestretches = result.failure_mode.shape[:2]
     if temperatures * prestretches <= most:
@@ -117,7 +117,7 @@ def _prestretch(pair: Array) -> str:
 
 
 def films_of(panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bounds: tuple[Array, Array] | None) -> list[Drawn]:
-    """The films of a panel as they are drawn; the label of one that nowhere fails says so."""
+    """The films of a panel; the label of a film that fails at no voltage states that."""
     unknown = np.full(result.voltage.size, np.nan)
     drawn = []
     for index, (i, j) in enumerate(panel.films):
@@ -131,13 +131,13 @@ def films_of(panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bo
 
 
 def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequence[Sequence[Drawn]]) -> None:
-    """Each panel's films in axes of its own, all with the same scale of time."""
+    """Draw the panels, with one scale of time."""
     unit, factor = unit_for("V", float(result.voltage.max()))
     voltage = result.voltage * factor
     every = [film for films in all_films for film in films]
     above = max(sum(bool(film.open_above.any()) for film in films) for films in all_films)
     below = max(sum(bool(film.down_to_zero.any()) for film in films) for films in all_films)
-    # the times that the axis shows; what is beyond them has rows of its own
+    # the times of the axis; values beyond them stand in separate rows
     shown = _span(every, result, above > 0)
     for axes, films in zip(all_axes, all_films, strict=True):
         axes.set_yscale("log")
@@ -147,7 +147,7 @@ def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequenc
         axes.set_xlabel(f"voltage [{unit}]")
         if above or below or len(all_axes) > 1:
             axes.set_ylim(*limits(shown, _share(above), _share(below)))
-            # as many voltages in each panel, wherever its films fail
+            # the same voltages in all panels
             axes.update_datalim([(voltage.min(), shown[0]), (voltage.max(), shown[0])])
             axes.autoscale_view(scaley=False)
         log_axis(axes, "y")
@@ -159,7 +159,7 @@ def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequenc
 
 
 def _span(films: Sequence[Drawn], result: FailureMap, opened: bool) -> tuple[float, float]:
-    """The shortest and the longest time to be shown, with some room."""
+    """The shortest and the longest time of the axis, with a margin."""
     values = [np.array([result.horizon])] if opened else []
     for film in films:
         values += [film.time, film.low, film.high]
@@ -173,28 +173,28 @@ def _span(films: Sequence[Drawn], result: FailureMap, opened: bool) -> tuple[flo
 
 
 def _share(rows: int) -> float:
-    """Of the height of the axes, for so many rows and some room beyond them."""
+    """Share of the height of the axes for so many rows and a margin."""
     return ROW * (rows + 0.5) if rows else 0.0
 
 
 def _band(axes: Axes, voltage: Array, film: Drawn, low: float, high: float) -> None:
-    """The film's band, to the ends of the times shown where it is open."""
+    """Draw the band of a film; an open band extends to the end of the axis."""
     within = np.isfinite(film.low) & ~np.isnan(film.high)
     down, up = film.low.clip(low, high), film.high.clip(low, high)
     look: Any = {"color": film.colour, "alpha": SHADE}
     axes.fill_between(voltage, down, up, where=within, linewidth=0.0, **look)
-    # a voltage whose neighbours have none makes no area
+    # a single voltage between others without a band has no area
     alone = within & ~np.append(within[1:], False) & ~np.append(False, within[:-1])
     if alone.any():
         axes.vlines(voltage[alone], down[alone], up[alone], linewidth=4.0, **look)
 
 
 def _times(axes: Axes, voltage: Array, factor: float, film: Drawn) -> None:
-    """The film's times, and the line through them."""
+    """Draw the times of a film, and the line through them."""
     fails = film.fails
     if not fails.any():
         return
-    # every so many, as one left out here and there would look like a film that lives on
+    # at even intervals: a gap would look like a film that survives
     every = list(range(0, int(np.count_nonzero(fails)), max(1, -(-int(np.count_nonzero(fails)) // MOST_MARKERS))))
     axes.plot(voltage[fails] * factor, film.time[fails], linestyle="none", zorder=3, markevery=every, **film.marker)
     if film.line.drawn_law:
@@ -203,7 +203,7 @@ def _times(axes: Axes, voltage: Array, factor: float, film: Drawn) -> None:
 
 
 def _rows(axes: Axes, voltage: Array, films: Sequence[Drawn], above: int, below: int) -> None:
-    """At the voltages themselves, a row for each film: arrows where bands are open, its marker beside the first, or markers."""
+    """Draw a row for each film at its voltages: arrows at open bands, with the marker of the film beside the first, or markers."""
     top = foot = 0
     for film in films:
         if film.open_above.any():
@@ -238,19 +238,19 @@ def _thinned(along: Array) -> Array:
 
 
 def legend(axes: Axes, films: Sequence[Drawn], note: str | None) -> None:
-    """The films of a panel, and a `note` on the figure, below the axes: within them, long and short lives leave no corner free."""
+    """The legend of a panel and a `note`, below the axes, as the curves leave no corner within them free."""
     handles = []
     for film in films:
         dashes: Any = film.dashes if film.line.drawn_law else "none"
         handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=film.label, **film.marker))
-    # wider than the figure, a legend would upset its layout
+    # a legend wider than the figure would spoil its layout
     columns = 2 if len(films) > 1 and max(len(film.label) for film in films) <= LONGEST_BESIDE else 1
     place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}
     row_legend(axes, handles, columns, title=note, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
 
 
 def notes(all_films: Sequence[Sequence[Drawn]], interval: str | None, left_out: str | None) -> str | None:
-    """What lines, bands, arrows and markers at zero mean, and which films are `left_out`."""
+    """The note on lines, bands, arrows and markers at zero, and on the films that are `left_out`."""
     films = [film for panel in all_films for film in panel]
     laws = [law for law in (EXPONENTIAL_LAW, POWER_LAW) if any(film.line.drawn_law == law for film in films)]
     drawn = f"lines: {laws[0]} law" if len(laws) == 1 else "lines: exponential or power law"

@@ -1,4 +1,4 @@
-"""How the cases of a figure differ in looks: by colours and line styles within a panel, by panels for the values of a factor."""
+"""Colours and line styles that distinguish cases within a panel, and panels for the values of a factor."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, number, spread_indices
 
-MOST_LINES = 7  # cases in a panel, each with its look
-MOST_BANDS = 3  # in a panel: more hide each other
-MOST_NAMED = 6  # of more cases that no scale can tell apart
+MOST_LINES = 7  # cases in a panel with different looks
+MOST_BANDS = 3  # in a panel: more bands would hide each other
+MOST_NAMED = 6  # cases in the legend, if more cases than looks are on no colour scale
 ACROSS, DOWN = 3, 4  # panels
 
 Look = Mapping[str, Any]
@@ -21,9 +21,9 @@ Look = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Swept:
-    """A swept quantity, a factor of the cases: how an axis calls it, its value in each case, and how words say that.
+    """A swept quantity, a factor of the cases: its `label` on an axis, and its `values` and their `texts` by case.
 
-    Without `values` it is on no scale.
+    Without `values` the quantity is not on a scale.
     """
 
     label: str
@@ -32,7 +32,7 @@ class Swept:
 
     @property
     def levels(self) -> list[Any]:
-        """What tells the values of two cases apart, ascending on a scale, else in the order of the cases."""
+        """The distinct values, ascending on a scale, else in the order of the cases."""
         return sorted(set(self.values)) if self.values else list(dict.fromkeys(self.texts))
 
     def level(self, case: int) -> Any:
@@ -40,7 +40,7 @@ class Swept:
         return self.values[case] if self.values else self.texts[case]
 
     def text(self, case: int) -> str:
-        """Its value in a case, as a legend says it."""
+        """The value in a case, for a legend."""
         if self.texts:
             return self.texts[case]
         name, _, unit = self.label.partition(" [")
@@ -49,7 +49,7 @@ class Swept:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """The `cases` of a panel, and the `title` that says what they share."""
+    """The `cases` of a panel, and a `title` with what they share."""
 
     cases: Sequence[int]
     title: str = ""
@@ -57,8 +57,8 @@ class Panel:
 
 @dataclass(frozen=True, slots=True)
 class Arrangement:
-    """`panels` from left to right, so many `across`; the look of each case, the `width` of all lines, which cases stand in the
-    legend for all that look the same, with their names, and the quantity on the colour `scale`, if any.
+    """`panels` from left to right, so many `across`; the look of each case; the `width` of all lines; `named`, for each look one
+    case and its name in the legend; and the quantity on the colour `scale`, if any.
     """
 
     panels: Sequence[Panel]
@@ -75,7 +75,7 @@ class Arrangement:
 
 
 def arrange(labels: Sequence[str], swept: Sequence[Swept], bands: int = 0) -> Arrangement:
-    """How to show the cases of these `labels`, so many of which have `bands`."""
+    """Arrange the cases with these `labels`; `bands` of them have bands."""
     count, most = len(labels), MOST_BANDS if bands > MOST_BANDS else MOST_LINES
     if count <= most:
         return Arrangement([Panel(range(count))], 1, [_look(case) for case in range(count)], 1.2, _ordered(labels, swept))
@@ -97,14 +97,14 @@ def _look(index: int) -> dict[str, Any]:
 
 
 def _scale(factor: Swept, count: int) -> list[dict[str, Any]]:
-    """Each case in the colour of its value."""
+    """The looks of the cases by a colour scale."""
     levels = factor.levels
     places = [levels.index(factor.level(case)) / max(1, len(levels) - 1) for case in range(count)]
     return [{"color": TEMPERATURES(place), "linestyle": "-"} for place in places]
 
 
 def _ordered(labels: Sequence[str], swept: Sequence[Swept]) -> dict[int, str]:
-    """The labels by case; if a single number is swept and neither rises nor falls over the cases, in the order of that number."""
+    """The labels by case; in ascending order of the swept number if there is only one and it is not monotonic over the cases."""
     cases = list(range(len(labels)))
     if len(swept) == 1 and swept[0].values:
         steps = np.diff(swept[0].values)
@@ -124,7 +124,7 @@ def _crossed(count: int, swept: Sequence[Swept]) -> list[Swept]:
 
 
 def _by_factor(factors: Sequence[Swept], most: int) -> Arrangement:
-    """A line for each level of the factor with most levels among those that fit into a panel, a panel for each of the others."""
+    """Lines for the levels of one factor, that with most levels that fit into a panel; panels for the levels of the others."""
     fitting = [factor for factor in factors if len(factor.levels) <= most or (factor.values and most == MOST_LINES)] or list(
         factors
     )
@@ -160,5 +160,5 @@ def _grid(factors: Sequence[Swept]) -> list[list[Any]]:
 
 
 def _some(levels: Sequence[Any], most: int) -> list[Any]:
-    """At most so many levels, evenly spread from the first to the last."""
+    """At most `count` levels, evenly spread from the first to the last."""
     return [levels[index] for index in spread_indices(len(levels), most)]

@@ -29,7 +29,7 @@ from dielast.superposition.mastercurve import MasterCurve
 
 
 class MeasuredCurve(Protocol):
-    """What was measured at one temperature, as the figure shows it."""
+    """The measurement at one temperature, as the figure shows it."""
 
     @property
     def temperature(self) -> float:
@@ -41,7 +41,7 @@ class MeasuredCurve(Protocol):
 
 
 def plot_master_curve(result: MasterCurve, curves: Sequence[MeasuredCurve], title: str | None = None) -> Figure:
-    """The measured `curves`, the shift factors with error bars and fitted law, and the master curve with the fitted one.
+    """The measured `curves`, the shift factors with error bars and the fitted law, and the master curve with the fitted curve.
 
     The storage and loss moduli of frequency sweeps have tan delta below them.
     """
@@ -89,7 +89,7 @@ def plot_master_curve(result: MasterCurve, curves: Sequence[MeasuredCurve], titl
 
 
 def _superposed(panels: Sequence[Axes], result: MasterCurve, colour: ScalarMappable) -> list[Artist]:
-    """Draw the shifted points and the fitted curves, of sweeps with their ratio in the second panel; returns the fitted curves."""
+    """Draw the shifted points and the fitted curves, for sweeps with tan delta in the second panel; returns the fitted curves."""
 
     def rows(ordinates: np.ndarray) -> list[tuple[Axes, np.ndarray, bool]]:
         drawn = [(panels[0], result.kind.label_factor * values, k == 0) for k, values in enumerate(ordinates)]
@@ -122,7 +122,7 @@ def _tangent_axis(axes: Axes) -> None:
 
 
 def _entries() -> list[Artist]:
-    """What full and open markers mean."""
+    """The legend of full and open markers."""
     return [
         Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", label="storage"),
         Line2D([], [], color="black", marker="o", markersize=3, linestyle="none", markerfacecolor="white", label="loss"),

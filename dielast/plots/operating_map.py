@@ -35,7 +35,7 @@ from dielast.plots.style import (
 from dielast.simulate.failure_map import FailureMap
 
 Array = NDArray[np.float64]
-# times in s between which a band is: of the second, minute, hour, day and year
+# ends of the bands of time in s: rounded seconds, minutes, hours, days and years
 DAY, YEAR = 86400.0, 365.25 * 86400.0
 SHORT_TIMES = [10.0**power for power in range(-12, 2)]
 TIMES = (*SHORT_TIMES, 60.0, 600.0, 3600.0, DAY / 4, DAY, 7 * DAY, 30 * DAY, *(YEAR * 10**power for power in range(9)))
@@ -47,9 +47,9 @@ LIFE = LinearSegmentedColormap.from_list("life", [*TEMPERATURES(np.linspace(0, 1
 
 
 def plot_operating_map(result: FailureMap, title: str | None = None) -> Figure:
-    """A panel for each time at which the stretch is known, or for each temperature at the last of them: the time to failure over
-    voltage and prestretch as bands, and lines of equal relative stretch of axis 1, as far as films live to that time. Where there
-    are too few prestretches or voltages for a map, or films that differ in more, the stretch over voltage, a line for each film.
+    """A panel for each time at which the stretch is known, or for each temperature at the last of these times: the time to failure
+    over voltage and prestretch as bands, with lines of equal relative stretch of axis 1 where films live to that time. If there
+    are too few prestretches or voltages for a map, or further differences between films: the stretch over voltage, by film.
     """
     names = list(result.relative_stretch)
     temperatures = result.temperature.size
@@ -85,7 +85,7 @@ def _is_map(result: FailureMap) -> bool:
 
 
 def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:
-    """The maps, with one scale of time for all."""
+    """Draw the maps, with one scale of time."""
     _, factor = unit_for("V", float(result.voltage.max()))
     order = np.argsort(result.prestretch[:, 0])
     voltage, prestretch = result.voltage * factor, result.prestretch[order, 0]
@@ -115,7 +115,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
                 )
                 modes[failure] = Patch(facecolor=LIFE(0.2), edgecolor="white", hatch=hatch, linewidth=0.5, label=f"{failure} first")
         _stretch_lines(place, voltage, prestretch, result.relative_stretch[name][0, temperature, order])
-        # the contours end half a cell within what pcolor draws
+        # contours end at the centres of the cells that pcolor draws
         place.set_xlim(voltage[0], voltage[-1])
         place.set_ylim(prestretch[0], prestretch[-1])
     if len(levels) > 1:
@@ -133,7 +133,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
 
 
 def _levels(result: FailureMap) -> Array:
-    """The ends in s of the bands of time, the horizon the last."""
+    """The ends in s of the bands of time; the last is the horizon."""
     time = result.time_to_failure[np.isfinite(result.time_to_failure) & (result.time_to_failure > 0)]
     if not time.size:
         return np.zeros(0)
@@ -145,8 +145,8 @@ def _levels(result: FailureMap) -> Array:
 
 
 def _decades(time: Array, mode: NDArray[np.str_], levels: Array) -> Any:
-    """The logarithm of the time to failure, of films that live on a little beyond the last level, and of those that fail at once a
-    little below the first.
+    """The logarithm of the time to failure; for films that survive a little above the last level, for films that fail at once a
+    little below the first level.
     """
     if not levels.size:
         return np.ma.masked_invalid(np.full(time.shape, np.nan))
@@ -178,7 +178,7 @@ def _stretch_lines(axes: Axes, voltage: Array, prestretch: Array, stretch: Array
 
 
 def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:
-    """The stretch over voltage of some films, with a mark at the last voltage under which each lives so long."""
+    """The stretch over voltage of some films, with a mark at the highest voltage under which a film lives to the `moment`."""
     _, factor = unit_for("V", float(result.voltage.max()))
     chosen = spread_indices(len(result.prestretch), MOST_LINES)
     handles = []
@@ -208,7 +208,7 @@ def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Se
             color="0.3",
             linestyle="none",
             markersize=4.5,
-            label="the highest voltage that it lives under so long",
+            label="highest voltage under which the film lives to this time",
         )
     )
     row_legend(figure, handles, min(len(handles), 2), loc="outside lower center", fontsize=6.5)

@@ -15,14 +15,14 @@ from dielast.plots.style import COLOURS, LINES, lasting, legend_below, panels, s
 
 Array = NDArray[np.float64]
 MOST_TIMES = 6
-INSIDE = 2  # rows of the active part
-FAR = 8.0  # radii over the electrode's: what is beyond hardly moves
+INSIDE = 2  # rows of the table for the active part
+FAR = 8.0  # radii of the electrode that are shown: the film beyond hardly moves
 
 
 def plot_profile(cases: Sequence[Mapping[str, Array]], title: str | None, place: str) -> Figure:
-    """Stretches and nominal stresses over the radius, or the `place` that it stands for, a line a time of the first case.
+    """Stretches and nominal stresses of the first case over the radius, or another `place`, with a line for each time.
 
-    Thick lines are along the radius or length, thin ones across. The electrode is shaded.
+    Thick lines are components along the radius or the length, thin lines components across. The electrode is shaded.
     """
     table = next((case for case in cases if case["time [s]"].size), cases[0])
     times = list(dict.fromkeys(table["time [s]"].tolist()))

@@ -1,4 +1,4 @@
-"""How figures call quantities, and the one unit in which they show each."""
+"""Names and units of quantities in figures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-# SI unit -> units from the largest down: what a figure calls each, the factor from SI, and the least of the largest value shown
+# SI unit -> units from the largest to the smallest: name, factor from SI, and the least magnitude for which it is taken
 UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "V": (("kV", 1e-3, 100.0), ("V", 1.0, 0.0)),
     "V/m": (("MV/m", 1e-6, 0.0),),
@@ -26,20 +26,20 @@ UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
 MODULUS = "MPa"  # moduli run over many decades, and have one unit in all figures
 NAMES = {
     "stretch_1": "stretch",
-    "stretch_2": "stretch in axis 2",
+    "stretch_2": "stretch along axis 2",
     "nominal_stress_1": "nominal stress",
-    "nominal_stress_2": "nominal stress in axis 2",
+    "nominal_stress_2": "nominal stress along axis 2",
     "true_stress_1": "true stress",
-    "true_stress_2": "true stress in axis 2",
+    "true_stress_2": "true stress along axis 2",
     "relative_stretch_1": "relative stretch",
-    "relative_stretch_2": "relative stretch in axis 2",
+    "relative_stretch_2": "relative stretch along axis 2",
     "stability": "stability det H / det H$_0$",
     "damage": "damage",
 }
 
 
 def unit_for(unit: str, largest: float) -> tuple[str, float]:
-    """The unit that figures show quantities of this SI unit in, the `largest` of which is so large, and the factor from SI."""
+    """The unit in figures for quantities of this SI unit with this `largest` magnitude, and the factor from SI."""
     for shown, factor, least in UNITS.get(unit, ((unit, 1.0, 0.0),)):
         if not largest < least:
             return shown, factor

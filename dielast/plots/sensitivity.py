@@ -1,4 +1,4 @@
-"""What drives the life of films: bars of the shares of its spread, or of its derivatives."""
+"""What drives the life of films: bars of shares in its variance, or of its derivatives."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from dielast.simulate.sensitivity import LifeShares, Sensitivity
 
 Array = NDArray[np.float64]
 MOST_PANELS = 6
-LONGEST_TITLE = 34  # characters in a line
-ROW = 0.24  # inches of a source
+LONGEST_TITLE = 34  # characters of a line
+ROW = 0.24  # inches for each source
 FIRST: Any = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.7}
 TOTAL: Any = {"facecolor": COLOURS[2], "edgecolor": "black", "linewidth": 0.7}
-BAR = 0.38  # of the height of a row
+BAR = 0.38  # share of the height of a row
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown:
-    """A film of a result, and what its panel is called."""
+    """A film of a result, and the title of its panel."""
 
     result: Sensitivity
     film: int
@@ -36,9 +36,9 @@ class Shown:
 
 
 def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | None = None, labels: Sequence[str] = ()) -> Figure:
-    """A panel of bars for each film, at most six; of films at many voltages, at the middle one of those that are known.
+    """A panel of bars for each film, at most six; for a film at several voltages, the middle one of those with a known result.
 
-    The results must be of one kind. `labels` says what each case is called, where the films are cases.
+    The results must be of one kind. `labels` are the names of cases, if the films are cases.
     """
     every = list(results) if isinstance(results, Sequence) else [results]
     films = [shown for result in every for shown in _shown(result, labels)]
@@ -51,14 +51,14 @@ def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | 
         figure = sheet(title, across, down * (0.95 + ROW * max(2, len(rows))) + 0.3)
         all_axes = grid(figure, max(1, len(films)), across, sharey=True, sharex=True)
         if not films:
-            all_axes[0].text(0.5, 0.5, "no film is known well enough", transform=all_axes[0].transAxes, ha="center")
+            all_axes[0].text(0.5, 0.5, "too few failures for a result", transform=all_axes[0].transAxes, ha="center")
         for place, (axes, shown) in enumerate(zip(all_axes, films, strict=False)):
             _bars(axes, shown, rows)
             called = " ".join([f"({'abcdef'[place]})"] * (len(films) > 1) + [shown.title])
             lines = [line for part in called.splitlines() for line in textwrap.wrap(part, LONGEST_TITLE)]
             axes.set_title("\n".join(lines), loc="left", fontsize=7.5)
             axes.axvline(0, color="black", linewidth=0.7)
-        name = "share of the variance of log life" if shares else "change of the life, %\nfor 1 % of the number"
+        name = "share of the variance of log life" if shares else "change of the life [%]\nfor 1 % of the constant"
         for axes in all_axes[-across:]:
             axes.set_xlabel(name)
         axes = all_axes[0]
@@ -67,13 +67,13 @@ def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | 
         for each in all_axes:
             each.tick_params(axis="y", which="both", length=0)
         if shares:
-            handles = [Patch(label="first order: by itself", **FIRST), Patch(label="total: with all that it acts with", **TOTAL)]
+            handles = [Patch(label="first order: by itself", **FIRST), Patch(label="total: with all interactions", **TOTAL)]
             legend_below(figure, handles, "whiskers: one standard error")
     return figure
 
 
 def _shown(result: Sensitivity, labels: Sequence[str]) -> list[Shown]:
-    """The films of a result that have panels: those that are known, and of each at several voltages the middle one."""
+    """The films of a result with panels: those with a known result, at the middle one of several voltages."""
     columns = {column.name: np.asarray(column.values) for column in result.films}
     known = result.total if isinstance(result, LifeShares) else result.elasticity
     groups: dict[tuple[float, ...], list[int]] = {}
@@ -85,7 +85,7 @@ def _shown(result: Sensitivity, labels: Sequence[str]) -> list[Shown]:
 
 
 def _called(columns: Mapping[str, Array], film: int, labels: Sequence[str], spread: Array | None) -> str:
-    """What tells a film from others, and the `spread` (films,) of its life in decades, if that is known."""
+    """The title of a film: what distinguishes it, and the `spread` (films,) of its life in decades, if known."""
     far = [] if spread is None else [f"spread {number(float(spread[film]), 2)} decades"]
     if "case" in columns:
         case = int(columns["case"][film])
@@ -102,7 +102,7 @@ def _called(columns: Mapping[str, Array], film: int, labels: Sequence[str], spre
 
 
 def _rows(films: Sequence[Shown]) -> dict[str, str]:
-    """The sources by name, the largest first and parts below what they are of; and what each is a part of."""
+    """The sources by name, the largest first and parts below their whole; and the whole of each part."""
     size: dict[str, float] = {}
     part_of: dict[str, str] = {}
     for shown in films:
@@ -117,7 +117,7 @@ def _rows(films: Sequence[Shown]) -> dict[str, str]:
     by_size = sorted(size, key=lambda name: -size[name])
     rows: dict[str, str] = {}
     for name in by_size:
-        # a part whose whole is not drawn stands for itself
+        # a part is a row of its own if its whole is not drawn
         if part_of.get(name, "") not in size:
             rows[name] = ""
             rows |= dict.fromkeys((part for part in by_size if part_of.get(part) == name), name)
@@ -125,7 +125,7 @@ def _rows(films: Sequence[Shown]) -> dict[str, str]:
 
 
 def _bars(axes: Axes, shown: Shown, rows: Mapping[str, str]) -> None:
-    """The bars of a film."""
+    """Draw the bars of a film."""
     result, film, place = shown.result, shown.film, {name: row for row, name in enumerate(rows)}
     whisker: Any = {"capsize": 1.8, "elinewidth": 0.8, "capthick": 0.8, "ecolor": "black"}
     if not isinstance(result, LifeShares):

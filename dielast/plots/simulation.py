@@ -1,4 +1,4 @@
-"""The figure of simulated cases, with measured points laid over."""
+"""The figure of simulated cases, with measured points."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ from dielast.plots.style import (
 __all__ = ["Measured", "Swept", "plot_cases"]
 
 Array = NDArray[np.float64]
-MOST_MARKED = 12  # points of a line, each with a marker
+MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8
-STILL, BEFORE = 0.005, 3.0  # share of its range by which a curve moves before a log axis begins, and how much earlier that is
+STILL, BEFORE = 0.005, 3.0  # a log axis begins earlier, by this factor, than a curve has moved by this share of its range
 DIM = 0.35  # opacity of a line after a failure
-LEAST_SHARE = 0.1  # of the widest range of y of a panel: of another one with less than that, nothing is seen on the same axis
-HEIGHTS = {1: 2.7, 2: 2.3, 3: 1.75, 4: 1.5}  # inches of a panel, by how many there are across
-ROOM = {1: 58, 2: 56, 3: 36, 4: 27}  # characters of a line of its title
+LEAST_SHARE = 0.1  # least range of y of a panel over the widest one, for a shared axis
+HEIGHTS = {1: 2.7, 2: 2.3, 3: 1.75, 4: 1.5}  # inches of a panel, by the number of panels across
+ROOM = {1: 58, 2: 56, 3: 36, 4: 27}  # characters of a line of its title, by the number of panels across
 
 
 class Measured(Protocol):
-    """Measured points of one `case` beside its curve: `x` and `y` (n,) in SI, and what the legend says."""
+    """Measured points of one `case`: `x` and `y` (n,) in SI, and the `label` in the legend."""
 
     @property
     def label(self) -> str: ...  # noqa: D102
@@ -77,12 +77,11 @@ def plot_cases(
 ) -> Figure:
     """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers.
 
-    `marks` are events: the case, the name, and where, in the units of x and y. A few cases share a panel, each with a colour and
-    a line style of its own; more are spread over panels by the values of what is `swept`, or told apart by a scale of colours if
-    that is one number. `bands` are x, lower and upper y of what each case may be, None for a case known exactly; the legend calls
-    them `interval`, if they are wide enough to be seen. A band whose upper end is infinite is open. `spans` are lower and upper x
-    of what each mark may be, infinite where it may never come. `failed` is the row of each case at which it failed, after which
-    its line is dimmed.
+    `marks` are events: the case, the name, x and y. A few cases share a panel, with different colours and line styles; more cases
+    are distributed over panels by the values of `swept` quantities, or coloured on a scale if one number is swept. `bands` are x
+    and the lower and upper bounds of y by case, None for a case without bounds; the legend names them `interval` if they are wide
+    enough to be visible. A band with an infinite upper bound is open. `spans` are lower and upper bounds of x by mark, infinite for
+    an event that may never happen. `failed` is the row at which a case failed, after which its line is dimmed.
     """
     bands = [*bands, *[None] * (len(cases) - len(bands))]
     with style():
@@ -129,10 +128,10 @@ def plot_cases(
 def _view(
     cases: Sequence[Mapping[str, Array]], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
 ) -> tuple[View, tuple[str, str]]:
-    """The axes for these columns, and what they are called."""
+    """The axes for these columns, and their labels."""
     along = [[case[header] for case in cases] for header in (x, y)]
     across, up = axis_of(x, [*along[0], *(points.x for points in measured)]), axis_of(y, [*along[1], *(p.y for p in measured)])
-    # what is nowhere positive has no place on a log axis
+    # a log axis needs positive values
     log_x, log_y = (
         scale == "log" and any(bool(np.any(column > 0)) for column in values) for scale, values in zip(scales, along, strict=True)
     )
@@ -140,7 +139,7 @@ def _view(
 
 
 def _beginning(cases: Sequence[Mapping[str, Array]], measured: Sequence[Measured], view: View) -> float | None:
-    """Where a log axis of x begins: a little before anything is measured or happens, None if nothing does."""
+    """Where a log axis of x begins: a little before the first measured point or change of a curve; None if there is none."""
     firsts = [float(points.x[points.x > 0].min()) for points in measured if np.any(points.x > 0)]
     for case in cases:
         across, up = case[view.x], case[view.y]
@@ -164,7 +163,7 @@ def _alike(arranged: Arrangement, view: View, cases: Sequence[Mapping[str, Array
 
 
 def _panels(arranged: Arrangement, title: str | None, below: float, alike: bool) -> tuple[Figure, list[Axes]]:
-    """The figure, with the axes of each panel, one y axis for all if they are `alike`, and so much room below for a legend."""
+    """The figure and the axes of its panels, with one y axis if they are `alike`, and so much room `below` for a legend."""
     count, across = len(arranged.panels), arranged.across
     figure = sheet(title, 1.0 if count == 1 else 2.0, HEIGHTS[across] * -(-count // across) + below)
     panels = grid(figure, count, across, sharex=True, sharey=alike)
@@ -172,7 +171,7 @@ def _panels(arranged: Arrangement, title: str | None, below: float, alike: bool)
         lowest.tick_params(labelbottom=True)
     if across > 2:
         for axes in panels:
-            # numbers of neighbours would run into each other
+            # more numbers would overlap
             axes.locator_params(axis="x", nbins=4)
     return figure, panels
 
@@ -186,7 +185,7 @@ def _name_axes(panels: Sequence[Axes], across: int, names: tuple[str, str]) -> N
 
 
 def _line(axes: Axes, view: View, case: Mapping[str, Array], look: Look, width: float, failed: int | None) -> None:
-    """The line of a case, dimmed from the row at which it failed; few points have markers, without which one alone is not seen."""
+    """Draw a case, dimmed from the row at which it failed; few points have markers, as a single point makes no line."""
     across, up = case[view.x], case[view.y]
     seen = view.seen(across, up)
     marker: Any = {}
@@ -208,18 +207,18 @@ def _line(axes: Axes, view: View, case: Mapping[str, Array], look: Look, width: 
 
 
 def _trimmed(seen: NDArray[np.bool_]) -> slice:
-    """From the first to the last of what is seen."""
+    """From the first to the last visible point."""
     where = np.flatnonzero(seen)
     return slice(int(where[0]), int(where[-1]) + 1) if where.size else slice(0, 0)
 
 
 def _points(index: int, colour: Any) -> dict[str, Any]:
-    """The markers of measured points."""
+    """Draw the measured points."""
     return {"marker": MARKERS[index % len(MARKERS)], "color": colour, "markerfacecolor": "white", "markeredgewidth": 0.8}
 
 
 def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Measured]) -> list[Artist]:
-    """The entries for cases and measured points."""
+    """The legend entries for cases and measured points."""
     handles: list[Artist] = []
     count = len(labels)
     for case, name in arranged.named.items():
@@ -229,20 +228,20 @@ def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Mea
     for index, points in enumerate(measured):
         if points.case in arranged.shown:
             look = _points(index, arranged.looks[points.case]["color"])
-            # the case first: what is cut off a long label is its end
+            # the case first, as a long label loses its end
             belongs = f"{labels[points.case]}: " if count > 1 and labels[points.case] else ""
             handles.append(Line2D([], [], linestyle="none", label=_cut(belongs + points.label), **look))
     return handles
 
 
 def _cut(label: str) -> str:
-    """A label that fits the width of a column."""
+    """A label that fits into a column."""
     label = typeset(label)
     return label if len(label) <= LONGEST_LABEL else label[: LONGEST_LABEL - 3] + "..."
 
 
 def _colour_bar(figure: Figure, panels: Sequence[Axes], scale: Swept) -> None:
-    """The colours of the scale's steps, with as many of its values as can be read."""
+    """Draw the colour scale, with as many values as are legible."""
     steps = scale.levels
     colours = [TEMPERATURES(index / max(1, len(steps) - 1)) for index in range(len(steps))]
     norm = BoundaryNorm(np.arange(len(steps) + 1) - 0.5, len(steps))

@@ -23,9 +23,9 @@ def plot_spectrum(
     reduction: Reduction | None = None,
     reference_temperature: float | None = None,
 ) -> Figure:
-    """The discrete spectrum, with the continuous and the reduced one where given, and the model's answer over the measured one.
+    """The discrete spectrum, with the continuous and the reduced spectrum if given, and the model over the measured curve.
 
-    `reference_temperature` in degC is that of the reduced time, for its axis.
+    `reference_temperature` in degC is that of the reduced time, for the label of its axis.
     """
     with style():
         figure, (lines, curve) = panels(2, title, height=3.1)
@@ -67,7 +67,7 @@ def plot_spectrum(
 
 
 def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | None) -> None:
-    """The measured curve and the model's, over reduced time or angular frequency."""
+    """Draw the measured curve and the model over reduced time or angular frequency."""
     abscissa, kind = result.reduced_abscissa, result.kind
     shown = spread(np.log10(abscissa), 80)
     factor = kind.label_factor
@@ -83,7 +83,7 @@ def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | No
             markeredgewidth=0.7,
             label=name,
         )
-    # lines last, so that the legend names what was measured first
+    # lines last, so that the legend names the measurements first
     for index, model in enumerate(np.atleast_2d(result.model)):
         axes.plot(abscissa, factor * model, "-", color=COLOURS[0], label=None if index else "discrete model")
     at = "" if reference_temperature is None else f" at {degrees(reference_temperature)}"
@@ -92,9 +92,9 @@ def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | No
 
 
 def _draw_reduced(axes: Axes, result: SpectrumFit, reduction: Reduction) -> None:
-    """What the reduced spectrum answers where it was compared with the full one."""
+    """Draw the response of the reduced spectrum where it was compared with the full spectrum."""
     time, spectrum, equilibrium = result.reduced_time, reduction.spectrum, result.equilibrium_shear_modulus
-    # G(t) falls: the reduced times of the comparison, of all its temperatures, are those of its moduli
+    # G(t) falls, so that its moduli mark the reduced times of the comparison at all temperatures
     full = result.spectrum.relaxation_modulus(time, equilibrium)
     slack = 1 + 1e-9
     within = (full <= reduction.full.max() * slack) & (full >= reduction.full.min() / slack)

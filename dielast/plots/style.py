@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 
 from dielast.simulate import durations
 
-# Okabe and Ito's colours, ordered so that neighbours differ in lightness too: distinct for the colour-blind and in grey
+# the colours of Okabe and Ito, ordered so that neighbours also differ in lightness: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (9, 2)), (0, (1, 3)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-# viridis without its lightest end, which is lost on white: the lightness still tells the order in grey
+# viridis without its lightest end, which is invisible on white; its lightness keeps the order in grey
 TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))
 SHADE = 0.18  # opacity of a band
 COLUMN_WIDTH = 3.4  # inches, one column of a journal page: 86 mm
@@ -71,7 +71,7 @@ UNDATED: dict[str, Any] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw in dielast's style, whatever the user's own matplotlib settings are."""
+    """Draw in the style of dielast, independent of the user's matplotlib settings."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(STYLE)
@@ -91,25 +91,25 @@ class Sheet(Figure):
 
 
 def panels(count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7) -> tuple[Figure, list[Axes]]:
-    """A figure with `count` panels in a row, each one column wide, below a title; call within `style()`."""
+    """A figure with `count` panels in a row, one column wide each, below a title; call within `style()`."""
     figure = sheet(title, count, height)
     return figure, list(figure.subplots(1, count, squeeze=False, width_ratios=widths)[0])
 
 
 def sheet(title: str | None, columns: float, height: float) -> Sheet:
-    """An empty figure of so many column widths, `height` in inches without the `title`, whose lines are kept apart, and not broken
-    at spaces that are not to be. Call within `style()`.
+    """An empty figure of so many column widths, `height` in inches without the `title`, which keeps its line breaks and
+    non-breaking spaces. Call within `style()`.
     """
     lines = [line for part in typeset(title or "").splitlines() for line in textwrap.wrap(part, int(56 * columns))]
     figure = Sheet(figsize=(COLUMN_WIDTH * columns, height + 0.17 * len(lines)), layout="constrained")
     if lines:
-        # a dollar sign is money here, not mathematics
+        # a dollar sign in a text is not the start of a formula
         figure.suptitle("\n".join(lines).replace(FIXED, " "), fontsize=8, parse_math=False)
     return figure
 
 
 def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
-    """The axes of `count` panels, so many `across`; the last row may be shorter, and ticks above its end are labelled."""
+    """The axes of `count` panels, so many `across`; the last row may be shorter: axes without a panel below have tick labels."""
     axes = list(figure.subplots(-(-count // across), across, squeeze=False, **shared).ravel())
     for unused in axes[count:]:
         unused.remove()
@@ -119,12 +119,12 @@ def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
 
 
 def spread_indices(count: int, most: int) -> list[int]:
-    """At most so many indices of `count`, evenly spread from the first to the last."""
+    """At most `most` indices below `count`, evenly spread from the first to the last."""
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
 
 
 def log_axis(axes: Axes, which: str) -> None:
-    """A decimal-log axis whose major ticks stay apart over many decades, with minor ticks as far as they fit."""
+    """A decimal log axis whose major ticks stay apart over many decades, with minor ticks if they fit."""
     scale, axis = (axes.set_xscale, axes.xaxis) if which == "x" else (axes.set_yscale, axes.yaxis)
     scale("log")
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
@@ -147,41 +147,41 @@ def log_axis(axes: Axes, which: str) -> None:
 
 
 def typeset(text: str) -> str:
-    """Text as print has it: minus signs before numbers and in exponents, °C."""
+    """Text for print: minus signs before numbers and in exponents, °C."""
     text = re.sub(r"(?<![\w.)\]])-(?=\.?\d)|(?<=\de)-(?=\d)|(?<=\^)-(?=\d)", "\N{MINUS SIGN}", text)
     return text.replace("degC", "°C").replace("degF", "°F")
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number to so many digits as a label says it."""
+    """A number to so many digits, for a label."""
     return typeset(f"{value + 0.0:.{digits}g}")
 
 
 def degrees(temperature: float) -> str:
-    """A temperature as a label says it, to a tenth of a degree."""
+    """A temperature to a tenth of a degree, for a label."""
     return f"{number(round(temperature, 1), 6)} °C"
 
 
 def lasting(seconds: float, digits: int = 3) -> str:
-    """A time as a label says it, in the largest unit of which it is at least one."""
+    """A time in the largest unit of which it is at least one, for a label."""
     return typeset(durations.lasting(seconds, digits))
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], title: str | None = None) -> Legend:
-    """A legend below all axes, where no curve can be."""
+    """A legend below all axes, clear of the curves."""
     _, columns = grid_of(handles, figure.get_figwidth() / COLUMN_WIDTH)
     return row_legend(figure, handles, columns, loc="outside lower center", fontsize=6.5, title=title, title_fontsize=7)
 
 
 def row_legend(owner: Figure | Axes, handles: Sequence[Artist], columns: int, **place: Any) -> Legend:
-    """A legend of so many columns that reads row by row; matplotlib alone fills the columns one after the other."""
+    """A legend of so many columns that is filled row by row; matplotlib fills it column by column."""
     order = [index for first in range(columns) for index in range(first, len(handles), columns)]
     legend = owner.legend(handles=[handles[index] for index in order], ncols=columns, **place)
     columnwise: tuple[list[Any], list[Any]] = (legend.texts, legend.legend_handles)
     for entries in columnwise:
         entries[:] = [entries[order.index(index)] for index in range(len(order))]
     for text in legend.texts:
-        # a dollar sign is money here, not mathematics
+        # a dollar sign in a text is not the start of a formula
         text.set_parse_math(False)
     return legend
 
@@ -194,8 +194,8 @@ def grid_of(handles: Sequence[Artist], widths: float) -> tuple[int, int]:
 
 
 def spread(position: NDArray[np.float64], count: int = 60) -> NDArray[np.intp]:
-    """Indices of at most `count` points, first and last among them, evenly spread over `position`: dense sampling must not bury
-    what lies below, and points that are evenly spaced stay so.
+    """Indices of at most `count` points, including the first and the last, evenly spread over `position`: densely sampled points
+    must not hide the curve below them, and evenly spaced points stay evenly spaced.
     """
     if position.size <= count:
         return np.arange(position.size)
@@ -203,7 +203,7 @@ def spread(position: NDArray[np.float64], count: int = 60) -> NDArray[np.intp]:
     ascending = position[order]
     gaps = np.diff(ascending)
     if gaps.max() <= 3 * np.median(gaps):
-        # as good as even: every second, every third, ...
+        # nearly even: take every second, every third, ...
         fewer = (position.size - 1) // -(-position.size // count) + 1
         return np.sort(order[np.linspace(0, position.size - 1, fewer).round().astype(int)])
     apart = float(ascending[-1] - ascending[0]) / (count - 1)

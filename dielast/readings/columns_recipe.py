@@ -46,7 +46,7 @@ ROLES = {
 OVER_TIME = ("time", "modulus", "strain", "stretch", "stress", "extension", "force", "compliance")
 OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
 MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
-"""What the two moduli of a sweep can be told from."""
+"""The columns from which the two moduli of a sweep can be computed."""
 MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "complex_modulus")
 """What differs between tension and shear."""
 
@@ -54,31 +54,33 @@ MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "c
 class Columns(NamedColumns):
     """Columns of a relaxation or creep test over time, or of a frequency sweep."""
 
-    temperature: ColumnName | None = Field(None, description="Temperature, where a file holds several.")
+    temperature: ColumnName | None = Field(None, description="Temperature, where one file holds several temperatures.")
     set: ColumnName | None = Field(
-        None, description="What is the same in all rows of one isothermal set; without it, temperature_tolerance parts the sets."
+        None,
+        description="A label or number that is the same in all rows at one temperature. Default: temperature_tolerance separates "
+        "them.",
     )
-    time: ColumnName | None = Field(None, description='Time since the start of the test; left out: "time".')
+    time: ColumnName | None = Field(None, description='Time since the start of the test. Default: "time".')
     modulus: ColumnName | None = Field(None, description="Relaxation modulus.")
-    strain: ColumnName | None = Field(None, description="With stress or force, instead of modulus or compliance.")
-    stretch: ColumnName | None = Field(None, description="1 + strain, instead of strain.")
-    stress: ColumnName | None = Field(None, description="Nominal, with strain, stretch or extension.")
-    extension: ColumnName | None = Field(None, description="A length, instead of strain; needs specimen.gauge_length.")
-    force: ColumnName | None = Field(None, description="Instead of stress; needs specimen.width and thickness.")
+    strain: ColumnName | None = Field(None, description="Strain, with stress or force; instead of modulus or compliance.")
+    stretch: ColumnName | None = Field(None, description="Stretch, which is 1 + strain; instead of strain.")
+    stress: ColumnName | None = Field(None, description="Nominal stress, with strain, stretch or extension.")
+    extension: ColumnName | None = Field(None, description="Extension, a length, instead of strain; needs specimen.gauge_length.")
+    force: ColumnName | None = Field(None, description="Force, instead of stress; needs specimen.width and thickness.")
     compliance: ColumnName | None = Field(None, description="Creep compliance.")
     frequency: ColumnName | None = Field(None, description="Frequency of a sweep, in Hz.")
     angular_frequency: ColumnName | None = Field(None, description="Angular frequency of a sweep, in rad/s.")
     storage: ColumnName | None = Field(None, description="Storage modulus, with loss or tan_delta.")
     loss: ColumnName | None = Field(None, description="Loss modulus.")
-    tan_delta: ColumnName | None = Field(None, description="Loss over storage modulus, with storage or complex_modulus.")
+    tan_delta: ColumnName | None = Field(None, description="Loss modulus over storage modulus, with storage or complex_modulus.")
     complex_modulus: ColumnName | None = Field(None, description="Magnitude of the complex modulus, with tan_delta.")
     complex_viscosity: ColumnName | None = Field(
-        None, description="Magnitude of the complex viscosity; it shows whether frequencies are in Hz or rad/s as stated."
+        None, description="Magnitude of the complex viscosity, by which the unit of the frequencies, Hz or rad/s, is checked."
     )
 
     @property
     def measurement(self) -> KindName:
-        """What the columns say was measured; strain and stress are taken for relaxation unless the recipe says creep."""
+        """The kind of measurement that the columns show; strain and stress mean relaxation unless the recipe says creep."""
         columns = self.by_role
         if any(role in columns for role in OVER_FREQUENCY):
             return "oscillation"
@@ -91,8 +93,8 @@ class Columns(NamedColumns):
         over_frequency = [role for role in OVER_FREQUENCY if role in columns]
         if over_time and over_frequency:
             raise InputError(
-                f"{' and '.join(over_time)} are of a test over time, {' and '.join(over_frequency)} of a frequency sweep: "
-                "one kind of measurement makes a master curve"
+                f"columns of a test over time ({', '.join(over_time)}) and of a frequency sweep ({', '.join(over_frequency)}): "
+                "state those of one kind of measurement"
             )
         if over_frequency:
             _check_sweep(columns)
@@ -127,7 +129,7 @@ def _check_over_time(columns: Collection[str]) -> None:
 def _check_sweep(columns: Collection[str]) -> None:
     measured = [role for role in ("storage", "loss", "tan_delta", "complex_modulus") if role in columns]
     if measured == ["tan_delta"]:
-        raise InputError("tan_delta says nothing of a modulus: storage or complex_modulus is needed with it")
+        raise InputError("tan_delta alone gives no modulus: storage or complex_modulus is needed with it")
     if set(measured) not in MODULI:
         ways = "storage and loss, or storage and tan_delta, or complex_modulus and tan_delta"
         raise InputError(f"{ways}, are needed" + (f", not {' and '.join(measured)}" if measured else ""))

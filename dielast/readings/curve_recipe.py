@@ -13,11 +13,11 @@ from dielast.recipe.file_fields import InputFile
 
 
 class CurveColumns(Columns):
-    """Columns of a test or a master curve at one temperature, over time or frequency, reduced or not."""
+    """Columns of a test or a master curve at one temperature, over time or frequency, or over their reduced values."""
 
     @property
     def by_role(self) -> dict[str, str | int]:
-        """The columns that are stated, by their role; where nothing else is measured, the modulus is called modulus."""
+        """The columns that are stated, by role; without a measured quantity among them, the modulus is the column "modulus"."""
         columns = super().by_role
         return columns if columns.keys() - {"temperature", "set", "time"} else {**columns, "modulus": "modulus"}
 
@@ -30,17 +30,17 @@ class CurveData(MeasuredData):
         "temperatures": "several temperatures are for mastercurve; a spectrum has one: reference_temperature",
         "temperature": "the temperature of the test is reference_temperature",
         "temperature_in_name": "the temperature of the test is reference_temperature",
-        "layout": "columns for each temperature are for mastercurve; a spectrum has one temperature",
+        "layout": "one column for each temperature is for mastercurve; a spectrum has one temperature",
         "temperature_stderr": "errors of shift factors are for mastercurve; a spectrum has one temperature",
         "drift": "a drift from one temperature to the next is for mastercurve; a spectrum has one temperature",
     }
 
     file: InputFile = Field(description="The test or the curve, a table of numbers or an instrument's export.")
     columns: CurveColumns | None = Field(
-        None, description='Which column is what; an instrument\'s export says it itself, other columns are "time" and "modulus".'
+        None, description='Which column holds what; an instrument\'s export needs none. Default: "time" and "modulus".'
     )
     reference_temperature: Temperature | None = Field(
-        None, description="Where the test or curve holds, which has no shift law; left out: the temperature that the data state."
+        None, description="Temperature of the test or curve, which has no shift law. Default: the temperature that the data state."
     )
 
     @property

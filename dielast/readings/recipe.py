@@ -1,4 +1,4 @@
-"""`[data]` of `mastercurve`: files of measurements, which column is what, and what was measured."""
+"""`[data]` of `mastercurve`: files of measurements, which column holds what, and what was measured."""
 
 from __future__ import annotations
 
@@ -17,31 +17,35 @@ from dielast.recipe.file_fields import InputFile, InputFiles, Step
 
 
 class MeasuredData(TextTable):
-    """What was measured in a test: which column is what, in which units, of which specimen."""
+    """What was measured in a test: which column holds what, in which units, on which specimen."""
 
     file: InputFile | None = Field(None, description="A table of numbers or an instrument's export.")
-    measurement: KindName | None = Field(None, description="What was measured; told from the columns if left out.")
-    columns: Columns | None = Field(None, description="Which column is what; an instrument's export says it itself.")
+    measurement: KindName | None = Field(None, description="What was measured. Default: as the columns show.")
+    columns: Columns | None = Field(None, description="Which column holds what; an instrument's export needs none.")
     steps: list[Step] | None = Field(
-        None, description="Steps of an instrument's export to take, by name (with * and ?) or number; left out: all that fit."
+        None,
+        description="Steps of an instrument's export to read, by name (with * and ?) or number. Default: all of this measurement.",
     )
-    format: Literal["table"] | None = Field(None, description="Take the file for a plain table, whatever it looks like.")
-    units: Annotated[dict[str, str], units_of(**ROLES)] = Field(
-        {}, description="Units by column, where the header does not say them."
+    format: Literal["table"] | None = Field(
+        None, description="Read the file as a plain table, even if it looks like an instrument's export."
     )
-    specimen: Specimen | None = Field(None, description="What extension and force are measured on.")
+    units: Annotated[dict[str, str], units_of(**ROLES)] = Field({}, description="Units by column, where the header states none.")
+    specimen: Specimen | None = Field(None, description="The specimen on which extension and force were measured.")
     test: Literal["tension", "shear"] | None = Field(
         None,
-        description="A shear modulus is written as Young's, three times as much. Left out: tension, or what an export says.",
+        description="A modulus in shear is converted to Young's modulus, three times as large. Default: tension, or what an "
+        "instrument's export states.",
     )
-    discard_before: Time = Field(0.0, validate_default=False, description="Drop earlier points, such as the ramp.")
+    discard_before: Time = Field(
+        0.0, validate_default=False, description="Drop points before this time, such as those of the ramp."
+    )
     ramp: PositiveTime | None = Field(
         None,
-        description="Duration of the ramp that the times begin with. They are then counted from its middle, and points before "
-        "twice the ramp are dropped unless discard_before says otherwise.",
+        description="Duration of the ramp at the beginning of each test. Times are then counted from the middle of the ramp, and "
+        "points before twice its duration are dropped, unless discard_before is stated.",
     )
     temperature_tolerance: TemperatureDifference = Field(
-        0.5, validate_default=False, description="Readings closer together than this belong to one temperature."
+        0.5, validate_default=False, description="Temperature readings closer together than this count as one temperature."
     )
 
     @field_validator("sheet", mode="before")
@@ -66,12 +70,12 @@ class MeasuredData(TextTable):
 
     @property
     def first_time(self) -> float:
-        """Points before this time in s, as measured, are dropped; at 0 none are."""
+        """Measured points before this time in s are dropped; 0 drops none."""
         return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
 
     @property
     def time_offset(self) -> float:
-        """What is taken from the times as measured, in s.
+        """The time in s that is subtracted from the measured times.
 
         A ramp acts like a step at its middle, to second order in ramp/time: L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur.
         Stand. A 75 (1971) 33. With times from its start, shift factors would come out wrong by tenths of a decade.
@@ -80,7 +84,7 @@ class MeasuredData(TextTable):
 
     @property
     def is_plain(self) -> bool:
-        """Whether the recipe itself says how the text is laid out, so that it is no instrument's export."""
+        """Whether the recipe itself states the layout of the text, so that the file is not read as an instrument's export."""
         return self.format == "table" or self.separator is not None or self.skip_rows > 0
 
     @model_validator(mode="after")
@@ -88,12 +92,12 @@ class MeasuredData(TextTable):
         by_columns = self.columns.measurement if self.columns is not None else None
         stressed = not {"stress", "force"}.isdisjoint(self.roles)
         if self.measurement is not None and by_columns not in (None, self.measurement) and not stressed:
-            raise InputError(f'measurement = "{self.measurement}", but columns are those of "{by_columns}"')
+            raise InputError(f'measurement = "{self.measurement}", but the columns are those of "{by_columns}"')
         if self.measurement == "oscillation" and stressed:
             raise InputError('measurement = "oscillation", but strain and stress are columns of a test over time')
         kind = self.measurement or by_columns
         if kind == "oscillation" and (self.ramp is not None or self.discard_before > 0):
-            raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
+            raise InputError("ramp and discard_before belong to a test over time: leave them out for a frequency sweep")
         return self
 
     @model_validator(mode="after")
@@ -101,7 +105,7 @@ class MeasuredData(TextTable):
         machine = [role for role in ("stretch", "extension", "force") if role in self.roles]
         if machine and self.test == "shear":
             raise InputError(
-                f"{' and '.join(machine)} are of a test in tension: of one in shear, state strain and stress, or modulus"
+                f"{' and '.join(machine)} belong to a test in tension: for a test in shear state strain and stress, or modulus"
             )
         if lacking := unmeasured(machine, self.specimen):
             raise InputError(lacking)
@@ -112,29 +116,30 @@ class MeasurementData(MeasuredData):
     """Measurements at several temperatures: one file with a temperature column, one file for each, or an instrument's export."""
 
     file: InputFile | None = Field(
-        None, description="One file with a temperature column, or with columns for each temperature, or an instrument's export."
+        None, description="One file: with a temperature column, with columns for each temperature, or an instrument's export."
     )
     files: InputFiles | None = Field(None, description="A list of files, or a glob pattern relative to the recipe.")
-    temperatures: list[Temperature] | None = Field(None, description="Temperature of each of files, in their order.")
+    temperatures: list[Temperature] | None = Field(None, description="Temperature of each of the files, in their order.")
     temperature_in_name: str | None = Field(
-        None, description="Where a file's name states its temperature: text with {degC} or {K} in the number's place."
+        None, description="Pattern of file names that state the temperature: text with {degC} or {K} in place of the number."
     )
     layout: Literal["long", "wide"] | None = Field(
         None,
-        description="Wide: columns of their own for each temperature, which their headers or a row above state; long: the same "
-        "columns for all. Left out: wide where headers state several temperatures and nothing else states any.",
+        description="wide: a column (or several) for each temperature, which the headers or a row above them state; long: the same "
+        "columns for all temperatures. Default: wide where the headers state several temperatures and no other key states any.",
     )
 
     temperature_stderr: TemperatureError = Field(
         0.1,
         validate_default=False,
-        description='Standard error of each temperature by itself; it is in the standard errors and the draws. "0 K" for none.',
+        description="Standard error of each temperature, independent of the others; it enters the standard errors and the draws. "
+        '"0 K": none.',
     )
     drift: Share | None = Field(
         None,
-        description="By how much the specimen's modulus changes from one temperature to the next, as a standard deviation, such as "
-        '"2 %": a random walk in the order in which they stand in the data, in the standard errors and the draws. Left out: only '
-        "offsets of whole curves that show are allowed for.",
+        description="Standard deviation of the change of the specimen's modulus from one temperature to the next, such as "
+        '"2 %": a random walk in the order of the temperatures in the data, which enters the standard errors and the draws. '
+        "Default: only the offsets between whole curves that the data show.",
     )
 
     @property
@@ -144,17 +149,17 @@ class MeasurementData(MeasuredData):
 
     @property
     def is_plain(self) -> bool:
-        """Whether the recipe itself says how the text is laid out, so that it is no instrument's export."""
+        """Whether the recipe itself states the layout of the text, so that the file is not read as an instrument's export."""
         return super().is_plain or self.layout is not None
 
     @property
     def sources(self) -> str:
-        """Where the temperatures may be stated."""
+        """The keys that may state the temperatures."""
         return "columns.temperature" if self.file else "one of columns.temperature, temperatures, temperature_in_name"
 
     @property
     def states_temperatures(self) -> bool:
-        """Whether the recipe says where the temperatures are."""
+        """Whether the recipe states where the temperatures stand."""
         in_column = self.columns is not None and self.columns.temperature is not None
         return in_column or self.temperatures is not None or self.temperature_in_name is not None
 

@@ -1,4 +1,4 @@
-"""Specimens of testing machines, by which extension and force become stretch and stress, and the columns that a machine writes."""
+"""Specimens, by which extension and force become stretch and stress, and the columns of a testing machine's table."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ SECTION = 'width = "6 mm", thickness = "0.5 mm"'
 
 
 class Specimen(Section):
-    """The undeformed specimen: what an extension is over, and the section that a force acts on."""
+    """The undeformed specimen: the length that an extension is divided by, and the cross-section that a force acts on."""
 
-    gauge_length: Length | None = Field(None, description="Undeformed, what an extension is divided by.")
-    width: Length | None = Field(None, description="Undeformed, of the section that a force acts on.")
-    thickness: Length | None = Field(None, description="Undeformed, of the section that a force acts on.")
+    gauge_length: Length | None = Field(None, description="Undeformed length that the extension is divided by.")
+    width: Length | None = Field(None, description="Undeformed width of the cross-section that the force acts on.")
+    thickness: Length | None = Field(None, description="Undeformed thickness of the cross-section that the force acts on.")
 
     @model_validator(mode="after")
     def _whole_section(self) -> Specimen:
         if self.width is not None and self.thickness is None:
-            raise InputError("width and thickness go together: a force acts on the section that they make")
+            raise InputError("width and thickness go together: they are the cross-section that a force acts on")
         return self
 
     @property
@@ -45,16 +45,16 @@ class NamedColumns(Section):
 class MachineColumns(NamedColumns):
     """Columns of a table that a testing machine wrote, where they have other names than usual."""
 
-    time: ColumnName | None = Field(None, description='Left out: "time".')
-    stretch: ColumnName | None = Field(None, description="Or strain, or extension.")
-    strain: ColumnName | None = Field(None, description="The stretch less 1.")
-    extension: ColumnName | None = Field(None, description="A length; needs specimen.gauge_length.")
-    stress: ColumnName | None = Field(None, description="Nominal; or force.")
-    force: ColumnName | None = Field(None, description="Needs specimen.width and thickness.")
+    time: ColumnName | None = Field(None, description='Time. Default: "time".')
+    stretch: ColumnName | None = Field(None, description="Stretch; or strain, or extension.")
+    strain: ColumnName | None = Field(None, description="Strain, which is stretch - 1.")
+    extension: ColumnName | None = Field(None, description="Extension, a length; needs specimen.gauge_length.")
+    stress: ColumnName | None = Field(None, description="Nominal stress; or force.")
+    force: ColumnName | None = Field(None, description="Force; needs specimen.width and thickness.")
 
 
 def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:
-    """What the recipe must state of the `specimen` for extension or force among `roles`, as a message; None if it lacks nothing."""
+    """What the recipe must state about the `specimen` for extension or force among `roles`, as a message; None if nothing."""
     lacking = [
         (role, what)
         for role, what, known in (

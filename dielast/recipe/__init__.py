@@ -1,1 +1,1 @@
-"""Recipes: typed models of the TOML files that say what to run; one model feeds reading, errors and the JSON Schema."""
+"""Recipes: typed models of the TOML files that say what to run, used for reading, error messages and the JSON Schema."""

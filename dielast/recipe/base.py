@@ -1,4 +1,4 @@
-"""What recipes of several kinds share."""
+"""Base classes and tables that recipes of several kinds share."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
 
 
 class RecipeBase(Section):
-    """What every recipe has."""
+    """Base of all recipes."""
 
-    title: str | None = Field(None, description="A line for the head of the plot, such as where the data come from.")
+    title: str | None = Field(None, description="Title of the plot, such as the origin of the data.")
 
     @classmethod
     def material_model(cls) -> type[BaseModel] | None:
-        """The model of the material file whose keys a sweep and --set may state, too; None for recipes without a material."""
+        """The model of the material file whose keys a sweep and --set may state as well; None for recipes without a material."""
         return None
 
 
 class TextTable(Section):
-    """How a table of numbers is written; keys left out are sniffed."""
+    """How a table of numbers is written; keys that are left out are recognised from the file."""
 
-    separator: str | None = Field(None, description="One character between columns; sniffed if left out.")
-    decimal: Literal[".", ","] | None = Field(None, description="Decimal mark; sniffed if left out.")
-    encoding: str | None = Field(None, description="Such as utf-8 or latin-1; sniffed if left out.")
-    skip_rows: int = Field(0, ge=0, description="Lines to pass over at the top of the file.")
-    sheet: SheetName | None = Field(None, description="Of a workbook (Excel, OpenDocument); left out: the first.")
+    separator: str | None = Field(None, description="The character between columns. Default: recognised from the file.")
+    decimal: Literal[".", ","] | None = Field(None, description="Decimal mark. Default: recognised from the file.")
+    encoding: str | None = Field(None, description="Text encoding, such as utf-8 or latin-1. Default: recognised from the file.")
+    skip_rows: int = Field(0, ge=0, description="Number of lines to skip at the top of the file.")
+    sheet: SheetName | None = Field(None, description="Sheet of a workbook (Excel, OpenDocument). Default: the first sheet.")
 
     @field_validator("separator")
     @classmethod
@@ -59,7 +59,7 @@ class TextTable(Section):
         return self
 
     def text_format(self) -> TextFormat:
-        """The same for the reader."""
+        """The text format as the reader of tables takes it."""
         from dielast.io.cells import TextFormat
 
         return TextFormat(self.separator, self.decimal, self.encoding, self.skip_rows, self.sheet)
@@ -86,11 +86,13 @@ def units_of(**roles: Dimension | None) -> AfterValidator:
 class Dielectric(Section):
     """Permittivity, absolute or relative to that of vacuum."""
 
-    permittivity: Permittivity | None = Field(None, description="Absolute, of the ideal dielectric.")
-    relative_permittivity: float | None = Field(None, ge=1, description="The same over that of vacuum, instead.")
+    permittivity: Permittivity | None = Field(None, description="Absolute permittivity of the ideal dielectric.")
+    relative_permittivity: float | None = Field(
+        None, ge=1, description="Permittivity over that of vacuum; instead of permittivity."
+    )
 
     @model_validator(mode="after")
     def _one(self) -> Self:
         if self.permittivity is not None and self.relative_permittivity is not None:
-            raise InputError("give permittivity or relative_permittivity, not both")
+            raise InputError("state permittivity or relative_permittivity, not both")
         return self

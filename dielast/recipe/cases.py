@@ -1,4 +1,4 @@
-"""A recipe as the cases it asks for: one, or one for each combination of swept values."""
+"""The cases of a recipe: one, or one for each combination of swept values."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from dielast.recipe.validate import Mistake, Place, examine, field_at, in_order,
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
 MOST_CASES = 100_000
 NOT_SWEPT = ("kind", "title", "plot", "compare")
-"""Keys about all cases together."""
+"""Keys that hold for all cases together and cannot be swept."""
 NOT_CHANGED = "draws"
-"""The key of a material file that names a file beside it."""
+"""The key of a material file that names another file."""
 MOST_WRONG_CASES = 100
-"""Cases whose mistakes are stated: those of further cases are most likely the same."""
+"""Number of cases whose mistakes are reported: further cases usually repeat them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Case(Generic[Recipe]):
-    """A case: its `recipe`, the swept `settings` by key path as the recipe spells them, and what it states of the keys of its
-    material file, `of_material`, by key path likewise.
+    """A case: its `recipe`, the swept `settings` by key path as the recipe spells them, and `of_material`, the values that it
+    states for keys of the material file, by key path.
     """
 
     recipe: Recipe
@@ -45,11 +45,11 @@ class Case(Generic[Recipe]):
     of_material: Mapping[str, Any] = field(default_factory=dict)
 
     def origin(self, key: str) -> str:
-        """What states a key of the material file."""
+        """The sweep or the setting that states a key of the material file, as messages name it."""
         return f"sweep.{quoted(key)}" if key in self.settings else f"--set {key}"
 
     def on_one_scale(self, key: str, values: Sequence[Any]) -> tuple[list[float], str] | None:
-        """The values that cases have of a key, as numbers, and their unit; None unless they are quantities of one dimension."""
+        """The `values` of a swept key as numbers, and their unit; None unless they are quantities of one dimension."""
         material = self.recipe.material_model() if key in self.of_material else None
         path = read_path(key) or (key,)
         return on_one_scale(values, None if material is None else dimension_of(field_at(material, path)))
@@ -60,8 +60,8 @@ def read_cases(
 ) -> tuple[Case[Any], ...]:
     """The cases of the recipe in the file `path`, with `overrides` such as `fit.branches=20`.
 
-    The recipe is of the given `kind`, or if that is None of any of the `kinds`. `content` is what the file holds, if it has been
-    read. Raises `InputError` with a line for every mistake, in the order of the recipe.
+    The recipe must be of the given `kind`; None allows all `kinds`. `content` is the content of the file, if it has been read
+    already. Raises `InputError` with a line for every mistake, in the order of the recipe.
     """
     values, of_material, wrongly_set = _read_values(kinds, path, kind, overrides, content)
     model = kinds[values["kind"]].model
@@ -74,11 +74,13 @@ def read_cases(
         for key in settings[0]
         if key in beyond and (unknown := _unknown_of_material(model, read_path(key) or (key,)))
     ]
-    # keys that a wrong list would have set are not missed
+    # a key that only a wrong list of the sweep would set is not reported as missing
     unset = [keys for place, _ in mistakes if len(place) > 1 and (keys := read_path(str(place[1])))]
     cases, wrong = [], 0
     for setting in settings:
-        case_values = copy.deepcopy(values, {id(sweep): sweep})  # the sweep grows with the number of cases and is never changed
+        case_values = copy.deepcopy(
+            values, {id(sweep): sweep}
+        )  # the sweep is not copied: it grows with the number of cases and is never changed
         stated_of_material = of_material | {key: value for key, value in setting.items() if key in beyond}
         in_recipe = {key: value for key, value in setting.items() if key not in beyond}
         case_mistakes, empty = _set(kinds, case_values, in_recipe, model, source, folder)
@@ -101,9 +103,9 @@ def read_cases(
 def _read_values(
     kinds: Kinds, path: Path, kind: str | None, overrides: Sequence[str], content: bytes | None
 ) -> tuple[dict[str, Any], dict[str, Any], Mistakes]:
-    """The unchecked values of a recipe, `overrides` applied, those of the material's keys, and the mistakes in the overrides.
+    """The unchecked values of a recipe with `overrides`, those for keys of the material file, and the mistakes in the overrides.
 
-    Raises `InputError` if the file is no TOML, or its kind is unknown or not the `kind` asked for.
+    Raises `InputError` if the file is not TOML, or if its kind is unknown or differs from `kind`.
     """
     values = parse_toml(read_file(path, str(path)) if content is None else content, str(path))
     wrong, of_material = Mistakes(), dict[str, Any]()
@@ -124,7 +126,7 @@ def _read_values(
         needed = f"{shown(stated)}: {nearest(stated, kinds)}" if "kind" in values else f"is needed: one of {', '.join(kinds)}"
         raise InputError(*wrong, Problem(needed, file=path, key="kind"))
     if kind is not None and stated != kind:
-        other = f'the recipe is one of "{stated}": run it with "dielast {stated}"'
+        other = f'the recipe is for "{stated}": run it with "dielast {stated}"'
         raise InputError(*wrong, Problem(other, file=path, key="kind"))
     return values, of_material, wrong
 
@@ -135,7 +137,7 @@ def _override(values: dict[str, Any], override: str, keys: Sequence[str], value:
 
 
 def _is_of_material(model: type[RecipeBase], path: Place) -> bool:
-    """Whether a path is that of a key of the material file: one that the recipe does not have."""
+    """Whether a path leads to a key of the material file, and not of the recipe."""
     material = model.material_model()
     if material is None or path[0] not in material.model_fields or path[0] == NOT_CHANGED or field_at(model, path) is not None:
         return False
@@ -143,7 +145,7 @@ def _is_of_material(model: type[RecipeBase], path: Place) -> bool:
 
 
 def _unknown_of_material(model: type[RecipeBase], path: Place) -> str | None:
-    """What is wrong with the path of a key of the material file."""
+    """The mistake in the path of a key of the material file, or None."""
     material = model.material_model()
     return None if material is None else unknown_key(material, path, {})
 
@@ -151,7 +153,7 @@ def _unknown_of_material(model: type[RecipeBase], path: Place) -> str | None:
 def _set(
     kinds: Kinds, values: dict[str, Any], setting: Mapping[str, Any], model: type[RecipeBase], source: str, folder: Path
 ) -> tuple[list[Mistake], list[Place]]:
-    """Put the steps of a load file and the `setting` of a case into the recipe; mistakes on the way, and places left empty."""
+    """Put the steps of a load file and the `setting` of a case into the recipe; returns mistakes, and places that stay empty."""
     mistakes: list[Mistake] = []
     empty: list[Place] = []
     # the steps of a load file come first: other keys may set keys within them
@@ -177,23 +179,23 @@ def _set(
 
 
 def _from_sweep(place: Place, setting: Mapping[str, Any], values: Mapping[str, Any]) -> str:
-    """The end of a message about the value at `place` that names the key of the sweep which set it, if a key did."""
+    """The end of a message about the value at `place`: the swept key that set the value, empty if none did."""
     inner: Any = values
     for key in place:
         known = key in inner if isinstance(inner, dict) else isinstance(inner, list) and isinstance(key, int) and key < len(inner)
         inner = inner[key] if known else None
     for key in setting:
         path = read_path(key) or (key,)
-        # a swept value brings all within it, and the tables that lead to it unless the recipe has them itself
+        # a swept value sets all that it contains, and the tables on its path that the recipe lacks
         if on_the_way(place, path) and (len(place) >= len(path) or inner is None):
             return f" (from sweep.{quoted(key)})"
     return ""
 
 
 def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, Any]], list[Mistake]]:
-    """The settings of every case: each combination of the listed values, or with mode = "zip" the first of each, the second ...
+    """The settings of every case: all combinations of the listed values; with mode = "zip" the first value of each list, and so on.
 
-    With them the mistakes in the sweep, which the settings leave out.
+    Also returns the mistakes in the sweep; the settings leave the mistaken keys out.
     """
     mistakes: list[Mistake] = []
 
@@ -221,10 +223,10 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
     lengths = [len(values) for values in lists.values()]
     if paired and len(set(lengths)) > 1:
         counts = ", ".join(map(str, lengths))
-        refuse(f'mode = "zip" pairs lists of one length, these have {counts} values')
+        refuse(f'mode = "zip" needs lists of equal length; these have {counts} values')
     count = min(lengths) if paired else math.prod(lengths)
     if count > MOST_CASES:
-        refuse(f"{count} cases, at most {MOST_CASES} are allowed")
+        refuse(f"{count} cases: at most {MOST_CASES} are allowed")
     rows = zip(*lists.values(), strict=False) if paired else itertools.product(*lists.values())
     first = itertools.islice(rows, count if count <= MOST_CASES else 1)
     return [dict(zip(lists, row, strict=True)) for row in first], mistakes
@@ -238,17 +240,17 @@ def _not_swept(key: str, values: Any) -> str | None:
     if path[0] == "sweep":
         return "a sweep cannot be swept"
     if path[0] in NOT_SWEPT:
-        return f"{path[0]} is about all cases together"
+        return f"{path[0]} holds for all cases together and cannot be swept"
     if isinstance(values, dict) and values:
         while isinstance(values, dict) and values:
             inner, values = next(iter(values.items()))
             path = (*path, inner)
-        return f"a list of values is needed; a path goes in quotes: {quoted(shown_path(path))}"
+        return f"a list of values is needed; write the path in quotes: {quoted(shown_path(path))}"
     return None if isinstance(values, list) and values else "a list of values is needed"
 
 
 def _take_load(kinds: Kinds, values: dict[str, Any], model: type[RecipeBase], source: str, folder: Path) -> None:
-    """Put the steps of the load file, if the recipe names one, into the recipe's place for them; raises `InputError`."""
+    """Put the steps of the load file, if the recipe names one, into the recipe; raises `InputError`."""
     if "load" not in values or "load" not in model.model_fields:
         return
     name = values["load"]
@@ -266,9 +268,9 @@ def _take_load(kinds: Kinds, values: dict[str, Any], model: type[RecipeBase], so
     steps = history.get("step")
     wrong = Mistakes()
     if set(history) != {"step"} or not isinstance(steps, list):
-        wrong.append(Problem("a load file holds [[step]] and nothing else", file=name))
+        wrong.append(Problem("a load file must hold [[step]] and no other key", file=name))
     if isinstance(steps, list):
-        # checked alone first, so that a mistake is stated of the file it is in
+        # checked by itself first, so that the message names the load file
         wrong += _mistakes_in_load(kinds, model, {"step": steps}, name, path.parent)
     wrong.refuse()
     values["step"] = [_beside(step, path.parent, folder) for step in history["step"]]
@@ -282,7 +284,7 @@ def _mistakes_in_load(kinds: Kinds, model: type[RecipeBase], history: dict[str, 
 
 
 def check_load(kinds: Kinds, path: Path) -> None:
-    """Check a load file alone: whether it suits any kind of recipe. Raises `InputError` with the mistakes of the likeliest."""
+    """Check a load file by itself; raises `InputError` with the mistakes for the kind of recipe that it fits best."""
     history = parse_toml(read_file(path, str(path)), str(path))
     models = [kind.model for kind in kinds.values()]
     wrong = [_mistakes_in_load(kinds, model, history, str(path), path.parent) for model in models if "load" in model.model_fields]

@@ -18,7 +18,7 @@ from dielast.units import Dimension
 class Section(BaseModel):
     """Base of every table of a recipe: unknown keys are errors, and no value is converted silently.
 
-    `ELSEWHERE` holds, by key, why a key of other recipes is not here.
+    `ELSEWHERE` holds messages for keys that belong to other recipes, by key.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
@@ -26,19 +26,19 @@ class Section(BaseModel):
 
 
 def _one_or_more(value: Any, read: Callable[[Any], float], needed: str) -> tuple[float, ...]:
-    """The number, or each of a list of them; `needed` is what an empty list lacks."""
+    """One number, or all numbers of a list; `needed` names the quantity for the message about an empty list."""
     if value == []:
         raise InputError(f"{needed} is needed, or a list of them")
     return tuple(map(read, value if isinstance(value, list) else [value]))
 
 
 QUANTITY, UNIT = "x-quantity", "x-unit"
-"""Keys of the JSON Schema for the name of a quantity and the SI unit in which it is kept."""
+"""Keys of the JSON Schema for the name of a quantity and its SI unit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Marks a number in `dimension.unit`, given as text with a unit, optionally bounded.
+    """Marks a number in `dimension.unit` that is stated as text with a unit, optionally bounded.
 
     `within` bounds the magnitude of all numbers but 0; `many` allows a number or a list, read as a tuple.
     """
@@ -79,10 +79,10 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class NamedQuantity(Quantity):
-    """Marks quantities that are known by what the recipe calls them: a list is read as pairs of its text and the number."""
+    """Marks quantities that keep their text as a name, such as "1 h": a list is read as pairs of text and number."""
 
     def read_many(self, value: Any) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
-        """Each entry of a list, or the one there is, and its number; raises `InputError`."""
+        """The text and the number of one quantity or of each entry of a list; raises `InputError`."""
         numbers = _one_or_more(value, self.read, self.dimension.name)
         texts = [" ".join(entry.split()) for entry in (value if isinstance(value, list) else [value])]
         return tuple(zip(texts, numbers, strict=True))
@@ -123,7 +123,7 @@ class Numbers:
 
 @dataclass(frozen=True, slots=True)
 class OneOf:
-    """Marks text that is one of `names()`, asked for as a recipe is read, so that laws can be added from outside."""
+    """Marks text that is one of `names()`, which is called when a recipe is read, so that laws can be registered from outside."""
 
     names: Callable[[], Sequence[str]]
 
@@ -177,7 +177,7 @@ Share = Annotated[float, PlainValidator(_share), WithJsonSchema({"type": "string
 
 
 def dimension_of(field: FieldInfo | None) -> Dimension | None:
-    """The dimension of the quantities that a field takes, if it takes any."""
+    """The dimension of the quantities that a field takes; None if it takes none."""
 
     def within(annotation: Any) -> Iterator[Dimension]:
         for inner in get_args(annotation):
@@ -192,7 +192,7 @@ def dimension_of(field: FieldInfo | None) -> Dimension | None:
 def on_one_scale(values: Sequence[Any], dimension: Dimension | None = None) -> tuple[list[float], str] | None:
     """The numbers and their common unit; None unless all values are numbers, or quantities of one dimension.
 
-    `dimension` is that of quantities whose text may stand for another, as "187 K" for a temperature.
+    `dimension` is needed for quantities with a unit of two dimensions, such as "187 K", a temperature or a difference.
     """
     quantities = []
     for value in values:

@@ -16,7 +16,7 @@ from dielast.io.files import exists, of_backslashes, resolve
 
 
 def is_path(field: FieldInfo) -> bool:
-    """Whether the values of a field name files or folders."""
+    """Whether the values of a field are names of files or folders."""
 
     def within(annotation: Any) -> bool:
         return annotation == NAMES_FILES or any(map(within, get_args(annotation)))
@@ -49,10 +49,10 @@ def _folder(name: Any, info: ValidationInfo) -> str:
 
 
 def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
-    """The files of a list as they stand, or those that a glob pattern matches, sorted by name."""
+    """The files of a list in its order, or those that a glob pattern matches, sorted by name."""
     if isinstance(names, list) and names:
         return tuple(_file(name, info) for name in names)
-    if not isinstance(names, str) or not Path(names).name:  # "." and "/" are no patterns
+    if not isinstance(names, str) or not Path(names).name:  # "." and "/" have no file name
         raise InputError("a list of files or a glob pattern is needed")
     folder = (info.context or {}).get("folder")
     if folder is None:
@@ -61,15 +61,15 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     try:
         matches = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
     except (
-        OSError,  # a name that is too long
-        ValueError,  # ** as a part of a name
+        OSError,  # the name is too long
+        ValueError,  # ** within a name
         NotImplementedError,  # more than one root: ///x
-        RecursionError,  # hundreds of folders within each other
+        RecursionError,  # hundreds of nested folders
     ) as error:
         raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
     if not matches:
         raise InputError(f"{shown(names)}: no file matches{of_backslashes(names)}")
-    # with slashes, as a result is the same on every system
+    # with slashes, so that results are the same on every system
     return tuple(Path(path if base else os.path.relpath(path, folder)).as_posix() for path in matches)
 
 

@@ -1,4 +1,4 @@
-"""The kinds of recipes as the engine sees them; which kinds there are, it is given from above."""
+"""The kinds of recipes as this package needs them; the commands pass in the kinds that exist."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ Kinds = Mapping[str, Kind]
 
 
 def or_makers(kinds: Kinds, file: str) -> str | None:
-    """The one or two kinds of recipe whose runs write a file of this name, as commands joined by "or"; None for more or none."""
+    """The commands that write a file of this name, joined by "or"; None if there are more than two or none."""
     makers = [name for name, kind in kinds.items() if file in kind.files]
     return " or dielast ".join(makers) if 1 <= len(makers) <= 2 else None
 
 
 def maker_of(kinds: Kinds, file: str) -> str | None:
-    """The kind of recipe whose runs write a file of this name; None if there are none or several."""
+    """The only kind of recipe whose runs write a file of this name; None if there is none or several."""
     makers = [name for name, kind in kinds.items() if file in kind.files]
     return makers[0] if len(makers) == 1 else None

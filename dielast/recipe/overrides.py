@@ -17,9 +17,9 @@ from dielast.recipe.validate import Place, field_at
 
 
 def read_override(override: str) -> tuple[tuple[str, ...], Any]:
-    """The path of keys and the value of `PATH=VALUE`; VALUE is TOML, or else text. Raises `InputError`."""
+    """The path of keys and the value of `PATH=VALUE`; a VALUE that is not TOML is text. Raises `InputError`."""
     try:
-        # bytes that the locale could not read are UTF-8 all the same
+        # bytes that the locale could not decode are read as UTF-8
         override = os.fsencode(override).decode()
     except UnicodeDecodeError:
         raise InputError("not UTF-8 text", key=f"--set {override!a}") from None
@@ -34,7 +34,7 @@ def read_override(override: str) -> tuple[tuple[str, ...], Any]:
 
 
 def settings(overrides: Sequence[str], model: type[BaseModel]) -> list[str]:
-    """The `overrides` of a recipe of `model` in one spelling, without the folders of absolute paths, which other machines lack."""
+    """The `overrides` of a recipe of `model` in one spelling, absolute paths without their folders, which depend on the machine."""
     stated = [read_override(override) for override in overrides]
     return [f"{shown_path(keys)} = {as_toml(_without_folders(model, keys, value))}" for keys, value in stated]
 
@@ -46,7 +46,7 @@ def _without_folders(model: type[BaseModel], keys: Place, value: Any) -> Any:
         return {key: _without_folders(model, (*keys, key), entry) for key, entry in value.items()}
     if not isinstance(value, str) or not Path(value).is_absolute():
         return value
-    if len(keys) > 1 and keys[0] == "sweep":  # the last key is the path of the swept one
+    if len(keys) > 1 and keys[0] == "sweep":  # the last key is the path of the swept key
         keys = read_path(str(keys[-1])) or keys
     field = field_at(model, keys)
     return Path(value).name if field is not None and is_path(field) else value

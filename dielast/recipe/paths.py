@@ -10,7 +10,7 @@ from typing import Any
 from dielast.errors import InputError, shown_path
 from dielast.io.toml import DEEPEST
 
-# a part in quotes may hold anything; a part without may hold more than TOML allows: its mistake is stated where it leads
+# a part without quotes may hold more than TOML allows here: the message about an unknown key is clearer than one about TOML
 _PART = r"""\s*+("(?:[^"\\]|\\.)*+"|'[^']*+'|[^."'=][^.=]*+)\s*+"""
 _PATH = rf"{_PART}(?:\.{_PART})*+"
 _INDEXED = re.compile(r"(?P<name>[^\[\]]+)(?P<indices>(?:\[\d+\])+)")
@@ -18,7 +18,7 @@ _SETTING = re.compile(rf"(?P<path>{_PATH})=(?P<value>.*)", re.DOTALL)
 
 
 def read_path(text: str) -> tuple[str, ...] | None:
-    """The keys of a path; None if the text is no path."""
+    """The keys of a path; None if the text is not a path."""
     if not re.fullmatch(_PATH, text):
         return None
     try:
@@ -35,7 +35,7 @@ def read_setting(text: str) -> tuple[tuple[str, ...], str] | None:
 
 
 def _keys_of(part: str) -> list[str]:
-    """The key that a part is, with those of the indices in brackets that follow it, as in `step[0]`."""
+    """The key of a part, and the indices in brackets after it, as in `step[0]`."""
     if part[0] in "\"'":
         return list(tomllib.loads(f"{part} = 0"))
     indexed = _INDEXED.fullmatch(part.strip())
@@ -43,9 +43,9 @@ def _keys_of(part: str) -> list[str]:
 
 
 def set_key(values: dict[str, Any], keys: Sequence[str], value: Any) -> None:
-    """Set the key that the path `keys` leads to; raises `InputError` if it leads nowhere."""
+    """Set the key at the path `keys`; raises `InputError` if there is no such place."""
     if len(keys) > DEEPEST:
-        raise InputError(f"the path leads nowhere: it has {len(keys)} parts")
+        raise InputError(f"no key has a path of {len(keys)} parts")
     target: Any = values
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1

@@ -12,7 +12,7 @@ from dielast.recipe.kinds import Kinds
 
 
 def recipe_schema(kinds: Kinds) -> dict[str, Any]:
-    """One JSON Schema for recipes of all `kinds`, which the key `kind` tells apart."""
+    """One JSON Schema for recipes of all `kinds`; the key `kind` selects among them."""
     references, schema = models_json_schema([(kind.model, "validation") for kind in kinds.values()])
     say_units(schema)
     definitions = schema["$defs"]
@@ -20,10 +20,10 @@ def recipe_schema(kinds: Kinds) -> dict[str, Any]:
     for recipe in recipes:
         needed = _needed(recipe, definitions)
         if "load" in recipe["properties"]:
-            # the steps stand in the recipe or in another file
+            # one of [[step]] and load is needed
             needed["required"].remove("step")
             needed["oneOf"] = [{"required": ["step"]}, {"required": ["load"]}]
-        # a swept key need not be stated outside of the sweep
+        # a key may be stated by the sweep alone
         swept = {"if": {"required": ["sweep"]}, "else": needed}
         recipe["allOf"] = [swept if "sweep" in recipe["properties"] else needed]
     for definition in definitions.values():
@@ -39,7 +39,7 @@ def recipe_schema(kinds: Kinds) -> dict[str, Any]:
 
 
 def _needed(schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> dict[str, Any]:
-    """The schema of nothing but the keys that a table, and the tables within it, must hold."""
+    """A schema with only the required keys of a table and of the tables within it."""
     needed: dict[str, Any] = {"required": list(schema["required"])} if "required" in schema else {}
     for name, field in schema["properties"].items():
         inner, many = table_in(field, definitions)
@@ -49,7 +49,7 @@ def _needed(schema: Mapping[str, Any], definitions: Mapping[str, Any]) -> dict[s
 
 
 def say_units(node: Any) -> None:
-    """Give every default of a quantity its unit, as a recipe would."""
+    """Write the default of every quantity with its unit, as in a recipe."""
     if isinstance(node, dict):
         default = node.get("default")
         unit = next((option[UNIT] for option in options(node) if UNIT in option), None)
@@ -73,7 +73,7 @@ def table_in(field: Mapping[str, Any], definitions: Mapping[str, Any]) -> tuple[
 
 
 def options(field: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The alternatives that a key may hold, without null, which stands for a key left out."""
+    """The alternatives for the value of a key, without null, which stands for a key that is left out."""
     if "anyOf" in field:
         return [option for inner in field["anyOf"] for option in options(inner)]
     return [] if field.get("type") == "null" else [field]

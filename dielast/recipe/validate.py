@@ -60,7 +60,7 @@ def check(model: type[Model], values: Mapping[str, Any], source: str, folder: Pa
 def examine(
     model: type[Model], values: Mapping[str, Any], source: str, folder: Path, kinds: Kinds | None = None
 ) -> Model | list[Mistake]:
-    """`values` as a `model`, as `check` has it, or every mistake in them; `kinds` are those whose keys and files may be meant."""
+    """`values` as a `model`, or every mistake in them; messages also suggest keys and files of the other `kinds`."""
     sweep = values.get("sweep")
     swept = {shown_path(read_path(key) or (key,)): listed for key, listed in sweep.items()} if isinstance(sweep, dict) else {}
     context = {
@@ -77,7 +77,7 @@ def examine(
 
 
 def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:
-    """The kind of recipe that makes a file; or a folder, the `key` for which is named after the kind."""
+    """The kind of recipe that makes a file; or a folder, whose `key` has the name of the kind."""
     return or_makers(kinds, file) if key is None else key if key in kinds else None
 
 
@@ -97,29 +97,29 @@ def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Pro
 
 
 def on_the_way(place: Place, path: Place) -> bool:
-    """Whether two places are the same, or one is within the other."""
+    """Whether two places are equal, or one of them contains the other."""
     return all(str(key) == str(other) for key, other in zip(place, path, strict=False))
 
 
 def unknown_key(model: type[BaseModel], keys: Place, kinds: Kinds) -> str | None:
-    """What is wrong with the path `keys`, if it leads to no key of `model`; indices at its end are not looked at."""
+    """The message about the path `keys` if it leads to no key of `model`, else None; indices at its end are ignored."""
     named = [key for key in keys if not str(key).isdecimal()]
     return _unknown(model, tuple(named), kinds) if field_at(model, tuple(named)) is None else None
 
 
 def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:
-    """The field that `keys` lead to, whatever the indices of lists on the way; None if the model has no such key."""
+    """The field at the path `keys`, whose indices of lists are ignored; None if the model has no such key."""
     table = _table_at(model, keys[:-1])
     return None if table is None or not keys else _fields(table).get(str(keys[-1]))
 
 
 def _mistakes(model: type[BaseModel], detail: ErrorDetails, kinds: Kinds) -> list[Mistake]:
-    """What pydantic found, in words of this project and with its place; a validator names keys relative to the table it checks."""
+    """The mistakes that pydantic reports, with their places, in plain words; validators name keys relative to their table."""
     context = detail.get("ctx", {})
     if detail["type"] == "value_error" and isinstance(error := context["error"], DielastError):
         places = [(*detail["loc"], *_keys(problem.key or "")) for problem in error.problems]
         located = zip(places, error.problems, strict=True)
-        # a file that a value names stands behind the key of the value
+        # a file that the value names is stated after the key
         return [(place, p.within(key=_path(place)) if p.file else replace(p, key=_path(place))) for place, p in located]
     return [(detail["loc"], Problem(_text(model, detail, context, kinds), key=_path(detail["loc"])))]
 
@@ -130,7 +130,7 @@ def _path(place: Place) -> str:
 
 
 def _keys(path: str) -> Place:
-    """The keys and indices of a path such as `step[0].rate`, of a list's validator also `[0]`."""
+    """The keys and indices of a path such as `step[0].rate`, or `[0]` from the validator of a list."""
     return tuple(int(key) if key.isdecimal() else key for key in path.replace("[", ".").replace("]", "").split(".") if key)
 
 
@@ -148,7 +148,7 @@ def _text(model: type[BaseModel], detail: ErrorDetails, context: Mapping[str, An
 
 
 def _no_list(key: str, value: Mapping[str, Any]) -> str:
-    """What is wrong with a table where a list of tables is needed."""
+    """The message for a table where a list of tables is needed."""
     index = next((inner for inner in value if inner.isdecimal()), None)
     if index is None:
         return f"{shown(value)}: a list is needed: write [[{key}]], in double brackets"
@@ -158,7 +158,7 @@ def _no_list(key: str, value: Mapping[str, Any]) -> str:
 
 
 def _counted(context: Mapping[str, Any]) -> dict[str, str]:
-    """How many characters or entries are allowed, with the verb in the right number."""
+    """The allowed numbers of characters and entries, with a verb in the singular or plural."""
     number = context.get("min_length", context.get("max_length"))
     characters, entries = ("character is", "entry is") if number == 1 else ("characters are", "entries are")
     return {"characters": f"{number} {characters}", "entries": f"{number} {entries}"}
@@ -187,7 +187,7 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
 
 
 def _unknown(model: type[BaseModel], keys: Place, kinds: Kinds) -> str:
-    """What to say of a key that the table of `model` at this place does not have."""
+    """The message for a key that the table of `model` at this place does not have."""
     table, key = _table_at(model, keys[:-1]) or model, str(keys[-1])
     if issubclass(table, Section) and key in table.ELSEWHERE:
         return table.ELSEWHERE[key]
@@ -195,4 +195,4 @@ def _unknown(model: type[BaseModel], keys: Place, kinds: Kinds) -> str:
         return f"unknown key; {key} belongs to {', '.join(others)}"
     known = _fields(table)
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known here are " + ", ".join(known))
+    return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known keys here are " + ", ".join(known))

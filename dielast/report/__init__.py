@@ -1,1 +1,1 @@
-"""A run's result as files, as a summary, and beside golden files."""
+"""The result of a run: its files, its summary, its comparison with golden files, and pages of results."""

@@ -1,4 +1,4 @@
-"""Results as they lie in folders: what each holds, which was made from which, and in what order to read them."""
+"""Results in their folders: what a folder holds, which results were made from which, and in which order to show them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from dielast.io.toml import parse_toml
 
 SUMMARY = "summary.toml"
 SHOWN_FORMS = ("svg", "png")
-"""Forms of figures that a page can show, the best first."""
+"""Formats of figures that a page can show, in order of preference."""
 _NEEDED = "a folder that a run of dielast wrote is needed"
 
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """A file that a run read, by the name that its recipe gives it."""
+    """A file that a run read, with its name in the recipe."""
 
     name: str
     sha256: str
@@ -30,8 +30,8 @@ class Input:
 class StoredResult:
     """The result of a run, read from its folder.
 
-    `tables` are CSV by file name; `figures` are by file name, one form of each. `files` holds the SHA-256 of every file of the
-    result, `inputs` those of what the run read. `home` is the folder's name in the file system, `folder` as the user wrote it.
+    `tables` are CSV by file name; `figures` are by file name, in one format. `files` holds the SHA-256 of every file of the result,
+    `inputs` those of the files that the run read. `home` is the name of the folder in the file system, `folder` its path as stated.
     """
 
     folder: str
@@ -49,7 +49,7 @@ class StoredResult:
 
 
 def read_results(folders: Iterable[Path], names: Mapping[str, Sequence[str]]) -> list[StoredResult]:
-    """The results in the `folders`, each before those that were made from it; a folder that is stated twice counts once.
+    """The results in the `folders`, each result before those that were made from it; a folder that is stated twice counts once.
 
     `names` are the files that each kind of run may write, besides its figures and its summary. Raises `InputError` with a line for
     each folder that holds no result.
@@ -78,7 +78,7 @@ def makers(results: Sequence[StoredResult]) -> dict[str, list[tuple[int, str]]]:
 
 
 def outdated(results: Sequence[StoredResult]) -> list[tuple[int, str]]:
-    """(number of a result, what is wrong) for each input that has the name of another result's file, but not its content."""
+    """(number of a result, message) for each input that has the name of another result's file, but other content."""
     known = makers(results)
     found = []
     for index, result in enumerate(results):
@@ -92,7 +92,7 @@ def outdated(results: Sequence[StoredResult]) -> list[tuple[int, str]]:
 
 
 def _in_order(results: list[StoredResult]) -> list[StoredResult]:
-    """The results, each behind those that made its inputs, else as they are listed."""
+    """The results, each after those that made its inputs, otherwise in their order."""
     holders = makers(results)
     needs = [
         {index for read in result.inputs for index, _ in holders.get(read.sha256, ()) if index != own}
@@ -101,7 +101,7 @@ def _in_order(results: list[StoredResult]) -> list[StoredResult]:
     order: list[int] = []
     while len(order) < len(results):
         rest = [index for index in range(len(results)) if index not in order]
-        # of two copies of one folder each may hold what the other read: the first one listed then comes first
+        # two copies of a folder may each hold the inputs of the other: the first one listed then comes first
         order.append(next((index for index in rest if needs[index] <= set(order)), rest[0]))
     return [results[index] for index in order]
 
@@ -116,7 +116,7 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
     summary = parse_toml(content, str(source))
     kind = summary.get("kind")
     if not isinstance(kind, str) or kind not in names:
-        raise InputError(f"no kind of result is known by this name; {_NEEDED}", file=source, key="kind")
+        raise InputError(f"unknown kind of result; {_NEEDED}", file=source, key="kind")
     figures = _figures(folder, kind, names[kind])
     stated = [name for name in names[kind] if os.path.isfile(folder / name)]
     held = {name: read_file(folder / name, str(folder / name)) for name in dict.fromkeys([*figures, *stated])}
@@ -137,7 +137,7 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
 
 
 def _figures(folder: Path, kind: str, names: Sequence[str]) -> list[str]:
-    """The names of the figures, that of the `kind` first, each in the best of its forms."""
+    """The names of the figures, that of the `kind` first, each in its preferred format."""
     stems = [kind, *(PurePath(name).stem for name in names if name.endswith(SHOWN_FORMS))]
     present = [[f"{stem}.{form}" for form in SHOWN_FORMS if os.path.isfile(folder / f"{stem}.{form}")] for stem in stems]
     return list(dict.fromkeys(forms[0] for forms in present if forms))
@@ -155,5 +155,5 @@ def _inputs(summary: Mapping[str, Any], source: Path) -> tuple[Input, ...]:
     tables = stated if isinstance(stated, list) else [stated]
     pairs = [(table.get("file"), table.get("sha256")) if isinstance(table, Mapping) else (None, None) for table in tables]
     if not all(isinstance(name, str) and isinstance(digest, str) for name, digest in pairs):
-        raise InputError(f"a file and its sha256 are needed in each; {_NEEDED}", file=source, key="inputs")
+        raise InputError(f"every entry needs a file and its sha256; {_NEEDED}", file=source, key="inputs")
     return tuple(Input(str(name), str(digest)) for name, digest in pairs)

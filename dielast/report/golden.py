@@ -1,7 +1,7 @@
 """Compare a result with a golden one: every table cell and summary number, within a relative tolerance.
 
-A golden folder may hold a `tolerance.toml` that says where another tolerance is meant, for a column of a table or a number of the
-summary: a relative one, or `{ rtol = ..., atol = ... }` with the absolute one in the column's unit.
+A golden folder may hold a `tolerance.toml` with other tolerances for columns of a table or numbers of the summary: a relative
+tolerance, or `{ rtol = ..., atol = ... }` with an absolute tolerance in the unit of the column.
 
     ["failure-map.csv"]
     "time_to_failure [s]" = 1e-4
@@ -22,19 +22,19 @@ from dielast.io.files import read_file
 from dielast.io.table import parse_csv
 from dielast.io.toml import parse_toml
 
-# a number this far below the largest of its column is rounding, and no ratio of two such numbers means anything
+# numbers this far below the largest of their column are rounding errors, and their ratios mean nothing
 NEGLIGIBLE = 1e-12
 TOLERANCES = "tolerance.toml"
 
 
 class Tolerance(NamedTuple):
-    """How far two numbers may lie apart: relative to the larger, or absolutely."""
+    """The allowed difference of two numbers: relative to the larger one, or absolute."""
 
     rtol: float
     atol: float = 0.0
 
     def holds(self, a: float, b: float, floor: float = 0.0) -> bool:
-        """Whether `a` and `b` are the same; numbers that differ by less than `floor` are."""
+        """Whether `a` and `b` agree within the tolerance; numbers that differ by less than `floor` always do."""
         return abs(a - b) <= max(self.rtol * max(abs(a), abs(b)), self.atol, floor)
 
 
@@ -42,9 +42,9 @@ def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> lis
     """One line for each cell of `contents` (name -> bytes) that differs from the folder `golden` by more than `rtol`, or than the
     folder's tolerance for the cell.
 
-    Tables and `summary.toml` are compared; a table or a row on one side alone is a difference, and so is a column that only the
-    golden table has. Columns that it does not have, plots, digests and versions are not compared. Raises `InputError` if there is
-    nothing to compare with, or if the tolerances cannot be read.
+    Tables and `summary.toml` are compared; a table or a row that only one side has is a difference, and so is a column that only
+    the golden table has. Columns that the golden table lacks, plots, digests and versions are not compared. Raises `InputError` if
+    there is nothing to compare with, or if the tolerances cannot be read.
     """
     expected = golden_files(golden)
     special = tolerances(golden, expected)
@@ -78,7 +78,7 @@ def golden_files(golden: Path) -> dict[str, Path]:
 def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, Tolerance]]:
     """The tolerances that the folder `golden` states, by file and column or key; none where it states none.
 
-    Raises `InputError` for an unknown file or column, and for a value that is no tolerance.
+    Raises `InputError` for an unknown file or column, and for a value that is not a tolerance.
     """
     path = golden / TOLERANCES
     if not os.path.isfile(path):
@@ -94,7 +94,7 @@ def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, T
         result[name] = {}
         for column, value in columns.items():
             if column not in known:
-                raise InputError(f'no "{column}" there to compare', file=path, key=name)
+                raise InputError(f'no "{column}" to compare in this file', file=path, key=name)
             with located(file=path, key=f'{name}: "{column}"'):
                 result[name][column] = _tolerance(value)
     return result
@@ -106,7 +106,7 @@ def _tolerance(value: Any) -> Tolerance:
         raise InputError("rtol, atol or both are needed, such as { rtol = 1e-4, atol = 1e-9 }")
     for key, number in stated.items():
         if isinstance(number, bool) or not isinstance(number, int | float) or not 0 <= number < math.inf:
-            raise InputError(f"{key} = {number}: a number that is not negative is needed")
+            raise InputError(f"{key} = {number}: a number of at least 0 is needed")
     return Tolerance(float(stated.get("rtol", 0.0)), float(stated.get("atol", 0.0)))
 
 
@@ -116,7 +116,7 @@ def _compared(name: str) -> bool:
 
 def _tables(name: str, content: bytes, golden: Path, usual: Tolerance, special: Mapping[str, Tolerance]) -> Iterator[str]:
     now, then = parse_csv(content, name), parse_csv(read_file(golden, str(golden)), str(golden))
-    # a column that a later version adds takes nothing away
+    # a column that a later version adds is not a difference
     if [header for header in now if header in then] != list(then):
         yield f"{name}: columns {', '.join(now)}; golden {', '.join(then)}"
         return

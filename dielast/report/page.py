@@ -11,7 +11,7 @@ from dielast.io.table import parse_csv
 from dielast.report.chain import Input, StoredResult, makers, outdated
 from dielast.report.summary import rows, summary_sections
 
-MOST_ROWS, FIRST_ROWS, LAST_ROWS = 30, 15, 5  # a table of more than the most is shortened to the first and the last
+MOST_ROWS, FIRST_ROWS, LAST_ROWS = 30, 15, 5  # rows: a longer table is shortened to its first and last rows
 MOST_COLUMNS = 12
 TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 STYLE = """\
@@ -39,12 +39,12 @@ code { font-size: .85rem; overflow-wrap: anywhere; }
   th, td { padding: .1rem .25rem; overflow-wrap: anywhere; }
 }
 """
-# by which a browser loads nothing, whatever a page holds
+# the browser loads nothing from elsewhere, whatever the page holds
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
 
 def html_page(results: Sequence[StoredResult], descriptions: Mapping[str, str]) -> bytes:
-    """The page of these `results`, in their order; `descriptions` say of each kind what its figure and its tables show.
+    """The page of the `results`, in their order; `descriptions` say what figures and tables show, by kind.
 
     The same results make the same bytes. Raises `InputError` for a table that dielast did not write.
     """
@@ -173,7 +173,7 @@ def _table(name: str, columns: Mapping[str, Sequence[str]]) -> Iterator[str]:
 
 
 def _opened(caption: str) -> str:
-    """The head of a table that scrolls by itself, also from the keyboard, where it is wider than the page."""
+    """The opening tags of a table that scrolls, also from the keyboard, if it is wider than the page."""
     text = escape(caption)
     return f'<div class="wide" role="region" aria-label="{text}" tabindex="0">\n<table>\n<caption>{text}</caption>\n'
 
@@ -191,6 +191,6 @@ def _is_number(cell: str) -> bool:
 
 
 def _text(value: object) -> str:
-    """A value as HTML shows it: nothing in it is markup, and no control character is left."""
+    """A value as HTML text: markup is escaped, control characters are replaced."""
     text = "".join(mark if mark.isprintable() or mark in " \n\t" else "\N{REPLACEMENT CHARACTER}" for mark in str(value))
     return escape(text)

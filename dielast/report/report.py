@@ -1,4 +1,4 @@
-"""What a run hands back, and the files it becomes."""
+"""The result of a run, and the files that are made from it."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ FIGURES = ("png", "svg", "pdf")
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A run's results: `tables` by file name, other `files` by name, headline numbers by section, and how to draw the figure.
+    """The result of a run: `tables` and other `files` by name, headline numbers by section, and a function that draws the figure.
 
-    `failures` has a line for each case that the numerics could not finish; the tables then end where the case was left.
+    `failures` has a line for each case that the solver could not finish; its table then ends at the last solved time.
     """
 
     tables: Mapping[str, Table]
@@ -32,9 +32,9 @@ class Report:
     files: Mapping[str, bytes] = field(default_factory=dict)
     failures: Sequence[str] = ()
     figures: Mapping[str, Callable[[], Figure]] = field(default_factory=dict)
-    """Further ones by name."""
+    """Further figures by name."""
     interrupted: bool = False
-    """Whether Ctrl-C ended the run early, and this is what it had come to."""
+    """Whether Ctrl-C ended the run early, so that the result is incomplete."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) 
         for name, draw in {kind: report.figure, **report.figures}.items():
             figure = draw()
             files.update({f"{name}.{form}": _saved(figure, form) for form in plots})
-    # last, so that a whole summary stands for a whole result
+    # written last: a folder with a summary then holds a complete result
     files["summary.toml"] = tomli_w.dumps(dict(summary)).encode()
     return files
 
@@ -96,7 +96,7 @@ def left_over(folder: Path, names: Collection[str], kind: str, written: Collecti
 
 
 def _known(value: Any) -> bool:
-    """Whether there is a value: None, NaN and infinity, as of a standard error that the data do not determine, are left out."""
+    """Whether there is a value; None, NaN and infinity, such as an undetermined standard error, are left out."""
     return value is not None and not (isinstance(value, float) and not math.isfinite(value))
 
 

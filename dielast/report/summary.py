@@ -1,4 +1,4 @@
-"""The headline numbers of a run as a person reads them on a terminal, and as a script reads them elsewhere."""
+"""The headline numbers of a run: with units on a terminal, as `section.key = value` in SI units elsewhere."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-# ending of a key -> the unit it stands for; the first that fits
+# ending of a key -> its unit; the first match counts
 UNITS = {"_V_per_m": "V/m", "_J_per_mol": "J/mol", "_Pa": "Pa", "_degC": "°C", "_K": "K", "_V": "V", "_s": "s"}
 SCALED = ("V/m", "J/mol", "Pa", "V", "s")
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
@@ -54,7 +54,7 @@ def _print_table(summary: Mapping[str, Any], out: Path) -> None:
     table.add_column(overflow="fold")
     for section, values in summary_sections(summary):
         for index, (name, value) in enumerate(rows(values)):
-            # as text, in which no bracket is markup
+            # Text, so that brackets are not read as markup
             table.add_row(*(Text(_encodable(cell)) for cell in ("" if index else section, name, value)))
     console.print(Text(_encodable(f"{summary['kind']}: results in {out}"), style="bold"), soft_wrap=True)
     console.print(table)
@@ -82,7 +82,7 @@ def _measured(value: Any, unit: str, stderr: float | None = None) -> str:
 
 
 def _scaled(value: float, unit: str) -> tuple[float, str]:
-    """What to divide a number by, and the unit that it then has."""
+    """The divisor of a number for a readable unit, and that unit."""
     if unit == "%":
         return 0.01, unit
     if unit not in SCALED or value == 0:

@@ -1,1 +1,1 @@
-"""Sharing of work among processes and machines; no result depends on it."""
+"""Work shared among processes and machines; results do not depend on it."""

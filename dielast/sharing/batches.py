@@ -17,9 +17,9 @@ Result_co = TypeVar("Result_co", covariant=True)
 
 
 class Batch(Protocol[Result_co]):
-    """Cases that are solved together: `members` says which of a list they are.
+    """Cases that are solved together: `members` are their numbers in a list.
 
-    It holds all that is needed, so that it can be solved anywhere, and neither reads files nor warns.
+    A batch holds all its data, so that any process can solve it; solving neither reads files nor warns.
     """
 
     @property
@@ -33,7 +33,7 @@ class Batch(Protocol[Result_co]):
 def solve_batches(batches: Sequence[Batch[Result]], execution: Execution = LOCAL, what: str = "cases") -> list[Result]:
     """The result of every case, by number. `what` names the cases in reports of progress.
 
-    Raises the error of the first batch in the list that has an error, whichever batch is finished first.
+    If several batches raise errors, that of the first one in the list is raised, whichever batch is finished first.
     """
     count = sum(len(batch.members) for batch in batches)
     results: dict[int, Result] = {}

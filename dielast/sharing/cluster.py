@@ -1,6 +1,6 @@
 """Solve the chunks of a plan on a Dask cluster, for any plan with independent chunks.
 
-The plan travels to each worker once. Dask gives the chunks of a worker that is lost to another one.
+The plan is sent to each worker once. Dask gives the chunks of a lost worker to another worker.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from dielast.sharing.versions import VERSIONS
 if TYPE_CHECKING:
     from distributed import Client
 
-RETRIES = 2  # of a chunk that raises an error; how many workers may die over a chunk is a setting of the scheduler
+RETRIES = 2  # of a chunk that raises an error; the scheduler sets how many workers may die over a chunk
 PAUSE = 0.05  # s between two looks for finished chunks
-LONGEST_SILENCE = 10.0  # s until a scheduler answers what kind of node it is, or how many workers it has
+LONGEST_SILENCE = 10.0  # s until a scheduler answers which kind of node it is, or how many workers it has
 
 
 class OtherVersion(RuntimeError):
@@ -35,8 +35,8 @@ def solve_on(scheduler: str, solve: Solve[Plan, Solved], plan: Plan, chunks: Seq
     """`solve(plan, first, end)` of each chunk, in the order in which the cluster finishes them.
 
     `scheduler` is the address of a Dask scheduler, such as tcp://host:8786, or its scheduler file, NAME.json. `solve` is a
-    function of a module. Raises `InputError`, in a line that starts with `scheduler`, if the cluster is of no use: not reached,
-    without workers, of another version of dielast or numpy, or lost on the way.
+    function of a module. Raises `InputError`, in a line that starts with `scheduler`, if the cluster is not reached, has no workers
+    or other versions of dielast or numpy, or is lost during the run.
     """
     try:
         import distributed
@@ -66,7 +66,7 @@ def solve_on(scheduler: str, solve: Solve[Plan, Solved], plan: Plan, chunks: Seq
                     time.sleep(PAUSE)
         except distributed.KilledWorker as error:
             lost = f"{error.allowed_failures + 1} workers" if error.allowed_failures else "a worker"
-            raise InputError(f"{lost} died over the same part of the work, of want of memory perhaps", file=scheduler) from None
+            raise InputError(f"{lost} died while solving the same cells, perhaps for lack of memory", file=scheduler) from None
         except (RuntimeError, ImportError) as error:
             if not isinstance(error, OtherVersion | ImportError) and not isinstance(error.__cause__, ImportError):
                 raise
@@ -85,22 +85,20 @@ def _connected(scheduler: str, silence: float) -> Iterator[Client]:
 
     address = _address(scheduler)
     if address.startswith("inproc:"):
-        raise InputError(
-            "that is within another process, where nothing reaches it; tcp://host:8786 would be reached", file=scheduler
-        )
+        raise InputError("an address within another process cannot be reached; write one such as tcp://host:8786", file=scheduler)
     # Dask logs lost connections on standard error; an `InputError` reports them in one line instead
     logging.disable(logging.CRITICAL)
     try:
         try:
-            # asked first, because a client that finds no scheduler ends with messages of its threads
+            # asked first, because the threads of a client without a scheduler print messages
             kind = asyncio.run(asyncio.wait_for(_kind(address), silence))
         except OSError:
-            raise InputError(f"no Dask scheduler answers there within {silence:g} s", file=scheduler) from None
+            raise InputError(f"no Dask scheduler answers at this address within {silence:g} s", file=scheduler) from None
         except (ValueError, TypeError, RuntimeError) as error:
             reason = "Dask lacks what this kind of address needs" if "abstract class" in str(error) else str(error)
-            raise InputError(f"no Dask scheduler can be reached there: {reason}", file=scheduler) from None
+            raise InputError(f"no Dask scheduler can be reached at this address: {reason}", file=scheduler) from None
         if kind != "Scheduler":
-            raise InputError(f"a Dask {kind.lower()} answers there, a scheduler is needed", file=scheduler)
+            raise InputError(f"the address is that of a Dask {kind.lower()}; that of a scheduler is needed", file=scheduler)
         with distributed.Client(address, set_as_default=False) as client:
             yield client
     finally:
@@ -129,7 +127,7 @@ def _address(scheduler: str) -> str:
 
 
 def _patience() -> float:
-    """How long Dask waits for a connection, in s (its setting `distributed.comm.timeouts.connect`)."""
+    """The time in s for which Dask waits for a connection (its setting `distributed.comm.timeouts.connect`)."""
     import dask
     from dask.utils import parse_timedelta
 
@@ -146,7 +144,7 @@ def _await_workers(scheduler: str, client: Client, patience: float) -> None:
 def _check_versions(scheduler: str, client: Client) -> None:
     known: dict[str, Any] = client.get_versions(packages=list(VERSIONS))
     here = known["client"]["packages"]
-    # the scheduler unpickles the tasks as well
+    # the scheduler unpickles tasks as well
     nodes = {"the scheduler itself": known["scheduler"]} | {f"worker {name}": node for name, node in known["workers"].items()}
     differences = {name: _differing(here, node["packages"]) for name, node in nodes.items()}
     lines = [f"{name}: {other}" for name, other in differences.items() if other]
@@ -155,9 +153,9 @@ def _check_versions(scheduler: str, client: Client) -> None:
 
 
 def _differing(needed: Mapping[str, str | None], installed: Mapping[str, str | None]) -> str:
-    """The packages whose version is not the `needed` one, in words; empty if all versions agree."""
+    """A text on the packages whose version is not the `needed` one; empty if all versions agree."""
     differing = [name for name in VERSIONS if needed[name] != installed[name]]
-    return ", ".join(f"{name} {needed[name]} is needed, {installed[name] or 'none'} is there" for name in differing)
+    return ", ".join(f"{name} {needed[name]} is needed, {installed[name] or 'none'} is installed" for name in differing)
 
 
 def _held(plan: Plan) -> Plan:

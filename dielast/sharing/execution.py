@@ -9,7 +9,7 @@ from pathlib import Path
 from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
 
 Progress = Callable[[int, int, str], None]
-"""Called with the number that is done, the number of all, and their name: cells, cases or draws."""
+"""Called with the finished number, the total number, and what they count: cells, cases or draws."""
 NOTHING_KEPT = "nothing is kept or written; the same command begins anew"
 
 
@@ -18,8 +18,8 @@ class Execution:
     """How a run is carried out, without any influence on its results.
 
     `jobs` is the number of processes, `folder` takes unfinished work, `progress` is called as cases are solved, `scheduler` is the
-    Dask scheduler of a cluster that solves instead of processes, `note` is called with notes on the run for its user, and the last
-    with what an interrupt would leave from then on.
+    address of a Dask scheduler that is used instead of processes, `note` is called with notes for the user, and `keep` with what an
+    interrupt leaves from then on.
     """
 
     jobs: int = 1

@@ -1,4 +1,4 @@
-"""How much memory a run may still take; a run that needs more is refused before it begins."""
+"""Available memory; a run that needs more is refused before it begins."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pathlib import Path
 
 from dielast.errors import NumericsError
 
-OUT_OF_MEMORY = "out of memory: fewer cases, cells, rows or draws take less"
+OUT_OF_MEMORY = "out of memory: state fewer cases, cells, rows or draws"
 
 
 def available_memory() -> float:
-    """Bytes that this process may still take: the least of free memory, the rest of its address space (`ulimit -v`) and the rest
-    of its control group; infinite if the system reports none of them.
+    """Bytes that this process may still allocate: the least of the free memory and what is left of its address space (`ulimit -v`)
+    and its control group; infinite if the system reports none of them.
     """
     return min(_limits(), default=inf)
 
@@ -35,13 +35,13 @@ def _limits() -> Iterator[float]:
         group = Path("/sys/fs/cgroup")
         yield float(int((group / "memory.max").read_text()) - int((group / "memory.current").read_text()))
     with suppress(OSError, ValueError, ImportError, AttributeError):
-        import resource  # which not every system has
+        import resource  # not on every system
 
         limit = resource.getrlimit(resource.RLIMIT_AS)[0]
         if limit != resource.RLIM_INFINITY:
             used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
             yield max(float(limit - used), 0.0)
-    with suppress(OSError, ValueError, AttributeError):  # what the machine has in all, where nobody says how much of it is free
+    with suppress(OSError, ValueError, AttributeError):  # the total memory, if the free memory is unknown
         yield float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     with suppress(AttributeError):
         yield _free_on_windows()

@@ -1,4 +1,4 @@
-"""Solve the chunks of a plan in several processes of this machine, none of which outlives the run."""
+"""Solve the chunks of a plan in several processes of this machine, which all end with the run."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from dielast.errors import NumericsError
 from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
 
 FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
-MOST = 61 if sys.platform == "win32" else 10_000  # processes that one call of Windows waits for
-PAUSE = 0.2  # s between two looks for Ctrl-C: on Windows a wait without an end does not hear it
+MOST = 61 if sys.platform == "win32" else 10_000  # Windows waits for no more processes in one call
+PAUSE = 0.2  # s between two checks for Ctrl-C, which does not interrupt an endless wait on Windows
 
 _given: tuple[Callable[[Any, int, int], Any], Any] | None = None  # in a worker process: the function and the plan
 
@@ -31,29 +31,29 @@ def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks
     """
     others = multiprocessing.active_children()
     futures: list[Future[Solved]] = []
-    # started anew rather than forked, as on every system: a fork also copies locks that the threads of a notebook hold
+    # spawned, not forked: a fork would copy locks that the threads of a notebook hold
     started = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(jobs, len(chunks), MOST), started, initializer=_receive, initargs=(solve, plan))
     try:
-        # the handler is set before signals are let through again, so that a signal that came meanwhile is handled
+        # the handler is set before signals are unblocked, so that it handles a signal that came in between
         with _cancelled(futures), _terminated_as_interrupted():
             with _undisturbed():
                 futures += [pool.submit(_solve_given, *chunk) for chunk in chunks]
             for future in _finished(futures):
                 yield future.result()
     except BrokenProcessPool:
-        # the pool ends its other workers by SIGTERM, which they ignore, and would wait for them
+        # the pool would end its other workers by SIGTERM, which they ignore, and wait for them
         for child in set(multiprocessing.active_children()).difference(others):
             child.kill()
-        # the thread of the pool closes a pipe to which the interpreter would write at its end
+        # the thread of the pool closes a pipe that the interpreter would write to at exit
         pool.shutdown(wait=True)
-        raise NumericsError("a worker process was killed, for want of memory perhaps") from None
+        raise NumericsError("a worker process was killed, perhaps for lack of memory") from None
     finally:
         pool.shutdown(wait=False)
 
 
 def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:
-    """The futures in the order in which they finish; Ctrl-C is heard meanwhile on every system."""
+    """The futures in the order in which they finish; Ctrl-C interrupts the wait on every system."""
     finished: SimpleQueue[Future[Solved]] = SimpleQueue()
     for future in futures:
         future.add_done_callback(finished.put)
@@ -69,7 +69,7 @@ def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:
 
 @contextmanager
 def _cancelled(futures: Sequence[Future[Any]]) -> Iterator[None]:
-    """Cancel the chunks that are not begun if the results are no longer wanted."""
+    """Cancel the chunks that have not begun if an exception ends this context."""
     try:
         yield
     except BrokenProcessPool:  # a broken pool begins no more chunks
@@ -83,7 +83,7 @@ def _cancelled(futures: Sequence[Future[Any]]) -> Iterator[None]:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Hold signals back while processes start, until these ignore them; not possible on every system."""
+    """Block signals while worker processes start, until they ignore them; where the system can."""
     if hasattr(signal, "pthread_sigmask"):
         before = signal.pthread_sigmask(signal.SIG_BLOCK, FROM_OUTSIDE)
         try:
@@ -91,7 +91,7 @@ def _undisturbed() -> Iterator[None]:
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
     elif console := _console():
-        console.SetConsoleCtrlHandler(None, True)  # Ctrl-C is nothing to this process for now, and to those that it starts for good
+        console.SetConsoleCtrlHandler(None, True)  # ignored by this process for now, and by the processes that it starts for good
         try:
             yield
         finally:
@@ -109,7 +109,7 @@ def _console() -> Any:
 
 @contextmanager
 def _terminated_as_interrupted() -> Iterator[None]:
-    """Let a SIGTERM interrupt the run as Ctrl-C does, so that no worker process is left behind."""
+    """Let SIGTERM interrupt the run as Ctrl-C does, so that no worker process is left behind."""
     try:
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     except ValueError:  # only the main thread may set handlers
@@ -130,7 +130,7 @@ def _receive(solve: Callable[[Any, int, int], Any], plan: Any) -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent ends; it would wait for work for ever."""
+    """End this process when its parent ends; otherwise it would wait for work forever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -12,8 +12,10 @@ from dielast.errors import InputError, shown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
-from dielast.mechanics.criteria import CRITERIA, END, names
+from dielast.mechanics.criteria import CRITERIA, END, failures_of, names
+from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
+from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import ChargeStep, VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
@@ -22,7 +24,7 @@ from dielast.simulate.cycles import CycleTable
 from dielast.simulate.film_runs import FilmRuns, run_films
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.profile import Profiles, given_times
-from dielast.simulate.setup import set_up
+from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.wanted import Wanted, check_cycles, check_end
 from dielast.simulate.wiring import Wiring
 
@@ -43,7 +45,7 @@ def actuate(
     temperature: ArrayLike | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
     pull_in_timescale: TimeScale = ONE_PERCENT,
-    stop_at: str = "breakdown",
+    stop_at: str | None = None,
     times: ArrayLike | None = None,
     points_per_decade: int = 30,
     with_end: bool | None = None,
@@ -63,8 +65,10 @@ def actuate(
     `FilmSetup`). `boundary` says for each axis whether it is then a "dead-load", the
     nominal stress reached, or "clamped"; "frame" and "strip" are films with a passive part, of which the electrode covers
     `electrode_share` (see `FilmSetup`). `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
-    material's by default. A run ends with the first event `stop_at`, such as "breakdown", "pull-in" or "loss-of-tension", or goes
-    through them all to the "end" of the programme; one that is to stop at breakdown also stops where a passive part goes slack.
+    material's by default; without any, no breakdown is looked for. A run ends with the first event `stop_at`, such as "breakdown",
+    "pull-in" or "loss-of-tension", or goes through them all to the "end" of the programme; by default with a breakdown, or where no
+    breakdown field is known, with the first failure. One that is to stop at breakdown, or by default, also stops where a passive
+    part goes slack.
     Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol` as in `creep`, and the `cycles` of
     waveforms, which are about the relative stretch of axis 1. Films with a passive part have `profiles` at the times of `profile`.
     The history of a run that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given.
@@ -74,12 +78,8 @@ def actuate(
     charges, or where `electrical` says so. None of these is known of films with a passive part. Raises `InputError` for anything
     wrong with the arguments; numerics that give up are an outcome.
     """
-    if stop_at not in (*names(), END):
+    if stop_at not in (None, *names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
-    materials = [material] if isinstance(material, Material) else list(material)
-    if stop_at != END and not any(known.concerns(materials) for known in CRITERIA if known.name == stop_at):
-        needed = f"the material file needs [{stop_at}] with field, time and exponent"
-        raise InputError(f"{shown(stop_at)} cannot happen: {needed}", argument="stop_at")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     setup = set_up(
@@ -87,7 +87,6 @@ def actuate(
         FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width),
         temperature=temperature,
         breakdown_field=breakdown_field,
-        breakdown_needed=stop_at == "breakdown",
         rtol=rtol,
         spanning=[
             *(value for step in steps for value in step.varied()),
@@ -115,13 +114,11 @@ def actuate(
         if setup.passive is None:
             raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
         check_end(np.broadcast_to(seen_at, (cases, seen_at.size)), whole, "programme", "profile")
-    until = () if stop_at == END else (stop_at,)
-    # a passive film that is slack wrinkles, which these equations know nothing of
-    slack = (LossOfTension.name,) if setup.passive is not None and stop_at == "breakdown" else ()
+    stops = _stops(stop_at, [material] if isinstance(material, Material) else list(material), setup)
     parts = setup.groups(wiring.has_circuit)
     taken = [[piece.take(part) for piece in pieces] for part in parts]
     runs = [
-        run_films(setup, wiring, part, pull_in_timescale, until, some, wanted, electrical, rtol, seen_at, slack)
+        run_films(setup, wiring, part, pull_in_timescale, stops, some, wanted, electrical, rtol, seen_at)
         for part, some in zip(parts, taken, strict=True)
     ]
     place = np.empty(cases, dtype=np.intp)
@@ -129,7 +126,7 @@ def actuate(
     ends = times is None if with_end is None else with_end
     tables = [run.cycles for run in runs if run.cycles is not None]
     cycling = CycleTable.joined(tables, place) if tables else None
-    history, extra = history_of(setup, FilmRuns.joined(runs, place), (*until, *slack), ends, cycling)
+    history, extra = history_of(setup, FilmRuns.joined(runs, place), stops, ends, cycling)
     if electrical:
         known = electrical_of(extra, setup.thickness, wiring, source_resistance is not None, leakage is not None)
         history = replace(history, electrical=known)
@@ -138,3 +135,22 @@ def actuate(
     ended = np.array([outcome.time for outcome in history.outcome])
     own = [case for run, part in zip(runs, parts, strict=True) if run.profiler for case in run.profiler.collect(ended[part])]
     return replace(history, profiles=Profiles(tuple(own[row] for row in place.tolist())))
+
+
+def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> tuple[str, ...]:
+    """The names of the criteria any of which ends a film; raises `InputError` if that is none that can happen."""
+    if stop_at == END:
+        return ()
+    known = np.isfinite(setup.breakdown_field)
+    breakdown = stop_at == ElectricalBreakdown.name or (stop_at is None and bool(known.any()))
+    if breakdown and not known.all():
+        without = materials[int(np.argmin(known)) if len(materials) > 1 else 0].name
+        needed = f"material {shown(without)} has no breakdown field: state [breakdown] field in the recipe or the material file"
+        raise InputError(f"{needed}, or stop at {shown(PullIn.name)} or {shown(END)}", argument="stop_at")
+    if stop_at is not None and not any(known.concerns(materials) for known in CRITERIA if known.name == stop_at):
+        needed = f"the material file needs [{stop_at}] with field, time and exponent"
+        raise InputError(f"{shown(stop_at)} cannot happen: {needed}", argument="stop_at")
+    stops = (ElectricalBreakdown.name,) if breakdown else failures_of(materials) if stop_at is None else (stop_at,)
+    # a passive film that is slack wrinkles, which these equations know nothing of
+    slack = setup.passive is not None and (breakdown or stop_at is None)
+    return (*stops, LossOfTension.name) if slack else stops

@@ -19,11 +19,10 @@ from dielast.numerics.columns import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BreakdownFields:
-    """The breakdown field as it is stated, in V/m, over prestretch, or by the materials; and whether it must be known."""
+    """The breakdown field as it is stated, in V/m, over prestretch, or by the materials."""
 
     materials: Sequence[Material]
     stated: ArrayLike | BreakdownLaw | None
-    needed: bool
 
     def varied(self) -> list[ArrayLike]:
         """The numbers of which there may be one for each case."""
@@ -46,7 +45,7 @@ class BreakdownFields:
 
     def field(self, stretch: Floats, thickness: Floats, cases: int) -> Floats:
         """E_EB (cases,) in V/m at the prestretch sqrt(l1 l2) of films of an undeformed thickness in m, each (cases,); infinite
-        where it is neither known nor needed.
+        where it is not known.
         """
         for stated in self.varied():
             fields = spread(stated, "breakdown_field", cases)
@@ -59,7 +58,4 @@ class BreakdownFields:
             known = self.stated if isinstance(self.stated, BreakdownLaw) else material.breakdown
             if known is not None:
                 fields[cases_of] = known.of_film(stretch[cases_of], present[cases_of])
-            elif self.needed:
-                missing = f"a breakdown field is needed: material {material.name!r} has none, and none is given"
-                raise InputError(missing, argument="breakdown_field")
         return fields

@@ -39,9 +39,9 @@ class FailureMap(TabularResult):
 
     `failure_mode` is the name of what happens first, none, or unfinished where the numerics gave up before the film failed;
     `outcome` is completed, or says why the numerics gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field`
-    (prestretches,) in V/m. Of films with a passive part there is one for each prestretch and `electrode_share` (prestretches,),
-    the shares running faster, and their passive parts go slack at `time_to_loss_of_tension`; what is later holds for films that do
-    not wrinkle.
+    (prestretches,) in V/m, infinite where none is known. Of films with a passive part there is one for each prestretch and
+    `electrode_share` (prestretches,), the shares running faster, and their passive parts go slack at `time_to_loss_of_tension`;
+    what is later holds for films that do not wrinkle.
 
     `relative_stretch` is the stretch over that after the prestretch at the times `stretch_at` in s, by their names: arrays (1,
     temperatures, prestretches, voltages), or (2, ...) of films whose axes differ, NaN where the film failed before.
@@ -63,7 +63,7 @@ class FailureMap(TabularResult):
 
     @property
     def time_to_breakdown(self) -> Floats:
-        """When the true field reaches the breakdown field."""
+        """When the true field reaches the breakdown field; NaN where none is known."""
         return self.times["breakdown"]
 
     @property

@@ -53,7 +53,8 @@ def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tu
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmGrid:
     """Relaxed films in `groups`, those of the material (films,) and then those of each of the `draws`; the `breakdown_field`
-    (films,) in V/m of the former, what is held of all, and the names of the `failures` that they may meet.
+    (films,) in V/m of the former, infinite where none is known, what is held of all, and the names of the `failures` that they may
+    meet.
     """
 
     groups: tuple[Group, ...]
@@ -120,7 +121,6 @@ def lay_out(
             replace(film, thickness=thick, prestretch=stretched, electrode_share=share),
             temperature=np.tile(temperature, len(materials)),
             breakdown_field=field,
-            breakdown_needed=material.damage is None,
             rtol=tolerance,
         )
 

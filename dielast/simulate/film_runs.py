@@ -65,18 +65,17 @@ def run_films(
     wiring: Wiring,
     part: Cases,
     timescale: TimeScale,
-    until: Sequence[str],
+    stops: Sequence[str],
     pieces: Sequence[Piece],
     wanted: Wanted,
     electrical: bool,
     rtol: float,
     seen_at: Floats | None,
-    slack: Sequence[str],
 ) -> FilmRuns:
-    """Run some of the films, one of the setup's groups, through the pieces of their programme."""
+    """Run some of the films, one of the setup's groups, through the pieces of their programme, or until one of `stops` happens."""
     film = setup.film(part, rtol)
     film = replace(film, points=wiring.wired(film.points, part))
-    watch = Watch(setup.watched(film, part, timescale), CRITERIA, until, slack)
+    watch = Watch(setup.watched(film, part, timescale), CRITERIA, (), stops)
     relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
     stretch = np.exp(0.5 * relaxed.log_squared_stretch)
     leakage = wiring.leakage.take(part) if electrical else None
@@ -91,7 +90,7 @@ def run_films(
     record, happened = recorder.collect(), watch.happened
     extra = np.zeros((0, part.size))
     if electric is not None:
-        last = first_of(happened, until or names())
+        last = first_of(happened, stops or names())
         extra = electric.ended(last.time)
         extra[0] = nominal(film.points, last.log_squared_stretch, last.field)[1]
     if film.points.electric is CHARGE:

@@ -135,7 +135,6 @@ def set_up(
     *,
     temperature: ArrayLike | None,
     breakdown_field: ArrayLike | BreakdownLaw | None,
-    breakdown_needed: bool,
     rtol: float,
     spanning: Sequence[ArrayLike] = (),
 ) -> Setup:
@@ -152,7 +151,7 @@ def set_up(
             raise InputError(f"{entry.name!r} has no permittivity, {needed}", argument="material")
     film.check()
     check_tolerance(rtol)
-    limits = BreakdownFields(materials, breakdown_field, breakdown_needed)
+    limits = BreakdownFields(materials, breakdown_field)
     given = [*varied, temperature, *limits.varied(), *spanning]
     cases = one_set([*map(np.size, given), len(materials)])
     first, second = film.stretched(cases)

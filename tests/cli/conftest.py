@@ -2,34 +2,41 @@
 
 from __future__ import annotations
 
-import json
 import os
+import socket
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
 import pytest
-from processes import ENDS, Process, answer
+from client import ask
+from processes import ENDS
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
 
 
 @pytest.fixture(scope="session")
-def server() -> Iterator[Process]:
-    """The process of server.py."""
-    command = [*PYTHON, str(Path(__file__).with_name("server.py"))]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        yield process
-        assert process.stdin is not None
-        process.stdin.close()
+def server() -> Iterator[str]:
+    """The address of server.py: a short one, since a socket's has at most some hundred characters."""
+    with tempfile.TemporaryDirectory(prefix="dielast") as folder, socket.socket(socket.AF_UNIX) as listener:
+        address = f"{folder}/server"
+        listener.bind(address)
+        listener.listen()
+        program = [*PYTHON, str(Path(__file__).with_name("server.py")), str(listener.fileno())]
+        with subprocess.Popen(program, stdin=subprocess.PIPE, pass_fds=[listener.fileno()]) as process:
+            yield address
+            assert process.stdin is not None
+            process.stdin.close()
 
 
 @pytest.fixture(scope="session")
-def command(tmp_path_factory: pytest.TempPathFactory, server: Process) -> Run:
+def command(tmp_path_factory: pytest.TempPathFactory, server: str) -> Run:
     """Run `dielast` in a folder with these arguments, after `prelude` (Python); in an interpreter of its own if `fresh`."""
+    written = tmp_path_factory.mktemp("streams")
 
     def run(
         folder: Path, *arguments: str | Path, prelude: str = "", fresh: bool = False, **variables: str
@@ -38,10 +45,11 @@ def command(tmp_path_factory: pytest.TempPathFactory, server: Process) -> Run:
         if fresh:
             program = [*PYTHON, "-c", f"{prelude}\nfrom dielast.cli import main; main()", *words]
             return subprocess.run(program, cwd=folder, env=environment, capture_output=True, text=True, timeout=ENDS, check=False)
-        streams = [tmp_path_factory.mktemp("streams") / name for name in ("stdout", "stderr")]
-        request = {"arguments": words, "folder": str(folder), "environment": environment, "prelude": prelude}
-        code = answer(server, json.dumps({**request, "stdout": str(streams[0]), "stderr": str(streams[1])}))
-        return subprocess.CompletedProcess(words, int(code), *(stream.read_text("utf-8") for stream in streams))
+        out, err = written / "stdout", written / "stderr"
+        with open(os.devnull, "rb") as nothing, out.open("wb") as stdout, err.open("wb") as stderr:
+            streams = nothing.fileno(), stdout.fileno(), stderr.fileno()
+            code = ask(server, words, str(folder), environment, streams, prelude, within=ENDS)
+        return subprocess.CompletedProcess(words, code, out.read_text("utf-8"), err.read_text("utf-8"))
 
     return run
 

@@ -16,7 +16,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from typer.main import get_command
@@ -29,6 +29,7 @@ from dielast.handover.material_file import material_file
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests"))
 from keys import Key, keys  # noqa: E402
+from processes import DIELAST  # noqa: E402
 
 README = ROOT / "README.md"
 GUIDE = ROOT / "recipes/guide"
@@ -73,14 +74,15 @@ def python_blocks(text: str) -> list[tuple[str, str]]:
 class Terminal:
     """Runs commands in `folder` as the reader of a page does, on a terminal of 80 columns beside a checkout.
 
-    The folder holds the files that the page's `text` shows with their name in the first line.
+    The folder holds the files that the page's `text` shows with their name in the first line. `dielast` is the program of that
+    name and its first arguments.
     """
 
-    def __init__(self, folder: Path, text: str) -> None:
+    def __init__(self, folder: Path, text: str, dielast: Sequence[str] = DIELAST) -> None:
         self.folder = folder
         launcher = folder / ".bin" / "dielast"
         launcher.parent.mkdir()
-        launcher.write_text(f"#!/bin/sh\nexec {shlex.quote(sys.executable)} -c 'from dielast.cli import main; main()' \"$@\"\n")
+        launcher.write_text(f'#!/bin/sh\nexec {shlex.join(dielast)} "$@"\n')
         launcher.chmod(0o755)
         (folder / "dielast").symlink_to(ROOT / "dielast")
         for name, content in _RECIPE.findall(text):

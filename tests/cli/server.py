@@ -1,8 +1,8 @@
 """A process that has dielast and its libraries loaded, and runs command lines, each in a fork of its own.
 
-A fork starts in milliseconds, Python with all that a command loads in more than a second. A request is a line of JSON on standard
-input: arguments, folder, environment, code to run before (`prelude`), and the files for standard output and standard error. The
-answer is the exit code, on a line of standard output.
+A fork starts in milliseconds, Python with all that a command loads in about a second. Requests come from client.py through a socket
+that listens already: three descriptors (standard streams), then JSON with arguments, folder, environment and code to run before
+(`prelude`). The answer is the exit code. The process ends with its standard input.
 """
 
 from __future__ import annotations
@@ -12,32 +12,39 @@ import gc
 import json
 import os
 import pkgutil
+import select
+import socket
 import sys
 import threading
 import traceback
 from importlib import import_module
 from typing import Any
 
+Request = tuple[dict[str, Any], list[int]]  # what client.py sends, and three descriptors
 
-def serve() -> dict[str, Any] | None:
+
+def serve(listener: socket.socket) -> Request | None:
     """Fork for every request until standard input ends; the fork returns its request, the server None."""
-    for line in iter(sys.stdin.readline, ""):
-        request: dict[str, Any] = json.loads(line)
-        child = os.fork()
-        if child == 0:
-            return request
-        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+    while listener in select.select([listener, sys.stdin], [], [])[0]:
+        line, _ = listener.accept()
+        with line:
+            _, streams, _, _ = socket.recv_fds(line, 1, 3)
+            request = json.loads(b"".join(iter(lambda: line.recv(1 << 16), b"")))
+            child = os.fork()
+            if child == 0:
+                listener.close()
+                return request, streams
+            for stream in streams:
+                os.close(stream)
+            line.sendall(str(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])).encode())
     return None
 
 
-def become(request: dict[str, Any]) -> None:
+def become(request: dict[str, Any], streams: list[int]) -> None:
     """Take on what is asked for, as a program that a user starts has it."""
-    for descriptor, name, flags in (
-        (0, os.devnull, os.O_RDONLY),
-        (1, request["stdout"], os.O_WRONLY | os.O_CREAT | os.O_TRUNC),
-        (2, request["stderr"], os.O_WRONLY | os.O_CREAT | os.O_TRUNC),
-    ):
-        os.dup2(os.open(name, flags), descriptor)
+    for descriptor, stream in enumerate(streams):
+        os.dup2(stream, descriptor)
+        os.close(stream)
     os.chdir(request["folder"])
     os.environ.clear()
     os.environ.update(request["environment"])
@@ -52,12 +59,12 @@ if __name__ == "__main__":
     for name in ("matplotlib.backends.backend_agg", "matplotlib.font_manager", "rich.progress", "scipy.optimize"):
         import_module(name)
     gc.freeze()
-    asked = serve()
+    asked = serve(socket.socket(fileno=int(sys.argv[1])))
     if asked is not None:
         code: object = 1
         try:
-            become(asked)
-            exec(asked["prelude"])
+            become(*asked)
+            exec(asked[0]["prelude"])
             import_module("dielast.cli").main()
         except SystemExit as end:
             code = end.code

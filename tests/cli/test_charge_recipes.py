@@ -115,7 +115,7 @@ def test_a_source_without_resistance_is_none_and_its_cycles_have_an_efficiency(d
         (CHARGE, ('control = "charge"\n', ""), r'step\[0\]\.charge: a charge does not go with control = "voltage"'),
         (CHARGE, ('electrode_diameter = "10 mm"\n', ""), r"step\[0\]\.charge: a charge needs film\.electrode_diameter, or state"),
         (CHARGE, ('duration = "1 s"', 'rate = "1 V/s"'), r'rate of charge is needed, such as "5 nC/s"'),
-        (CHARGE, ("[leakage]", '[source]\nresistance = "1 ohm"\n[leakage]'), r'source: control = "charge" prescribes what flows'),
+        (CHARGE, ("[leakage]", '[source]\nresistance = "1 ohm"\n[leakage]'), r'source: control = "charge" prescribes the current'),
         (CHARGE, ('"3e-14 S/m"', '"-1 S/m"'), r'leakage\.conductivity: "-1 S/m": a conductivity of at least 0 S/m'),
         (CHARGE, ('"3e-14 S/m"', '"1 S/m"\nfield = "0 V/m"'), r'leakage\.field: "0 V/m": an electric field above 0 V/m'),
         (SOURCE, ('"0 ohm"', '"-5 ohm"'), r'source\.resistance: "-5 ohm": a resistance of at least 0 ohm is needed'),

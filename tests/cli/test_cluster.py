@@ -172,7 +172,7 @@ def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) 
             said = refused()
             assert worker.poll() is None
     assert said.startswith(f"{file}: worker tcp://127.0.0.1:")
-    assert said.endswith(f": dielast {cluster.VERSIONS['dielast']} is needed, 9.9 is there\n")
+    assert said.endswith(f": dielast {cluster.VERSIONS['dielast']} is needed, 9.9 is installed\n")
 
 
 @pytest.mark.usefixtures("impatient")
@@ -198,13 +198,13 @@ def test_who_is_no_scheduler_is_named_in_one_line() -> None:
     with socket.socket() as silent:
         silent.bind(("127.0.0.1", 0))
         nobody = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        assert refused(nobody) == f"no Dask scheduler answers there within {PATIENCE} s"
+        assert refused(nobody) == f"no Dask scheduler answers at this address within {PATIENCE} s"
         silent.listen()
-        assert refused(nobody) == f"no Dask scheduler answers there within {PATIENCE} s"
-    assert refused("localhost") == "no Dask scheduler can be reached there: missing port number in address 'localhost'"
+        assert refused(nobody) == f"no Dask scheduler answers at this address within {PATIENCE} s"
+    assert refused("localhost") == "no Dask scheduler can be reached at this address: missing port number in address 'localhost'"
     assert "unknown address scheme 'abc'" in refused("abc://localhost:1")
-    assert refused("inproc://x").startswith("that is within another process")
-    assert refused("ucx://localhost:1").startswith("no Dask scheduler can be reached there: ")
+    assert refused("inproc://x").startswith("an address within another process cannot be reached")
+    assert refused("ucx://localhost:1").startswith("no Dask scheduler can be reached at this address: ")
 
 
 def test_a_scheduler_file_is_checked(dielast: Run, tmp_path: Path) -> None:
@@ -236,14 +236,14 @@ def test_options_that_exclude_each_other(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(MAP)
     done = dielast(*MAPPING, "--scheduler", "tcp://127.0.0.1:8786", "--jobs", "2")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert done.stderr.startswith("--jobs and --scheduler: one or the other")
+    assert done.stderr.startswith("--jobs and --scheduler exclude each other")
     done = dielast("spectrum", "m.toml", "--scheduler", "tcp://127.0.0.1:8786")
-    expected = "--scheduler: relax, creep, actuate, failure-map and design can be shared out to a cluster, spectrum runs here: "
-    assert (done.returncode, done.stderr) == (2, f"{expected}leave the option out\n")
+    expected = "--scheduler: only relax, creep, actuate, failure-map and design can run on a cluster: "
+    assert (done.returncode, done.stderr) == (2, f"{expected}leave the option out for spectrum\n")
 
 
 def test_a_worker_of_another_version_computes_nothing() -> None:
     own = {"dielast": cluster.VERSIONS["dielast"], "numpy": np.__version__}
     assert cluster._solve_there(3, 5, solve=pow, plan=2, versions=own) == 2**3 % 5
-    with pytest.raises(cluster.OtherVersion, match=r"^numpy 1\.0 is needed, .* is there$"):
+    with pytest.raises(cluster.OtherVersion, match=r"^numpy 1\.0 is needed, .* is installed$"):
         cluster._solve_there(3, 5, solve=pow, plan=2, versions=own | {"numpy": "1.0"})

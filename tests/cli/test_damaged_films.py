@@ -39,6 +39,7 @@ FILM = 'material = "film.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 1.9\n
 ACTUATE = f'kind = "actuate"\n{FILM}[[step]]\nvoltage = "3.2 kV"\nduration = "1 s"\n[[step]]\nhold = "1 h"\n[stop]\nat = "damage"\n'
 PRESTRETCHES = FILM.replace("= 1.9", "= [1.7, 1.75, 1.8, 1.85, 1.9]")
 MAP = f'kind = "failure-map"\nhorizon = "1 h"\n{PRESTRETCHES}[voltage]\nfrom = "2.4 kV"\nto = "4 kV"\npoints = 5\n'
+DRAWS_INLINE = '{ draws = 19, breakdown_field = { law = "weibull", shape = 20 } }'
 DRAWS = '[uncertainty]\ndraws = 19\nbreakdown_field = { law = "weibull", shape = 20 }\n'
 
 
@@ -95,6 +96,26 @@ def test_the_damage_at_failure_scatters_with_shape_and_area(folder: Path, dielas
     (folder / "film.toml").write_text(MATERIAL + '[breakdown]\nfield = "40 MV/m"\n')
     done = dielast("actuate", "actuate.toml", "--set", "stop.at=breakdown")
     assert (done.returncode, "uncertainty.damage: film.toml has no [damage] that could scatter" in done.stderr) == (2, True)
+
+
+def test_films_that_only_pull_in(folder: Path, dielast: Run) -> None:
+    (folder / "film.toml").write_text(MATERIAL)
+    design = f'kind = "design"\n{FILM}[goal]\nrelative_stretch = 1.1\nat = "1 min"\nhorizon = "1 h"\n'
+    (folder / "design.toml").write_text(design)
+    (folder / "actuate.toml").write_text(ACTUATE.partition("[stop]")[0].replace("3.2 kV", "8 kV"))
+    line = "warning: no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field\n"
+    for kind in ("actuate", "failure-map", "design"):
+        done = dielast(kind, f"{kind.removeprefix('failure-')}.toml", "-o", kind, "--plot", "png")
+        assert (done.returncode, done.stderr.count(line)) == (0, 1), done.stderr
+    assert [event["event"] for event in rows(folder / "actuate/events.csv")] == ["pull-in"]
+    assert {cell["failure_mode"] for cell in rows(folder / "failure-map/failure-map.csv")} == {"pull-in", "none"}
+    for recipe, key in (("actuate", "stop.at"), ("map", "uncertainty.breakdown_field")):
+        asked = ["--set", "stop.at=breakdown"] if recipe == "actuate" else ["--set", f"uncertainty={DRAWS_INLINE}"]
+        kind = recipe if recipe == "actuate" else "failure-map"
+        done = dielast(kind, f"{recipe}.toml", *asked, "-o", "none")
+        assert (done.returncode, (folder / "none").exists()) == (2, False)
+        assert done.stderr.startswith(f"{recipe}.toml: {key}: ")
+        assert "[breakdown] field" in done.stderr
 
 
 def test_a_map_without_a_breakdown_field_is_about_damage(folder: Path, dielast: Run) -> None:

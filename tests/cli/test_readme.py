@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import sys
 import tomllib
 from pathlib import Path
 
+import client
 import pytest
 import readme
 
@@ -39,8 +41,8 @@ def commands(text: str) -> list[tuple[str, list[str]]]:
 
 
 @pytest.mark.parametrize("name", [name for name, text in PAGES.items() if commands(text)])
-def test_the_commands_print_what_is_shown(name: str, tmp_path: Path) -> None:
-    terminal = readme.Terminal(tmp_path, PAGES[name])
+def test_the_commands_print_what_is_shown(name: str, tmp_path: Path, server: str) -> None:
+    terminal = readme.Terminal(tmp_path, PAGES[name], [sys.executable, "-I", "-S", client.__file__, server])
     for command, shown in commands(PAGES[name]):
         real = terminal.run(command)
         assert len(real) == len(shown), f"{command}: {real}"

@@ -123,7 +123,7 @@ def test_its_mistakes_are_found(toy: Run, tmp_path: Path) -> None:
         "wrong.toml: step: unknown key; step belongs to relax, creep, actuate",
     ]
     assert toy("tyo", "r.toml").stderr == 'dielast: no command "tyo": did you mean "toy"? (see dielast --help)\n'
-    assert toy("relax", "r.toml").stderr == 'r.toml: kind: the recipe is one of "toy": run it with "dielast toy"\n'
+    assert toy("relax", "r.toml").stderr == 'r.toml: kind: the recipe is for "toy": run it with "dielast toy"\n'
 
 
 def test_it_is_listed_and_described(toy: Run) -> None:

@@ -168,11 +168,11 @@ def test_wrong_folders_and_names(results: Path, dielast: Run, arguments: tuple[s
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
-        ('kind = "relax"', 'kind = "table"', "kind: no kind of result is known by this name"),
-        ('kind = "relax"', "kind = 3", "kind: no kind of result is known by this name"),
+        ('kind = "relax"', 'kind = "table"', "kind: unknown kind of result"),
+        ('kind = "relax"', "kind = 3", "kind: unknown kind of result"),
         ('kind = "relax"', 'kind = "relax"\nwarnings = "one"', "warnings: a list of text is needed"),
         ('kind = "relax"', 'kind = "relax', "line 1: "),
-        ("sha256 =", "sha =", "inputs: a file and its sha256 are needed in each"),
+        ("sha256 =", "sha =", "inputs: every entry needs a file and its sha256"),
     ],
 )
 def test_a_summary_that_was_edited(results: Path, dielast: Run, before: str, after: str, message: str) -> None:

@@ -98,9 +98,7 @@ def test_a_wrong_material_is_told_of_its_file(dielast: Run, tmp_path: Path) -> N
     done = dielast("relax", "r.toml")
     assert done.returncode == 2
     assert done.stderr.splitlines() == [
-        'm.toml: equilibrium.shear_modulus: "26 kg": a stress or modulus is needed, such as "26 kPa"',
-        "m.toml: nonequilibrium: is needed",
-        "m.toml: shift: is needed",
+        'm.toml: equilibrium.shear_modulus: "26 kg": a stress or modulus is needed, such as "26 kPa"'
     ]
 
 

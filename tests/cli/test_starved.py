@@ -143,5 +143,5 @@ def test_running_out_of_memory_is_one_line(jobs: str, dielast: Run, starter: Cal
     )
     sweep = "--set", 'sweep={ "step.0.rate" = ["1 %/s", "2 %/s"], "step.1.hold" = ["1 s", "2 s"], mode = "zip" }'
     done = dielast("relax", starter("relax"), "--plot", "none", "-o", "out", "--jobs", jobs, *sweep, prelude=lost)
-    assert (done.returncode, done.stderr) == (3, "out of memory: fewer cases, cells, rows or draws take less\n")
+    assert (done.returncode, done.stderr) == (3, "out of memory: state fewer cases, cells, rows or draws\n")
     assert not (tmp_path / "out").exists()

@@ -182,10 +182,10 @@ def test_an_interrupted_map_goes_on_with_its_draws(command: Run, folder: Path) -
 @pytest.mark.parametrize(
     ("recipe", "message"),
     [
-        ("draws = 10", "uncertainty.draws: 10 do not tell an interval of level 0.9: at least 19 are needed"),
+        ("draws = 10", "uncertainty.draws: 10 are too few for an interval of level 0.9: at least 19 are needed"),
         ("draws = 1", "uncertainty.draws: 1: at least 2 is needed"),
         ("level = 1.0", "uncertainty.level: 1.0: a number below 1 is needed"),
-        ("level = 0.95", "the 24 draws of material.toml do not tell an interval of level 0.95: at least 39 are needed"),
+        ("level = 0.95", "the 24 draws of material.toml are too few for an interval of level 0.95: at least 39 are needed"),
         (
             'thickness = "120 %"',
             'uncertainty.thickness: "120 %": a relative standard deviation below 100 % is needed, such as "5 %"',

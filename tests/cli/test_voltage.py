@@ -188,16 +188,6 @@ def test_bad_input_is_one_line(base: str, old: str, new: str, message: str, diel
     assert not (tmp_path / "r").exists()
 
 
-def test_a_breakdown_field_is_needed_from_somewhere(dielast: Run, tmp_path: Path) -> None:
-    material = (Path(__file__).parents[2] / "dielast/examples/vhb4905.toml").read_text().split("[breakdown]")[0]
-    (tmp_path / "m.toml").write_text(material)
-    text = MAP.split("[breakdown]")[0].replace("example:vhb4905.toml", "m.toml")
-    (tmp_path / "r.toml").write_text(text)
-    done = dielast("failure-map", "r.toml", "--plot", "none")
-    assert done.returncode == 2
-    assert "breakdown field" in done.stderr
-
-
 def test_a_film_broken_at_once_fails_at_0_s(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text(ACTUATE.replace("4 kV", "9 kV"))
     done = dielast("actuate", "a.toml", "--set", "stop.at=breakdown")

@@ -120,10 +120,13 @@ def test_errors_of_a_film_name_the_key_and_the_case(text: str, message: str, tmp
     ("keys", "message"),
     [
         ("[output]\nnoise = 0.01\n", "output.noise: only relax and creep make test data with noise"),
-        ('[plot]\ny = "major_axis [m]"\n', 'plot.y: "major_axis [m]" is of the electrode: state film.electrode_diameter'),
+        (
+            '[plot]\ny = "major_axis [m]"\n',
+            'plot.y: "major_axis [m]" needs the size of the electrode: state film.electrode_diameter',
+        ),
         (
             '[[compare]]\nfile = "r.toml"\nx = "time [s]"\ny = "minor_axis [m]"\n',
-            'compare[0].y: "minor_axis [m]" is of the electrode: state film.electrode_diameter',
+            'compare[0].y: "minor_axis [m]" needs the size of the electrode: state film.electrode_diameter',
         ),
     ],
 )
@@ -190,12 +193,12 @@ def test_the_file_stands_in_front(dielast: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[1.7, 1.8]", "[1.7, 1.8, 1.7]", "film.prestretch: 1.7 stands there twice: the values of a map's axis must differ"),
-        ("[1.7, 1.8]", "[1.7, [1.7, 1.7]]", "film.prestretch: 1.7 stands there twice"),
-        ("[1.7, 1.8]", "[[3, 1], 1.8, [3.0, 1.0]]", "film.prestretch: 3 x 1 stands there twice"),
+        ("[1.7, 1.8]", "[1.7, 1.8, 1.7]", "film.prestretch: 1.7 is stated twice: the values of a map's axis must differ"),
+        ("[1.7, 1.8]", "[1.7, [1.7, 1.7]]", "film.prestretch: 1.7 is stated twice"),
+        ("[1.7, 1.8]", "[[3, 1], 1.8, [3.0, 1.0]]", "film.prestretch: 3 x 1 is stated twice"),
         ('["3 kV"]', '["3 kV", "4 kV", "4000 V"]', "voltage.values: 4000 V after 4000 V: the voltages must ascend"),
         ('["3 kV"]', '["4 kV", "3 kV"]', "voltage.values: 3000 V after 4000 V: the voltages must ascend"),
-        ("horizon", 'temperature = ["20 degC", "0 degC", "293.15 K"]\nhorizon', "temperature: 20 degC stands there twice"),
+        ("horizon", 'temperature = ["20 degC", "0 degC", "293.15 K"]\nhorizon', "temperature: 20 degC is stated twice"),
         ('["3 kV"]', '["3 kV"]\nramp = "1 min"', "voltage.ramp: 60 s is longer than the horizon of 1 s"),
         ('horizon = "1 s"', 'horizon = "1e300 h"', 'horizon: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
         ("[film]", '[film]\nrelax = "1e300 h"', 'film.relax: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),

@@ -110,7 +110,7 @@ def test_a_killed_worker_is_one_line(tmp_path: Path) -> None:
         os.kill(workers(run.pid)[0], signal.SIGKILL)
         said = run.communicate(timeout=ENDS)[1]
         assert said == (
-            "r.toml: a worker process was killed, for want of memory perhaps; "
+            "r.toml: a worker process was killed, perhaps for lack of memory; "
             "what is solved is kept, and the same command goes on from there\n"
         )
         assert run.returncode == 3
@@ -131,7 +131,7 @@ def test_a_group_that_is_terminated_is_one_line(tmp_path: Path) -> None:
 def test_a_sweep_has_workers_too(tmp_path: Path) -> None:
     with running(tmp_path, "actuate", SWEEP) as run:
         os.kill(workers(run.pid)[0], signal.SIGKILL)
-        assert run.communicate(timeout=ENDS)[1] == "r.toml: a worker process was killed, for want of memory perhaps\n"
+        assert run.communicate(timeout=ENDS)[1] == "r.toml: a worker process was killed, perhaps for lack of memory\n"
         assert run.returncode == 3
         until(lambda: not alive(run.pid))
     with running(tmp_path, "actuate", SWEEP) as run:

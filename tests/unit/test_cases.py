@@ -97,7 +97,7 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
     assert mistakes(tmp_path, text) == ['history.toml: step[0].rate: "3 kg": a strain rate is needed, such as "12.5 %/s"']
     assert "not both" in mistakes(tmp_path, text + '[[step]]\nhold = "1 s"\n')[0]
     write(tmp_path, 'kind = "relax"\n', "history.toml")
-    assert "holds [[step]] and nothing else" in mistakes(tmp_path, text)[0]
+    assert "must hold [[step]] and no other key" in mistakes(tmp_path, text)[0]
     assert "no such file" in mistakes(tmp_path, text.replace("history", "gone"))[0]
 
 
@@ -132,8 +132,11 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
         (RELAX.replace("2 h", "0 s"), 'step[1].hold: "0 s": a time above 0 s is needed'),
         (RELAX.replace('rate = "12.5 %/s"', 'duration = "1e-300 s"'), 'step[0].duration: "1e-300 s": a time from 1e-15 to 1e+15 s'),
         (RELAX.replace("12.5 %/s", "-1e300 /s"), 'step[0].rate: "-1e300 /s": a strain rate from 1e-15 to 1e+15 1/s is needed'),
-        (CREEP + '[uncertainty]\nthickness = "2 %"\n', "uncertainty.thickness: relax and creep draw the material alone"),
-        (RELAX + '[uncertainty]\nbreakdown_field = { law = "weibull" }\n', "uncertainty.breakdown_field: relax and creep draw the"),
+        (CREEP + '[uncertainty]\nthickness = "2 %"\n', "uncertainty.thickness: relax and creep draw only the material"),
+        (
+            RELAX + '[uncertainty]\nbreakdown_field = { law = "weibull" }\n',
+            "uncertainty.breakdown_field: relax and creep draw only",
+        ),
     ],
 )
 def test_each_mistake_says_what_is_needed(tmp_path: Path, text: str, expected: str) -> None:
@@ -178,8 +181,12 @@ def test_a_key_within_a_swept_table_is_the_cases_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("recipe", "sweep", "said"),
     [
-        (RELAX, 'title = ["a", "b"]', 'sweep."title": title is about all cases together'),
-        (RELAX, '"compare.0.file" = ["a.csv", "b.csv"]', 'sweep."compare.0.file": compare is about all cases together'),
+        (RELAX, 'title = ["a", "b"]', 'sweep."title": title holds for all cases together and cannot be swept'),
+        (
+            RELAX,
+            '"compare.0.file" = ["a.csv", "b.csv"]',
+            'sweep."compare.0.file": compare holds for all cases together and cannot be swept',
+        ),
         (
             'kind = "relax"\nmaterial = "example:vhb4905.toml"\nload = "h.toml"\n',
             "step = [[{ stretch = 2.0 }], [{ stretch = 3.0 }]]",

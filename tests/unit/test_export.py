@@ -75,7 +75,7 @@ def test_an_unknown_code_and_wrong_options_are_refused() -> None:
         ({"J_lim": -1.0}, "J_lim: -1: a positive number is needed"),
         ({"bulk_modulus": math.nan}, "bulk_modulus: nan"),
         ({"poisson_ratio": 0.5}, "poisson_ratio: 0.5: at least 0 and below 0.5 is needed"),
-        ({"poisson_ratio": 0.4, "bulk_modulus": 1.0}, "bulk_modulus: give bulk_modulus or poisson_ratio, not both"),
+        ({"poisson_ratio": 0.4, "bulk_modulus": 1.0}, "bulk_modulus: state bulk_modulus or poisson_ratio, not both"),
     )
     for options, line in wrong:
         with pytest.raises(InputError, match=re.escape(line)):

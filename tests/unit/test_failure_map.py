@@ -17,6 +17,7 @@ from dielast.material.springs import Gent
 from dielast.mechanics.load import Track, VoltageStep
 from dielast.numerics.integrate import Status
 from dielast.simulate.actuate import actuate
+from dielast.simulate.design import design
 from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
 from dielast.simulate.lifetime import fit_lifetime
 from dielast.simulate.map_plan import Cells, solve_cells
@@ -116,9 +117,28 @@ def test_bad_programmes(steps: list[VoltageStep], change: dict[str, Any], messag
 def test_materials_that_cannot_be_driven() -> None:
     with pytest.raises(InputError, match="no permittivity"):
         actuate(replace(SOLID, permittivity=None), STEPS, prestretch=1.9, **FILM)
-    with pytest.raises(InputError, match="a breakdown field is needed"):
-        actuate(replace(SOLID, breakdown=None), STEPS, prestretch=1.9, **FILM)
-    actuate(replace(SOLID, breakdown=None), STEPS, prestretch=1.9, stop_at="pull-in", **FILM)
+    without = replace(SOLID, breakdown=None)
+    for material, stop_at in ((without, "breakdown"), ([SOLID, without], None)):
+        with pytest.raises(InputError, match=f"stop_at: material {SOLID.name!r} has no breakdown field".replace("'", '"')):
+            actuate(material, STEPS, prestretch=1.9, stop_at=stop_at, **FILM)
+
+
+def test_films_without_a_breakdown_field_end_by_pull_in() -> None:
+    """As films of a field that they never come to."""
+    without, never = replace(SOLID, breakdown=None), replace(SOLID, breakdown=Breakdown((1.0,), (1e12,)))
+    steps = [VoltageStep(8e3, rate=100.0)]
+    first = actuate(without, steps, prestretch=1.9, **FILM)
+    assert first.outcome == actuate(never, steps, prestretch=1.9, stop_at="pull-in", **FILM).outcome
+    assert [first.outcome[0].reason, *(event.name for event in first.events[0])] == ["pull-in", "pull-in"]
+    maps = [failure_map(material, **MAP) for material in (without, never)]
+    assert np.isnan(maps[0].time_to_breakdown).all()
+    assert np.isinf(maps[0].breakdown_field).all()
+    np.testing.assert_array_equal(maps[0].time_to_pull_in, maps[1].time_to_pull_in)
+    assert maps[0].failure_mode.tolist() == maps[1].failure_mode.tolist()
+    goal = {"at": 60.0, "horizon": 1e6, "prestretch": 1.9, "relative_stretch": [1.05, 3.0], **FILM}
+    designs = [design(material, **goal) for material in (without, never)]
+    assert [each.failure_mode.tolist() for each in designs] == [["none", "pull-in"]] * 2
+    np.testing.assert_array_equal(designs[0].voltage, designs[1].voltage)
 
 
 def test_a_table_of_voltages() -> None:

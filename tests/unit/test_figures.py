@@ -283,8 +283,11 @@ def test_isochrones_over_a_column(tmp_path: Path) -> None:
     figure = figure_of(tmp_path, film + '[plot]\nx = "voltage [V]"\n')
     assert [np.asarray(line.get_xdata()).tolist() for line in lines_of(figure.axes[0])] == [[1, 2, 3]] * 2
     for plot, told in (
-        ('[plot]\njoin = "cases"\n', 'plot: join = "cases" needs a [sweep], and an x that is not the time'),
-        ('[plot]\nx = "step.0.stress"\njoin = "times"\n', 'plot: join = "times": over step.0.stress there are cases alone'),
+        ('[plot]\njoin = "cases"\n', 'plot: join = "cases" needs a [sweep] and an x other than time [s]'),
+        (
+            '[plot]\nx = "step.0.stress"\njoin = "times"\n',
+            'plot: join = "times" needs a column of the result as x; over the swept key step.0.stress state join = "cases"',
+        ),
     ):
         with pytest.raises(InputError) as caught:
             figure_of(tmp_path, recipe + plot)

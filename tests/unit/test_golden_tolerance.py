@@ -78,8 +78,8 @@ def test_a_golden_folder_states_tolerances_of_its_own(tmp_path: Path) -> None:
     ("stated", "said"),
     [
         ('["other.csv"]\n"x" = 1e-3\n', "other.csv: no such golden file; there are relax.csv, summary.toml"),
-        ('["relax.csv"]\n"x" = 1e-3\n', 'relax.csv: no "x" there to compare'),
-        ('["relax.csv"]\n"case" = -1\n', 'relax.csv: "case": rtol = -1: a number that is not negative is needed'),
+        ('["relax.csv"]\n"x" = 1e-3\n', 'relax.csv: no "x" to compare in this file'),
+        ('["relax.csv"]\n"case" = -1\n', 'relax.csv: "case": rtol = -1: a number of at least 0 is needed'),
         ('["relax.csv"]\n"case" = true\n', 'relax.csv: "case": rtol = True: a number'),
         ('["relax.csv"]\n"case" = { tol = 1 }\n', 'relax.csv: "case": rtol, atol or both are needed'),
         ('"relax.csv" = 1\n', "relax.csv: a table of tolerances by column is needed"),

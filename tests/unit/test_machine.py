@@ -90,7 +90,7 @@ def test_a_missing_specimen_is_said(tmp_path: Path, kind: str, rest: str, messag
             '[[step]]\ntable = "machine.csv"\ncolumns = { strain = "x", extension = "y" }\n',
             "strain and columns.extension say the",
         ),
-        ("relax", '[[step]]\nstretch = 2.0\ncolumns = { strain = "x" }\n', "columns is about a table"),
+        ("relax", '[[step]]\nstretch = 2.0\ncolumns = { strain = "x" }\n', "columns goes with table"),
         ("creep", '[[step]]\nforce = "1 N"\n[specimen]\nwidth = "1 mm"\n', "specimen: width and thickness go together"),
         (
             "creep",
@@ -153,7 +153,7 @@ def test_the_time_of_a_comparison_may_be_called_otherwise(tmp_path: Path) -> Non
             {"y_column": "Kraft"},
             'machine.csv: column "Kraft": a force needs the undeformed specimen: specimen = { width = "6 mm", ',
         ),
-        ({"y_column": "Kraft", "columns": {"force": "Kraft"}, **KNOWN}, "y_column and columns.force say the same"),
+        ({"y_column": "Kraft", "columns": {"force": "Kraft"}, **KNOWN}, "y_column and columns.force state the same"),
         ({**KNOWN}, 'no column "nominal_stress_1" for y; there are "time [s]", "Weg [mm]", "Kraft [N]"'),
         ({"y_column": "Weg", **KNOWN}, 'column "Weg" [mm]: a stress or modulus is needed'),
     ],

@@ -119,6 +119,11 @@ def test_a_material_without_branches_is_elastic() -> None:
     text = f"{before}[nonequilibrium]\nrelaxation_time_s = []\nshear_modulus_Pa = []\n{shift}"
     material = parse_material(text.encode(), "vhb.toml")
     assert len(material.spectrum) == 0
+    rest = after[after.index("[dielectric]") :]
+    stated = text.replace(shift, f'[shift]\nlaw = "none"\n{rest}')
+    assert write_material(parse_material((before + rest).encode(), "a")) == write_material(parse_material(stated.encode(), "a"))
+    with pytest.raises(InputError, match='shift: is needed; law = "none" says'):
+        parse_material((VHB.partition("[shift]")[0] + rest).encode(), "vhb.toml")
     assert material.relaxation_time([0.0, 20.0]).shape == (2, 0)
     assert material.spectrum.relaxation_modulus([0.0, 1.0], 26e3).tolist() == [26e3, 26e3]
     assert write_material(parse_material(write_material(material), "vhb.toml")) == write_material(material)

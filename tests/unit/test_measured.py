@@ -104,7 +104,7 @@ def test_wrong_tables_say_where(text: str, message: str) -> None:
 
 def test_units_stated_twice_must_agree() -> None:
     table = read_measured(b"time [s],E [MPa]\n1,2\n", "dma.csv", units={"time": "min"})
-    with pytest.raises(InputError, match=r"the header says \[s\], the recipe's units say \[min\]"):
+    with pytest.raises(InputError, match=r"the unit is \[s\] in the header and \[min\] in the recipe's units"):
         table.column("time", "time", TIME)
 
 
@@ -227,7 +227,9 @@ def test_the_recipe_may_settle_what_a_header_leaves_open() -> None:
     with pytest.raises(InputError, match=r'column "w" \[1/s\]: 1/s may mean'):
         table.column("w", "angular_frequency", ANGULAR_FREQUENCY)
     table = read_measured(b"w [rad/s],E [Pa]\n1,2\n", "dma.csv", units={"frequency": "Hz"})
-    with pytest.raises(InputError, match=r"the header says \[rad/s\], the recipe's units say \[Hz\]; leave one out"):
+    with pytest.raises(
+        InputError, match=r"the unit is \[rad/s\] in the header and \[Hz\] in the recipe's units; leave the wrong one out"
+    ):
         table.column("w", "frequency", FREQUENCY)
 
 

@@ -152,7 +152,7 @@ def test_hz_and_rad_per_second_are_never_confused(tmp_path: Path) -> None:
     sweep_file(tmp_path, "T [degC],f [1/s],E' [Pa],E'' [Pa]")
     expect_sweeps(read(tmp_path, file="sweep.csv", columns=SWEEP, units={"frequency": "Hz"}).measurements)
     sweep_file(tmp_path, "T [degC],f,E' [Pa],E'' [Pa]")
-    with pytest.raises(InputError, match=r'column "f" has no unit: call it "f \[Hz\]" or say units = { frequency = "Hz" }'):
+    with pytest.raises(InputError, match=r'column "f" has no unit: call it "f \[Hz\]" or state units = { frequency = "Hz" }'):
         read(tmp_path, file="sweep.csv", columns=SWEEP)
 
 
@@ -235,7 +235,7 @@ def test_wrong_numbers_say_where(tmp_path: Path, change: dict[int, float], messa
     [
         (
             {"columns": {"temperature": "T", "tan_delta": "d", "frequency": "f"}},
-            "data.columns: tan_delta says nothing of a modulus",
+            "data.columns: tan_delta alone gives no modulus",
         ),
         (
             {"columns": {"temperature": "T", "storage": "E", "loss": "L"}},
@@ -248,17 +248,17 @@ def test_wrong_numbers_say_where(tmp_path: Path, change: dict[int, float], messa
         ),
         (
             {"columns": SWEEP | {"modulus": "E"}},
-            "modulus are of a test over time, frequency and storage and loss of a frequency sweep",
+            "columns of a test over time (modulus) and of a frequency sweep (frequency, storage, loss)",
         ),
         ({"columns": {"temperature": "T", "modulus": "E", "compliance": "J"}}, "not modulus and compliance"),
         ({"columns": SWEEP | {"loss": "E'"}}, 'storage and loss are the same column, "E\'"'),
-        ({"columns": SWEEP, "measurement": "creep"}, 'measurement = "creep", but columns are those of "oscillation"'),
+        ({"columns": SWEEP, "measurement": "creep"}, 'measurement = "creep", but the columns are those of "oscillation"'),
         (
             {"columns": {"temperature": "T", "strain": "e", "stress": "s"}, "measurement": "oscillation"},
             'measurement = "oscillation", but strain and stress are columns of a test over time',
         ),
-        ({"columns": SWEEP, "ramp": "1 s"}, "a frequency sweep has none"),
-        ({"columns": SWEEP, "discard_before": "1 s"}, "a frequency sweep has none"),
+        ({"columns": SWEEP, "ramp": "1 s"}, "leave them out for a frequency sweep"),
+        ({"columns": SWEEP, "discard_before": "1 s"}, "leave them out for a frequency sweep"),
         ({"skip_rows": 2}, "columns are needed for a plain table"),
         ({"columns": SWEEP, "steps": [0]}, "data.steps[0]: 0: a step's name, or its number from 1, is needed"),
         ({"columns": SWEEP, "units": {"frequency": "1/s"}}, "1/s may mean a frequency or an angular frequency"),

@@ -120,7 +120,7 @@ def test_material_files_state_it() -> None:
             r"film.toml: temperature.equilibrium: \"entropy\": one of 'constant' or 'entropic' is needed",
         ),
         (['scaling = "entropic"'], "film.toml: temperature.scaling: unknown key"),
-        (['thermal_expansion = "6e-4 /K"'], 'film.toml: temperature.thermal_expansion: it belongs to moduli that are "entropic"'),
+        (['thermal_expansion = "6e-4 /K"'], 'film.toml: temperature.thermal_expansion: belongs to moduli that are "entropic"'),
         (
             ['equilibrium = "entropic"', 'thermal_expansion = "6e-4 K"'],
             "film.toml: temperature.thermal_expansion: .*thermal expansion coefficient",

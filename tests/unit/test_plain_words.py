@@ -50,7 +50,7 @@ def test_every_kind_of_mistake_has_words_of_its_own(kind: str, tmp_path: Path) -
         ('kind = "spectrum"\nmastercurve = "."\n[export]\nformats = []\n', "export.formats: []: at least 1 entry is needed"),
         (
             'kind = "spectrum"\nmastercurve = "."\n[uncertainty]\ndraws = 40\n',
-            "uncertainty: the draws of a spectrum are those of its master curve: [uncertainty] belongs into the recipe of",
+            "uncertainty: the draws of a spectrum are those of its master curve: state [uncertainty] in the recipe of",
         ),
         (HEAD + '[sweep]\n"sweep.x" = [1, 2]\n', 'sweep."sweep.x": a sweep cannot be swept'),
         (HEAD + "[sweep]\nsweep = [1, 2]\n", 'sweep."sweep": a sweep cannot be swept'),

@@ -141,7 +141,7 @@ def test_the_unit_of_a_quantity_follows_its_kind_and_its_range() -> None:
     assert axis_of("nominal_stress_1 [Pa]", [np.array([-5e6, np.nan]), np.array([])]) == ("nominal stress [kPa]", 1e-3)
     assert axis_of("nominal_stress_1 [Pa]", [np.array([1e4]), np.array([-2e7])]) == ("nominal stress [MPa]", 1e-6)
     assert axis_of("relaxation_modulus [Pa]", [np.array([1e4])]) == ("relaxation modulus [MPa]", 1e-6)
-    assert axis_of("stretch_2 [1]") == ("stretch in axis 2", 1.0)
+    assert axis_of("stretch_2 [1]") == ("stretch along axis 2", 1.0)
 
 
 def test_six_bands_of_two_factors_share_panels_by_one_of_them() -> None:

@@ -136,7 +136,7 @@ def test_each_mistake_says_what_is_needed(folder: Path, text: str, expected: str
 
 
 def test_a_recipe_under_another_command_names_the_right_one(folder: Path) -> None:
-    with pytest.raises(InputError, match='the recipe is one of "spectrum": run it with "dielast spectrum"'):
+    with pytest.raises(InputError, match='the recipe is for "spectrum": run it with "dielast spectrum"'):
         read_recipe(write(folder, SPECTRUM), "mastercurve")
 
 

@@ -80,14 +80,14 @@ def test_nor_do_lists_of_a_sweep_that_are_none(tmp_path: Path) -> None:
 
 def test_nor_does_how_a_sweep_combines(tmp_path: Path) -> None:
     sweep = '[sweep]\nmode = "zip"\ntemperature = ["20 degC", "3 kg"]\n"step.0.rate" = ["1 /s", "2 /s", "3 /s"]\n'
-    paired = 'sweep: mode = "zip" pairs lists of one length, these have 2, 3 values'
+    paired = 'sweep: mode = "zip" needs lists of equal length; these have 2, 3 values'
     wrong = 'temperature: "3 kg": a temperature is needed, such as "20 degC" (from sweep."temperature")'
     assert mistakes(tmp_path, HEAD + STEP + sweep) == [paired, wrong]
     other = 'sweep.mode: "product": "zip" is needed, or leave it out for every combination'
     assert other in mistakes(tmp_path, WRONG + STEP + sweep.replace("zip", "product"))
     many = '"solver.rtol" = [' + "1, " * 1000 + "]\ntemperature = [" + "20, " * 1000 + "]\n"
     told = mistakes(tmp_path, HEAD + STEP + "[sweep]\n" + many)
-    assert "sweep: 1000000 cases, at most 100000 are allowed" in told
+    assert "sweep: 1000000 cases: at most 100000 are allowed" in told
     assert len(told) == 3
 
 
@@ -161,7 +161,7 @@ def test_a_path_with_brackets_is_the_same_path(tmp_path: Path) -> None:
         (HEAD + STEP + 'voltage = "1 kV"\n', "step[0].voltage: unknown key; voltage belongs to actuate"),
         (
             HEAD + STEP + "[uncertainty]\ndraws = 15\n",
-            "uncertainty.draws: 15 do not tell an interval of level 0.9: at least 19 are needed",
+            "uncertainty.draws: 15 are too few for an interval of level 0.9: at least 19 are needed",
         ),
         (HEAD + STEP + '[plot]\ny = "nominal_stress_1"\n', 'no column of the result; did you mean "nominal_stress_1 [Pa]"?'),
     ],
@@ -184,7 +184,7 @@ def test_a_table_is_no_recipe_and_no_load_file(tmp_path: Path) -> None:
 def test_all_that_is_wrong_with_a_load_file_is_told(tmp_path: Path) -> None:
     (tmp_path / "h.toml").write_text('title = "x"\n' + STEP.replace("12.5 %/s", "3 kg"))
     assert mistakes(tmp_path, HEAD + 'load = "h.toml"\n') == [
-        "h.toml: a load file holds [[step]] and nothing else",
+        "h.toml: a load file must hold [[step]] and no other key",
         'h.toml: step[0].rate: "3 kg": a strain rate is needed, such as "12.5 %/s"',
     ]
 
@@ -254,7 +254,7 @@ def test_the_columns_of_the_recipes_are_those_of_the_results(kind: str, tmp_path
         (
             HEAD + STEP,
             ["sweep.step.0.rate=['1 /s']"],
-            'sweep."step": a list of values is needed; a path goes in quotes: "step.0.rate"',
+            'sweep."step": a list of values is needed; write the path in quotes: "step.0.rate"',
         ),
         (HEAD + STEP, ['sweep."step.0.rate"=3'], 'sweep."step.0.rate": a list of values is needed'),
         (HEAD + STEP, ['sweep."step.0.rate=3'], '--set sweep."step.0.rate=3: PATH=VALUE is needed, such as fit.branches=20'),

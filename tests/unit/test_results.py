@@ -38,10 +38,12 @@ def results() -> dict[str, Any]:
     test = dielast.MeasuredTest("test", time, 1 + 0.1 * time, 3e4 * time**0.5, 20.0)
     film_of_few = dielast.read_material("example:tensile/start.toml")
     retardation = dielast.retardation_from_relaxation(fit.spectrum, fit.equilibrium_shear_modulus)
+    calibration = dielast.calibrate([test], film_of_few, {"nonequilibrium.scale": dielast.Free()}, starts=1, draws=0)
     return {
         "curve": curves[0],
         "test": test,
-        "calibration": dielast.calibrate([test], film_of_few, {"nonequilibrium.scale": dielast.Free()}, starts=1, draws=0),
+        "calibration": calibration,
+        "comparison": calibration.comparisons[0],
         "master": master,
         "draws": dielast.bootstrap_master_curve(curves, master, draws=4, law="table"),
         "fit": fit,
@@ -138,5 +140,5 @@ def test_materials_that_ship_are_read_by_their_names() -> None:
     assert vhb.name == dielast.read_material("example:vhb4905.toml").name == "VHB 4905 (reconstruction)"
     with pytest.raises(dielast.InputError, match=r"^example:vhb: no such example; there are example:frequency-sweeps\.csv"):
         dielast.read_material("example:vhb")
-    with pytest.raises(dielast.InputError, match="a material without draws"):
+    with pytest.raises(dielast.InputError, match="the material has no draws"):
         dielast.read_draws("example:vhb4905")

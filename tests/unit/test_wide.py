@@ -129,7 +129,7 @@ def test_a_long_table_is_not_taken_for_a_wide_one(tmp_path: Path) -> None:
         (
             "time [s],20 °C,30 °C,-10 °C",
             {},
-            'column "modulus" has no unit: call it "modulus [Pa]" or say units = { modulus = "Pa" }',
+            'column "modulus" has no unit: call it "modulus [Pa]" or state units = { modulus = "Pa" }',
         ),
         (
             "time [s],E-20C [kPa],E-30C [kPa],E-40C [kPa]",

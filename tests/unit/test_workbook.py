@@ -92,7 +92,7 @@ def test_a_sheet_is_chosen_by_name_or_number() -> None:
     content = book([["notes", "", ""]], [HEADER, *ROWS])
     assert numbers(content, sheet="Data1") == numbers(content, sheet=2) == EXPECTED
     for wrong in ("Dta", 3):
-        with pytest.raises(InputError, match=r'^dma.xlsx: sheet: no .*; there are "Data", "Data1"$'):
+        with pytest.raises(InputError, match=r'^dma.xlsx: sheet: no .*; the workbook has "Data", "Data1"$'):
             numbers(content, sheet=wrong)
     with pytest.raises(InputError, match=r'^dma.csv: sheet = "Data" is stated, but this is no workbook$'):
         numbers(b"T [C],time [s],E [Pa]\n1,2,3\n", "dma.csv", sheet="Data")
@@ -103,7 +103,9 @@ def test_a_first_sheet_without_a_table_says_how_to_choose_another() -> None:
         ([], "the file is empty"),
         ([["notes", "of", "mine"]], "no row of numbers found|no columns of numbers found"),
     ):
-        with pytest.raises(InputError, match=rf'^dma.xlsx: ({said}).* \(in the first sheet: say sheet = "NAME" for another\)$'):
+        with pytest.raises(
+            InputError, match=rf'^dma.xlsx: ({said}).* \(in the first sheet; for another sheet write sheet = "NAME"\)$'
+        ):
             numbers(book(rows, [HEADER, *ROWS]))
 
 
@@ -218,10 +220,10 @@ def many(made: Any) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"PK\x03\x04\x14\x00\x06\x00", "not a workbook that can be read"),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "not a workbook that can be read"),
-        (book([HEADER, *ROWS])[:-400], "not a workbook that can be read"),
-        (book([HEADER, *ROWS], change=far), "larger than it looks: save the sheet as CSV"),
+        (b"PK\x03\x04\x14\x00\x06\x00", "the workbook cannot be read"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "the workbook cannot be read"),
+        (book([HEADER, *ROWS])[:-400], "the workbook cannot be read"),
+        (book([HEADER, *ROWS], change=far), "too large when unpacked: save the sheet as CSV"),
         (book([HEADER, *ROWS], change=many), "a sheet of 5001 rows and 1000 columns is too large: save it as CSV"),
     ],
 )

@@ -151,10 +151,13 @@ def test_tables_from_elsewhere(tmp_path: Path) -> None:
     ("columns", "found"),
     [
         ({"modulus": "E", "compliance": "J"}, "or compliance, not modulus and compliance"),
-        ({"angular_frequency": "w", "tan_delta": "t"}, "tan_delta says nothing of a modulus"),
+        ({"angular_frequency": "w", "tan_delta": "t"}, "tan_delta alone gives no modulus"),
         ({"angular_frequency": "w", "storage": "a", "loss": "b", "tan_delta": "t"}, "not storage and loss and tan_delta"),
         ({"storage": "a", "loss": "b"}, "frequency .in Hz. or angular_frequency"),
-        ({"time": "t", "frequency": "f", "storage": "a", "loss": "b"}, "time are of a test over time, frequency and"),
+        (
+            {"time": "t", "frequency": "f", "storage": "a", "loss": "b"},
+            r"columns of a test over time \(time\) and of a frequency sweep \(frequency, storage, loss\)",
+        ),
     ],
 )
 def test_columns_that_make_no_measurement_are_refused(columns: dict[str, str], found: str) -> None:

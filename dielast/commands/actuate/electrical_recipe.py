@@ -1,4 +1,4 @@
-"""What recipes of `actuate` say of the source, of what leaks, and of what is written about it."""
+"""`[source]`, `[leakage]` and the electrical output in recipes of `actuate`."""
 
 from __future__ import annotations
 
@@ -58,26 +58,29 @@ class SourceSection(Section):
     """The source of the voltage."""
 
     resistance: Resistance = Field(
-        description="Between the source and the electrode, whose voltage is then that of the source less resistance times current; "
-        "needs film.electrode_diameter. Pull-in is at constant charge within the time constant of the circuit, at constant voltage "
-        "beyond it (pull_in.timescale); a film that runs away no faster than the circuit lets it is never at a pull-in."
+        description="Resistance between the source and the electrode; needs film.electrode_diameter. The voltage of the electrode "
+        "is that of the source minus resistance times current. A disturbance over a time (pull_in.timescale) shorter "
+        "than the time constant of the circuit is at constant charge, a longer one at constant voltage; a film that "
+        "runs away only as fast as the circuit charges it has no pull-in."
     )
 
 
 class LeakageSection(Section):
     """Current through the film: the current density is conductivity exp(field/E_c) times the true field."""
 
-    conductivity: Conductivity = Field(description="At a small field.")
+    conductivity: Conductivity = Field(description="Conductivity at a small field.")
     field: LeakageField | None = Field(
-        None, description="E_c, in which the conductivity grows by a factor of e; left out: a constant conductivity."
+        None,
+        description="Increase E_c of the true field over which the conductivity grows by a factor e. Default: constant "
+        "conductivity.",
     )
 
 
 class ElectricalOutput(Output):
-    """Where the result is given, and whether with what is electrical."""
+    """The times of the result, and whether it includes charge, current and energies."""
 
     electrical: bool | None = Field(
         None,
-        description="Whether to write charge, current and energies, and the efficiency of cycles; by default with charges, "
-        "[source] or [leakage]. Charge and current are per undeformed area, and in all where film.electrode_diameter is stated.",
+        description="Whether to write charge, current and energies, and the efficiency of cycles. Default: true with charges, "
+        "[source] or [leakage]. Charge and current are per undeformed area; with film.electrode_diameter also in C and A.",
     )

@@ -30,12 +30,12 @@ from dielast.recipe.fields import Section, Time, Voltage
 from dielast.recipe.file_fields import ColumnName
 from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
 
-# columns that only a comparison and a plot have: the electrode, as a camera sees it
+# columns of comparisons and plots only: the axes of the electrode as a camera measures them
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 OF_THE_ELECTRODE = (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]")
 ELECTRICAL = "output.electrical = true"
 NEEDED_BY = {"source_voltage [V]": "[source]", "resistor_energy [J/m^3]": "[source]", "leaked_energy [J/m^3]": "[leakage]"}
-"""What a recipe must state to have an electrical column, `ELECTRICAL` apart, which all of them need."""
+"""What a recipe must state for an electrical column, besides `ELECTRICAL`, which all of them need."""
 FIELD_COLUMNS = (
     "voltage [V]",
     "relative_stretch_1 [1]",
@@ -58,21 +58,22 @@ StopAt = Annotated[str, PlainValidator(_stop), WithJsonSchema({"enum": [*names()
 
 
 class Stop(Section):
-    """Where a simulation ends."""
+    """When a simulation ends."""
 
-    at: StopAt = Field(
-        "breakdown",
-        description="The event to stop at, or the end of the last step. With breakdown, a film with a passive part stops at loss "
-        "of tension as well.",
+    at: StopAt | None = Field(
+        None,
+        description="The event at which the simulation stops, or the end of the last step. Default: breakdown, or the first "
+        "failure where no breakdown field is known. With breakdown, or by default, a film with a passive part also stops at "
+        "loss of tension.",
     )
 
 
 class ElectricalColumns(Section):
     """Columns of a table of voltages or charges, where they are called otherwise."""
 
-    time: ColumnName | None = Field(None, description='Left out: "time".')
-    voltage: ColumnName | None = Field(None, description='Left out: "voltage".')
-    charge: ColumnName | None = Field(None, description='Left out: "charge", or "charge_density".')
+    time: ColumnName | None = Field(None, description='Time. Default: "time".')
+    voltage: ColumnName | None = Field(None, description='Voltage. Default: "voltage".')
+    charge: ColumnName | None = Field(None, description='Charge. Default: "charge" or "charge_density".')
 
 
 class SourceStep(HistoryStep):
@@ -83,13 +84,13 @@ class SourceStep(HistoryStep):
     voltage: Voltage | None = Field(None, description="Voltage to reach.")
     charge: Charge | None = Field(
         None,
-        description='With control = "charge": what the source is to have delivered in all, as a charge, which needs '
-        "film.electrode_diameter, or per undeformed area. A hold is an open circuit.",
+        description='With control = "charge": the total charge that the source has delivered at the end of the step, in C, which '
+        "needs film.electrode_diameter, or per undeformed area. A hold is an open circuit.",
     )
-    rate: ElectricRate | None = Field(None, description="Of the voltage or the charge; negative to lower it.")
-    low: Electric | None = Field(None, description="Of a waveform; by default 0.")
-    high: Electric | None = Field(None, description="Of a waveform.")
-    columns: ElectricalColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
+    rate: ElectricRate | None = Field(None, description="Rate of the voltage or the charge; negative to lower it.")
+    low: Electric | None = Field(None, description="Lowest value of the waveform. Default: 0.")
+    high: Electric | None = Field(None, description="Highest value of the waveform.")
+    columns: ElectricalColumns | None = Field(None, description="Columns of the table, if their names differ.")
 
     def aim(self) -> Aim | None:
         """The voltage or the charge."""
@@ -123,13 +124,13 @@ class FilmSection(FilmBase):
 
     prestretch: Prestretch = Field(
         default_factory=lambda: (1.0, 1.0),
-        description="Equibiaxial, or a pair such as [3.0, 1.0].",
+        description="Equibiaxial prestretch, or a pair such as [3.0, 1.0].",
         json_schema_extra={"default": 1.0},
     )
     electrode_share: Share | None = Field(None, description=SHARE_TEXT)
 
     def stated_shares(self) -> tuple[float, ...] | None:
-        """The one that is stated."""
+        """The stated share."""
         return None if self.electrode_share is None else (self.electrode_share,)
 
     @property
@@ -146,18 +147,19 @@ class FilmSection(FilmBase):
 
 
 class FilmOutput(ElectricalOutput):
-    """Where the result is given."""
+    """The times of the result."""
 
     profile: list[Time] | None = Field(
         None,
         min_length=1,
-        description="Times at which profile.csv holds stretches and stresses over the radius of a film with a passive part.",
+        description="Times at which profile.csv holds stretches and stresses over the radius of a film in a frame, or along a "
+        "strip.",
     )
 
     @model_validator(mode="after")
     def _profile_ascending(self) -> Self:
         if self.profile is not None and any(b <= a for a, b in pairwise(self.profile)):
-            raise InputError("its times must ascend", key="profile")
+            raise InputError("times must ascend", key="profile")
         return self
 
 
@@ -172,22 +174,24 @@ class ActuateRecipe(SimulationRecipe):
     )
 
     kind: Literal["actuate"] = Field(description="The subcommand that runs this recipe.")
-    film: FilmSection = Field(description="The film and what is done to it before the voltage.")
-    control: Literal["voltage", "charge"] = Field("voltage", description="What the source prescribes in all steps.")
-    step: Annotated[list[SourceStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
-    source: SourceSection | None = Field(None, description="A source of voltage that has a resistance.")
-    leakage: LeakageSection | None = Field(None, description="Current through the film; left out: none.")
-    output: FilmOutput = Field(FilmOutput(), description="Where the result is given.")
-    breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
+    film: FilmSection = Field(description="The film, and its prestretch before the voltage.")
+    control: Literal["voltage", "charge"] = Field("voltage", description="The quantity that the source prescribes in all steps.")
+    step: Annotated[list[SourceStep], starting(0.0)] = Field(min_length=1, description="Load history.")
+    source: SourceSection | None = Field(None, description="Source of voltage with a resistance.")
+    leakage: LeakageSection | None = Field(None, description="Leakage current through the film. Default: none.")
+    output: FilmOutput = Field(FilmOutput(), description="The times of the result, and further tables.")
+    breakdown: BreakdownField | None = Field(None, description="Law of the breakdown field. Default: that of the material.")
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: FilmSolver = Field(FilmSolver(), description="How exactly the equations are solved.")
-    stop: Stop = Field(Stop(), description="Where the simulation ends.")
-    uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all results, from draws of material and film.")
-    sensitivity: bool = Field(False, description=SENSITIVITY_TEXT + " The time to failure is that of the first failure.")
+    stop: Stop = Field(Stop(), description="When the simulation ends.")
+    uncertainty: FilmUncertainty | None = Field(
+        None, description="Intervals of all results, from draws of the material and of films."
+    )
+    sensitivity: bool = Field(False, description=SENSITIVITY_TEXT + " The time to failure is that of the first failure event.")
 
     @property
     def electrical(self) -> bool:
-        """Whether what is electrical is written."""
+        """Whether charge, current and energies are written."""
         stated = self.output.electrical
         return (self.control == "charge" or self.source is not None or self.leakage is not None) if stated is None else stated
 
@@ -199,7 +203,7 @@ class ActuateRecipe(SimulationRecipe):
         stated = {"[source]": self.source is not None, "[leakage]": self.leakage is not None, ELECTRICAL: self.electrical}
         for key, header in asked:
             if header in OF_THE_ELECTRODE and self.film.electrode_diameter is None:
-                raise InputError(f'"{header}" is of the electrode: state film.electrode_diameter', key=key)
+                raise InputError(f'"{header}" needs the size of the electrode: state film.electrode_diameter', key=key)
             if header in ELECTRICAL_COLUMNS:
                 needed = (NEEDED_BY.get(header, ELECTRICAL), ELECTRICAL)
                 if missing := [setting for setting in needed if not stated[setting]]:
@@ -231,7 +235,9 @@ class ActuateRecipe(SimulationRecipe):
     @model_validator(mode="after")
     def _a_source_of_voltage(self) -> Self:
         if self.source is not None and self.control == "charge":
-            raise InputError('control = "charge" prescribes what flows, whatever the resistance: leave [source] out', key="source")
+            raise InputError(
+                'control = "charge" prescribes the current, so that a resistance has no effect: leave [source] out', key="source"
+            )
         if self.source is not None and self.source.resistance > 0 and self.film.electrode_diameter is None:
             needed = "the current through it depends on the size of the electrode: state film.electrode_diameter"
             raise InputError(needed, key="source.resistance")
@@ -241,13 +247,13 @@ class ActuateRecipe(SimulationRecipe):
     def _boundary_of_film(self) -> Self:
         self.film.check_boundary(self.solver, swept="film.boundary" in (self.sweep or ()))
         if self.output.profile is not None and self.film.shares is None:
-            raise InputError('a profile is of a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
+            raise InputError('a profile needs a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
         if self.film.shares is not None:
             self._check_ideal_source(self.film.boundary[0])
         return self
 
     def _check_ideal_source(self, boundary: str) -> None:
-        """`InputError` for what is not known of a film with a passive part."""
+        """`InputError` for keys that a film with a passive part cannot take."""
         stated = {
             "control": self.control == "charge",
             "source": self.source is not None,

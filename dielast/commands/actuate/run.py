@@ -197,8 +197,8 @@ class Films(Simulation):
         """The last relative stretch of each case, and the first event of each kind in the cases that it happens in."""
         events = [result.events or () for result in results]
         final: dict[str, list[float]] = {"relative_stretch_1 [1]": [], "relative_stretch_2 [1]": []}
-        for case, result, happened in zip(cases, results, events, strict=True):
-            stop = next((event for event in happened if event.name == case.recipe.stop.at), None)
+        for case, result in zip(cases, results, strict=True):
+            stop = result.stopped
             for header, values in final.items():
                 # a table at stated times need not hold the end
                 column = result.columns[header]
@@ -271,4 +271,7 @@ def _case(
     history: ActuationHistory, row: int, *, materials: Sequence[Material], boundary: tuple[str, str], stated: tuple[str, ...]
 ) -> CaseResult:
     result = case_result(history, row, history.case(row), materials[row], "dead-load" in boundary, history.events[row])
-    return replace(result, stated=stated, profile=None if history.profiles is None else history.profiles.cases[row])
+    outcome = history.outcome[row]
+    stopped = next((event for event in result.events or () if outcome.completed and event.name == outcome.reason), None)
+    profile = None if history.profiles is None else history.profiles.cases[row]
+    return replace(result, stated=stated, profile=profile, stopped=stopped)

@@ -18,39 +18,44 @@ ROLES = {"time": TIME, "stretch": NUMBER, "strain": STRAIN, "extension": LENGTH,
 
 
 class TestData(TextTable):
-    """A test as a testing machine wrote it: its history of stretch is followed, its stress is compared. Or a recipe of relax, creep
+    """A table of a testing machine, whose stretch history is simulated and whose stress is compared; or a recipe of relax, creep
     or actuate, whose measured points are compared.
     """
 
-    __test__: ClassVar = False  # no test of the project
+    __test__: ClassVar = False  # pytest would take the name for a test
 
     file: InputFile | None = Field(None, description="The table of the test.")
     recipe: InputFile | None = Field(
-        None, description="Instead: a recipe of relax, creep or actuate whose [[compare]] over time [s] holds what was measured."
+        None,
+        description="Instead of file: a recipe of relax, creep or actuate with the measured points as [[compare]] over time [s].",
     )
     columns: MachineColumns = Field(
-        MachineColumns(), description="Which column is what: time, with stretch, strain or extension, and nominal stress or force."
+        MachineColumns(), description="Which column holds what: time; stretch, strain or extension; nominal stress or force."
     )
-    specimen: Specimen | None = Field(None, description="What extension and force were measured on.")
-    units: Annotated[dict[str, str], units_of(**ROLES)] = Field({}, description="Units that the header does not say.")
+    specimen: Specimen | None = Field(None, description="The specimen on which extension and force were measured.")
+    units: Annotated[dict[str, str], units_of(**ROLES)] = Field({}, description="Units by column, where the header states none.")
     where: dict[str, Cell] = Field({}, description="Use only the rows where these columns have these values.")
     mode: Literal["uniaxial", "equibiaxial", "pure-shear"] = Field("uniaxial", description="How the specimen was stretched.")
-    temperature: Temperature | None = Field(None, description="Of the test; left out: the material's reference temperature.")
+    temperature: Temperature | None = Field(
+        None, description="Temperature of the test. Default: the material's reference temperature."
+    )
     rate: StrainRate | None = Field(
-        None, description="Of the stretch, up and down, for a table without times: they follow from the stretches, from rest on."
+        None, description="Rate of the stretch, up and down, for a table without times, which follow from it and the stretches."
     )
     ramp_rate: StrainRate | None = Field(
         None,
-        description="Of the ramp from rest to the first point of a table with times, which is then held until its time; left out: "
-        "a straight line leads there.",
+        description="Rate of the ramp from rest to the first stretch of a table with times; this stretch is held until the time of "
+        "the first point. Default: a ramp that ends at the time of the first point.",
     )
     voltage: Voltage | None = Field(
-        None, description="Constant, between electrodes on both faces of the specimen from the start on; needs specimen.thickness."
+        None, description="Constant voltage between electrodes on both faces of the specimen; needs specimen.thickness."
     )
     specimen_id: str | None = Field(
-        None, min_length=1, description="Tests of one specimen share the factor by which its stress differs; left out: its own."
+        None,
+        min_length=1,
+        description="Name of the specimen: tests of one specimen share its stress factor. Default: another specimen.",
     )
-    label: str | None = Field(None, min_length=1, description="What tables and figures call the test; by default its file.")
+    label: str | None = Field(None, min_length=1, description="Name of the test in tables and figures. Default: its file.")
 
     @model_validator(mode="after")
     def _paced(self) -> Self:
@@ -59,11 +64,15 @@ class TestData(TextTable):
         if self.recipe is not None and (other := sorted(self.model_fields_set - {"recipe", "specimen_id", "label"})):
             raise InputError(f"{', '.join(other)}: the recipe of a test states that itself")
         if self.rate is not None and self.ramp_rate is not None:
-            raise InputError("is that of the first ramp in a table with times, rate is for one without", key="ramp_rate")
+            raise InputError(
+                "is the rate of the first ramp of a table with times; for a table without times, state rate", key="ramp_rate"
+            )
         if self.rate is not None and self.columns.time is not None:
-            raise InputError("columns.time and rate both say when: one of them is needed", key="rate")
+            raise InputError("columns.time and rate both state the times: one of them is needed", key="rate")
         if self.rate is not None and self.rate <= 0:
-            raise InputError("a rate above 0 is needed: it is that of loading and, downwards, of unloading", key="rate")
+            raise InputError(
+                "a rate above 0 is needed: it holds for loading and, with the opposite sign, for unloading", key="rate"
+            )
         if self.voltage is not None and (self.specimen is None or self.specimen.thickness is None):
             raise InputError('a field needs the undeformed thickness: specimen = { thickness = "0.5 mm" }', key="voltage")
         return self
@@ -86,11 +95,11 @@ Value = Annotated[str | float, PlainValidator(_value), WithJsonSchema({"type": [
 class FreeValue(Section):
     """Bounds and prior of a constant, in its unit."""
 
-    min: Value | None = Field(None, description="The least value; by default a hundredth of the start.")
-    max: Value | None = Field(None, description="The greatest value; by default a hundred times the start.")
-    start: Value | None = Field(None, description="Where the first fit begins; by default the prior or the material's value.")
+    min: Value | None = Field(None, description="The least value. Default: a hundredth of start.")
+    max: Value | None = Field(None, description="The greatest value. Default: a hundred times start.")
+    start: Value | None = Field(None, description="Where the first fit begins. Default: the prior, or the material's value.")
     prior: Value | None = Field(
-        None, description='The value expected, with relative; or "draws": as the draws of the starting material have it.'
+        None, description='The expected value, with relative; or "draws": the distribution in the draws of the starting material.'
     )
     relative: Share | None = Field(None, description="Relative standard deviation of the prior.")
 
@@ -98,24 +107,26 @@ class FreeValue(Section):
 class FitOptions(Section):
     """How the fit is done."""
 
-    starts: int = Field(8, ge=1, le=1024, description="The start stated, and points of a Sobol sequence within the bounds.")
+    starts: int = Field(
+        8, ge=1, le=1024, description="Number of starting points: start, and points of a Sobol sequence within the bounds."
+    )
     specimen_scatter: Share | None = Field(
-        None, description="Relative scatter of stress between specimens of the material; left out: estimated, 5 % to begin with."
+        None, description="Relative scatter of stress between specimens of the material. Default: estimated, starting from 5 %."
     )
     cross_validation: bool | None = Field(
-        None, description="Whether each test is predicted from the others; by default where several materials are ranked."
+        None, description="Whether each test is predicted from the others. Default: true where several materials are ranked."
     )
     stable_up_to: float | None = Field(
-        None, gt=1, description="Stretch up to which the springs must be stable in all modes; by default the tests' largest."
+        None, gt=1, description="Stretch up to which the springs must be stable in all modes. Default: the largest of the tests."
     )
 
 
 class PosteriorOptions(Section):
     """Draws of the material for `[uncertainty]` of simulations."""
 
-    draws: int = Field(200, ge=0, le=10_000, description="How many; 0: none.")
-    seed: int = Field(1, ge=0, description="Of the random numbers.")
-    level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval holds.")
+    draws: int = Field(200, ge=0, le=10_000, description="Number of draws; 0: none.")
+    seed: int = Field(1, ge=0, description="Seed of the random numbers.")
+    level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval covers.")
 
 
 class CalibrateRecipe(RecipeBase):
@@ -124,12 +135,15 @@ class CalibrateRecipe(RecipeBase):
     kind: Literal["calibrate"] = Field(description="The subcommand that runs this recipe.")
     material: InputFile | None = Field(None, description="The material file to start from.")
     materials: list[InputFile] | None = Field(
-        None, min_length=1, description="Instead: material files of several laws, which are fitted side by side and ranked."
+        None,
+        min_length=1,
+        description="Instead of material: material files with different laws, which are fitted side by side and ranked.",
     )
     test: list[TestData] = Field(min_length=1, description="The tests to fit.")
     validate_: list[TestData] = Field([], alias="validate", description="Tests that are only predicted.")
     free: dict[str, FreeValue] = Field(
-        description='What may change, by path in the material file, such as "equilibrium.J_lim" = {}; a list in each entry.'
+        description='The constants to fit, by path in the material file, such as "equilibrium.J_lim" = {}; for a list, all its '
+        "entries."
     )
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")

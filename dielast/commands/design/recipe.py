@@ -33,7 +33,7 @@ Strains = Annotated[
 class DesignFilm(GridFilm):
     """The films of a design."""
 
-    thickness: Thicknesses = Field(description="Undeformed; a list is an axis of the grid.")  # type: ignore[assignment]
+    thickness: Thicknesses = Field(description="Undeformed thickness; a list is an axis of the grid.")  # type: ignore[assignment]
 
     @property
     def thicknesses(self) -> tuple[float, ...]:
@@ -42,21 +42,24 @@ class DesignFilm(GridFilm):
 
 
 class GoalSection(Section):
-    """What each film is to reach: a relative stretch, or an area strain."""
+    """The goal of each film: a relative stretch, or an area strain."""
 
     relative_stretch: Stretches | None = Field(
-        None, description="Of axis 1, the stretch over that after the prestretch; a list is an axis of the grid."
+        None, description="Stretch of axis 1 over its prestretch; a list is an axis of the grid."
     )
     area_strain: Strains | None = Field(
-        None, description="Instead: of the active part, over its prestretched area; a list is an axis of the grid."
+        None,
+        description="Area strain of the active part against its prestretched area, instead of relative_stretch; a list is an axis "
+        "of the grid.",
     )
-    at: PositiveTime = Field(description="When it is to be reached, since the voltage came, which is then constant.")
-    horizon: PositiveTime = Field(description="How long the voltage stays on; what lives longer survives.")
+    at: PositiveTime = Field(description="Time after which the goal is reached under a constant voltage.")
+    horizon: PositiveTime = Field(description="Time for which the voltage stays on; a film that lives longer survives.")
     failure_probability: float | None = Field(
         None,
         gt=0,
         lt=0.5,
-        description="With [uncertainty]: films are ranked by the life that this share of them does not reach. Default: 0.05.",
+        description="With [uncertainty]: designs are ranked by the life that this share of their films does not reach. Default: "
+        "0.05.",
     )
 
     @model_validator(mode="after")
@@ -75,18 +78,24 @@ class DesignRecipe(RecipeBase):
 
     ELSEWHERE: ClassVar = {
         "voltage": "design finds the voltage; failure-map has an axis of voltages",
-        "horizon": "it belongs to the goal: goal.horizon",
+        "horizon": "belongs to the goal: write goal.horizon",
     }
 
     kind: Literal["design"] = Field(description="The subcommand that runs this recipe.")
-    material: InputFile = Field(description="A material file, written by spectrum or by hand.")
-    temperature: GridTemperatures | None = Field(None, description="Default: the material's reference temperature.")
-    film: DesignFilm = Field(description="The films, one for every combination, and what is done to them before the voltage.")
-    goal: GoalSection = Field(description="What each film is to reach.")
-    breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
+    material: InputFile = Field(description="Material file, written by spectrum, by calibrate or by hand.")
+    temperature: GridTemperatures | None = Field(
+        None, description="Temperatures of the films; a list is an axis of the grid. Default: the material's reference temperature."
+    )
+    film: DesignFilm = Field(
+        description="The films, one for every combination of the lists, and their prestretch before the voltage."
+    )
+    goal: GoalSection = Field(description="The goal of each film.")
+    breakdown: BreakdownField | None = Field(None, description="Law of the breakdown field. Default: that of the material.")
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: GridSolver = Field(GridSolver(), description="How exactly the equations are solved.")
-    uncertainty: FilmUncertainty | None = Field(None, description="Bounds of voltage and life, from draws of material and film.")
+    uncertainty: FilmUncertainty | None = Field(
+        None, description="Intervals of voltage and life, from draws of the material and of films."
+    )
 
     @classmethod
     def material_model(cls) -> type[MaterialFile]:
@@ -108,8 +117,8 @@ class DesignRecipe(RecipeBase):
         if share is None:
             return self
         if self.uncertainty is None:
-            raise InputError("it needs [uncertainty], which says what scatters", key="goal.failure_probability")
+            raise InputError("needs [uncertainty], which states what scatters", key="goal.failure_probability")
         if self.uncertainty.draws < (fewest := fewest_draws(1 - 2 * share)):
-            text = f"{self.uncertainty.draws} draws do not tell it: at least {fewest} are needed"
+            text = f"{self.uncertainty.draws} draws are too few for it: at least {fewest} are needed"
             raise InputError(text, key="goal.failure_probability")
         return self

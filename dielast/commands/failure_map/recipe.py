@@ -23,13 +23,13 @@ class MapFilm(GridFilm):
 
 
 class VoltageAxis(Section):
-    """The voltages of a map: values, or points from one to another, evenly spaced."""
+    """The voltages of a map: stated values, or evenly spaced points."""
 
-    values: Voltages | None = Field(None, description="Ascending; instead of from, to and points.")
-    start: Voltage | None = Field(None, alias="from", description="The lowest.")
-    to: Voltage | None = Field(None, description="The highest.")
-    points: int | None = Field(None, ge=1, le=100_000, description="How many, evenly spaced.")
-    ramp: Time = Field(0.0, validate_default=False, description="How long each voltage takes to come on.")
+    values: Voltages | None = Field(None, description="Voltages, ascending; instead of from, to and points.")
+    start: Voltage | None = Field(None, alias="from", description="Lowest voltage.")
+    to: Voltage | None = Field(None, description="Highest voltage.")
+    points: int | None = Field(None, ge=1, le=100_000, description="Number of voltages, evenly spaced.")
+    ramp: Time = Field(0.0, validate_default=False, description="Time in which each voltage rises from 0.")
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -53,10 +53,10 @@ class VoltageAxis(Section):
 
 
 class StretchSection(Section):
-    """At which times a map has the stretch of its films."""
+    """The times at which a map states the stretch of its films."""
 
     at: NamedTimes = Field(
-        description="Since the voltage began to come on, within the horizon; columns are called after them, such as "
+        description="Times since the voltage began to rise, within the horizon; they name the columns, such as "
         "relative_stretch_1 after 1 h."
     )
 
@@ -65,7 +65,7 @@ class StretchSection(Section):
     def _differ(cls, at: tuple[tuple[str, float], ...]) -> tuple[tuple[str, float], ...]:
         for number, (name, time) in enumerate(at):
             if (same := next((other for other, earlier in at[:number] if earlier == time), None)) is not None:
-                raise InputError(f'"{name}" is as long as "{same}": each time stands there once')
+                raise InputError(f'"{name}" is as long as "{same}": state each time once')
         return at
 
 
@@ -74,20 +74,26 @@ class FailureMapRecipe(RecipeBase):
 
     ELSEWHERE: ClassVar = dict.fromkeys(
         ("control", "source", "leakage"),
-        "only actuate knows charges, sources with a resistance and leakage; sweep what varies there",
+        "charges, sources with a resistance and leakage are for actuate, with a [sweep] over what varies",
     )
 
     kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
-    material: InputFile = Field(description="A material file, written by spectrum or by hand.")
-    temperature: GridTemperatures | None = Field(None, description="Default: the material's reference temperature.")
-    horizon: PositiveTime = Field(description="How long the voltage stays on; what lives longer survives.")
-    film: MapFilm = Field(description="The films and what is done to them before the voltage.")
-    voltage: VoltageAxis = Field(description="The axis of voltages.")
-    stretch: StretchSection | None = Field(None, description="The stretch of the films: the operating map.")
-    breakdown: BreakdownField | None = Field(None, description="Default: the material's.")
+    material: InputFile = Field(description="Material file, written by spectrum, by calibrate or by hand.")
+    temperature: GridTemperatures | None = Field(
+        None, description="Temperatures of the films; a list is an axis of the grid. Default: the material's reference temperature."
+    )
+    horizon: PositiveTime = Field(description="Time for which the voltage stays on; a film that lives longer survives.")
+    film: MapFilm = Field(description="The films, and their prestretch before the voltage.")
+    voltage: VoltageAxis = Field(description="The voltages, an axis of the grid.")
+    stretch: StretchSection | None = Field(
+        None, description="Times at which the stretch of the films is written and drawn: the operating map."
+    )
+    breakdown: BreakdownField | None = Field(None, description="Law of the breakdown field. Default: that of the material.")
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: GridSolver = Field(GridSolver(), description="How exactly the equations are solved.")
-    uncertainty: FilmUncertainty | None = Field(None, description="Intervals about all times, from draws of material and film.")
+    uncertainty: FilmUncertainty | None = Field(
+        None, description="Intervals of all times, from draws of the material and of films."
+    )
     sensitivity: bool = Field(False, description=SENSITIVITY_TEXT)
 
     @classmethod

@@ -11,7 +11,7 @@ from dielast.readings.recipe import MeasurementData
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import OneOf, Section, Temperature, ThermalExpansion
 
-# the recipe's key for each argument of `build_master_curve`
+# arguments of `build_master_curve` -> keys of the recipe
 KEYS = {
     "reference_temperature": "shift.reference_temperature",
     "law": "shift.law",
@@ -26,26 +26,28 @@ KEYS = {
 class Shift(Section):
     """How the curves are shifted, and the law fitted to the shift factors."""
 
-    reference_temperature: Temperature = Field(description="Any, measured or not.")
+    reference_temperature: Temperature = Field(description="Temperature of the master curve; it need not be a measured one.")
     law: Annotated[str, OneOf(lambda: [law.name for law in SHIFTS if law.is_fitted])] = Field(
-        "wlf", description="Fitted to the shift factors."
+        "wlf", description="Law that is fitted to the shift factors."
     )
-    vertical: Literal["none", "density-temperature", "free"] = Field("none", description="Whether moduli are shifted, too.")
+    vertical: Literal["none", "density-temperature", "free"] = Field(
+        "none", description="Whether and how moduli are shifted as well."
+    )
     thermal_expansion: ThermalExpansion = Field(
-        0.0, validate_default=False, description="Volumetric, for vertical = density-temperature."
+        0.0, validate_default=False, description="Volumetric thermal expansion, for vertical = density-temperature."
     )
     on: Literal["auto", "moduli", "tan-delta", "storage"] = Field(
         "auto",
-        description="What frequency sweeps are shifted on: storage and loss modulus together, tan delta alone, the storage modulus "
-        "alone, or what determines the shifts best.",
+        description="The quantity by which frequency sweeps are shifted: storage and loss modulus together (moduli), tan delta, "
+        "the storage modulus, or whichever determines the shifts best (auto).",
     )
 
 
 class Draws(Section):
-    """How often the noise is drawn anew."""
+    """How many times the master curve is built from newly drawn noise."""
 
-    draws: int = Field(200, ge=2, le=100_000, description="How many.")
-    seed: int = Field(1, ge=0, description="Of the random numbers: the same seed, the same result.")
+    draws: int = Field(200, ge=2, le=100_000, description="Number of draws.")
+    seed: int = Field(1, ge=0, description="Seed of the random numbers: the same seed gives the same result.")
 
 
 class MasterCurveRecipe(RecipeBase):
@@ -53,5 +55,7 @@ class MasterCurveRecipe(RecipeBase):
 
     kind: Literal["mastercurve"] = Field(description="The subcommand that runs this recipe.")
     data: MeasurementData = Field(description="The measurements.")
-    shift: Shift = Field(description="How they are shifted.")
-    uncertainty: Draws | None = Field(None, description="Resample the noise, for the uncertainty of all that follows.")
+    shift: Shift = Field(description="How the curves are shifted.")
+    uncertainty: Draws | None = Field(
+        None, description="Resample the noise: draws of the master curve, for intervals of everything computed from it."
+    )

@@ -18,7 +18,7 @@ from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, dec
 
 
 def _no_strain(value: Any) -> Any:
-    """A stretch as it stands, unless it is plainly a strain."""
+    """A stretch as stated; raises `InputError` for a value in per cent, which is a strain."""
     if isinstance(value, str) and (percent := re.fullmatch(r"\s*([+-]?\d+(?:\.\d+)?)\s*%\s*", value)):
         stretch = 1 + float(percent[1]) / 100
         raise InputError(f"{shown(value)}: a bare number is needed, and a stretch is 1 + strain, so this would be {stretch:g}")
@@ -34,11 +34,11 @@ class StretchStep(HistoryStep):
     CONTROL: ClassVar = "stretch"
     REST: ClassVar = 1.0
 
-    stretch: Stretch | None = Field(None, description="Stretch to reach (1 is undeformed).")
-    rate: StrainRate | None = Field(None, description="Of the stretch; negative to unload.")
-    low: Stretch | None = Field(None, description="Of a waveform; by default 1.")
-    high: Stretch | None = Field(None, description="Of a waveform.")
-    columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
+    stretch: Stretch | None = Field(None, description="Stretch to reach; 1 is undeformed.")
+    rate: StrainRate | None = Field(None, description="Rate of the stretch; negative to unload.")
+    low: Stretch | None = Field(None, description="Lowest stretch of the waveform. Default: 1.")
+    high: Stretch | None = Field(None, description="Highest stretch of the waveform.")
+    columns: MachineColumns | None = Field(None, description="Columns of the table, if their names differ.")
 
     def aim(self) -> Aim | None:
         """The stretch."""
@@ -74,12 +74,12 @@ class LoadStep(HistoryStep):
 
     CONTROL: ClassVar = "stress"
 
-    force: Force | None = Field(None, description="Force to reach; needs the specimen.")
+    force: Force | None = Field(None, description="Force to reach; needs [specimen].")
     stress: Stress | None = Field(None, description="Nominal stress to reach.")
-    rate: LoadRate | None = Field(None, description="Of the force or the stress; negative to unload.")
-    low: LoadValue | None = Field(None, description="Of a waveform, a force or a nominal stress; by default 0.")
-    high: LoadValue | None = Field(None, description="Of a waveform.")
-    columns: MachineColumns | None = Field(None, description="Columns of the table, where they are called otherwise.")
+    rate: LoadRate | None = Field(None, description="Rate of the force or the stress; negative to unload.")
+    low: LoadValue | None = Field(None, description="Lowest force or nominal stress of the waveform. Default: 0.")
+    high: LoadValue | None = Field(None, description="Highest force or nominal stress of the waveform.")
+    columns: MachineColumns | None = Field(None, description="Columns of the table, if their names differ.")
 
     def aim(self) -> Aim | None:
         """The force or the stress."""
@@ -114,8 +114,8 @@ class RelaxRecipe(SimulationRecipe):
 
     kind: Literal["relax"] = Field(description="The subcommand that runs this recipe.")
     mode: Mode = Field("uniaxial", description="How the specimen is stretched.")
-    specimen: Specimen | None = Field(None, description="What extension and force in tables were measured on.")
-    step: Annotated[list[StretchStep], starting(1.0)] = Field(min_length=1, description="What happens, step by step.")
+    specimen: Specimen | None = Field(None, description="The specimen on which extension and force in tables were measured.")
+    step: Annotated[list[StretchStep], starting(1.0)] = Field(min_length=1, description="Load history.")
 
 
 class CreepRecipe(SimulationRecipe):
@@ -123,8 +123,10 @@ class CreepRecipe(SimulationRecipe):
 
     kind: Literal["creep"] = Field(description="The subcommand that runs this recipe.")
     mode: Mode = Field("uniaxial", description="How the specimen is loaded.")
-    specimen: Specimen | None = Field(None, description="What force and extension are of; not needed with stress.")
-    step: Annotated[list[LoadStep], starting(0.0)] = Field(min_length=1, description="What happens, step by step.")
+    specimen: Specimen | None = Field(
+        None, description="The specimen that forces act on and extensions are measured on; not needed for stresses."
+    )
+    step: Annotated[list[LoadStep], starting(0.0)] = Field(min_length=1, description="Load history.")
 
     @model_validator(mode="after")
     def _a_section_for_forces(self) -> Self:

@@ -86,6 +86,8 @@ def warn_of_films(
     stated = [breakdown(case.recipe.breakdown) for case in cases]
     limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
+    if any(case.recipe.stop.at is None for case in cases):
+        warn_of_no_breakdown([law is not None for law in limits], materials)
     warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     highest = np.array([max(map(abs, aims(entries)), default=0.0) for entries in histories])
@@ -113,6 +115,12 @@ def warn_of_films(
     if broken:
         beyond = f"the film breaks down {_at_once(cases[broken[0]].recipe)}: it is beyond the breakdown field from the start"
         warn(_cases(broken) + beyond)
+
+
+def warn_of_no_breakdown(known: Sequence[bool], materials: Sequence[Material]) -> None:
+    """Warn of films of which no breakdown field is `known`, and that do not age either: only pull-in ends them."""
+    if not any(known) and all(material.damage is None for material in materials):
+        warn("no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field")
 
 
 def warn_of_setups(

@@ -23,29 +23,30 @@ Cell = Annotated[str | int | float, PlainValidator(_cell), WithJsonSchema({"type
 
 
 class Comparison(TextTable):
-    """Measured points to lay over the plot; their misfit goes into the summary."""
+    """Measured points that are drawn over the plot; their misfit goes into the summary."""
 
-    file: InputFile = Field(description="The measured points.")
-    x: ResultColumn = Field(description="A column of the result, such as time [s].")
-    y: ResultColumn = Field(description="A column of the result, such as nominal_stress_1 [Pa].")
-    x_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
-    y_column: str | None = Field(None, description="The file's column, where it is called otherwise.")
+    file: InputFile = Field(description="Table of the measured points.")
+    x: ResultColumn = Field(description="Column of the result on the horizontal axis, such as time [s].")
+    y: ResultColumn = Field(description="Column of the result on the vertical axis, such as nominal_stress_1 [Pa].")
+    x_column: str | None = Field(None, description="Column of the file for x, if its name differs.")
+    y_column: str | None = Field(None, description="Column of the file for y, if its name differs.")
     columns: MachineColumns = Field(
-        MachineColumns(), description="The file's columns of time, extension and force, for x and y in time, stretch and stress."
+        MachineColumns(),
+        description="Columns of the file for time, extension, force and the like, from which x and y are computed.",
     )
     specimen: Specimen | None = Field(
-        None, description="What extension and force were measured on; left out: the recipe's [specimen]."
+        None, description="The specimen on which extension and force were measured. Default: the recipe's [specimen]."
     )
     units: Annotated[dict[str, str], units_of(x=None, y=None)] = Field(
-        {}, description="Units of x and y, where the header does not say them."
+        {}, description="Units of x and y, where the header states none."
     )
     where: dict[str, Cell] = Field({}, description="Use only the rows where these columns have these values.")
-    case: int = Field(0, ge=0, description="The case that was measured.")
-    label: str | None = Field(None, description="For the legend; by default the file's name.")
+    case: int = Field(0, ge=0, description="Number of the case that was measured.")
+    label: str | None = Field(None, description="Name in the legend. Default: the name of the file.")
 
     @model_validator(mode="after")
     def _one_column_each(self) -> Self:
         for axis, header, column in (("x", self.x, self.x_column), ("y", self.y, self.y_column)):
             if column is not None and (named := roles_of(header) & self.columns.by_role.keys()):
-                raise InputError(f"{axis}_column and columns.{min(named)} say the same: one of them is needed")
+                raise InputError(f"{axis}_column and columns.{min(named)} state the same column: one of them is needed")
         return self

@@ -1,4 +1,4 @@
-"""The film under voltage as recipes of one experiment and of a map state it."""
+"""`[film]` and `[pull_in]`: the film under voltage, in recipes of actuate, failure-map and design."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ PASSIVE = ("frame", "strip")
 
 
 def _boundary(value: Any) -> tuple[str, str]:
-    """What holds axes 1 and 2, or what the passive film around the electrode is held by, twice."""
+    """The boundary of axes 1 and 2; twice the same for a frame or a strip."""
     if value in PASSIVE:
         return str(value), str(value)
     pair = value if isinstance(value, list) else [value, value]
     if len(pair) != 2 or any(entry not in BOUNDARIES for entry in pair):
-        needed = '"dead-load" or "clamped" is needed, or a pair of them, one a direction; or "frame" or "strip"'
+        needed = '"dead-load" or "clamped" is needed, or a pair of them, one for each axis; or "frame" or "strip"'
         if isinstance(value, str):
             needed = nearest(value, (*BOUNDARIES, *PASSIVE))
         raise InputError(f"{shown(value)}: {needed}")
@@ -46,7 +46,7 @@ def prestretch_of(value: Any) -> tuple[float, float]:
 
 
 def _strain(value: Any) -> float | None:
-    """The strain that a value looks like: a number between 0 and 1, or per cent."""
+    """The strain that was probably meant: a number between 0 and 1, or per cent; else None."""
     if isinstance(value, str):
         try:
             return parse(value, STRAIN)
@@ -87,12 +87,12 @@ TimeScale = Annotated[
 
 
 class PullInSection(Section):
-    """The pull-in criterion: det H = 0 with branches weighted by how much of them outlasts the time scale."""
+    """The pull-in criterion: det H = 0, each branch weighted by the part of its stress that outlasts the time scale."""
 
     timescale: TimeScale = Field(
         default_factory=lambda: (0.01, True),
-        description="How long a disturbance is watched: a share of the time since the size of the voltage last began to rise, "
-        "after a hold or a fall; or a time; 0 s is det H = 0 to the letter.",
+        description="Time over which a disturbance must grow: a time, or a share of the time since the magnitude of the voltage "
+        'last began to rise, after a hold or a fall. "0 s" is the criterion det H = 0 without any relaxation.',
         json_schema_extra={"default": "1 %"},
     )
 
@@ -122,7 +122,7 @@ def _share(value: Any) -> float:
 _SHARE_SCHEMA = {
     "anyOf": [{"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}, {"type": "string", "examples": ["5 %"]}]
 }
-SHARE_TEXT = "Of the electrode: its radius over that of the frame, or its share of the strip's length."
+SHARE_TEXT = "Radius of the electrode over that of the frame, or length of the electrode over that of the strip."
 Share = Annotated[float, PlainValidator(_share), WithJsonSchema(_SHARE_SCHEMA)]
 Shares = Annotated[
     tuple[float, ...],
@@ -142,35 +142,39 @@ class FilmSolver(Solver):
         MESH_RTOL,
         ge=1e-12,
         le=1e-2,
-        description="Relative tolerance of the division of the passive film around a disc, in the voltage that holds it.",
+        description="Relative tolerance of the mesh of the passive film around a disc, for the voltage at which the film is at "
+        "rest.",
     )
 
 
 class FilmBase(Section):
-    """What is common to the film of one experiment and of a map."""
+    """The keys that the films of actuate, failure-map and design share."""
 
-    thickness: Length = Field(description="Undeformed.")
-    prestretch_rate: StrainRate | None = Field(None, gt=0, description="Of the larger axis; both ramp together. Left out: at once.")
-    relax: Time = Field(0.0, validate_default=False, description="At constant prestretch, before the voltage.")
+    thickness: Length = Field(description="Undeformed thickness.")
+    prestretch_rate: StrainRate | None = Field(
+        None, gt=0, description="Rate of the larger prestretch; both axes ramp together. Default: at once."
+    )
+    relax: Time = Field(0.0, validate_default=False, description="Time at constant prestretch before the voltage.")
     boundary: Boundary = Field(
         default_factory=lambda: ("dead-load", "dead-load"),
-        description="What is held while the voltage is on: the nominal stress or the stretch; one for both axes, or a pair. Or "
-        "what holds the passive film around the electrode: a circular frame, or the bars of a strip of constant width.",
+        description="What is constant under voltage: the nominal stress (dead-load) or the stretch (clamped), for both axes or "
+        "as a pair. Or what carries the passive film around the electrode: a circular frame, or the bars of a strip "
+        "of constant width.",
         json_schema_extra={"default": "dead-load"},
     )
     force: Forces | None = Field(
         None,
-        description="A weight that hangs on the film from the beginning, along axis 1, or one along each axis. It is a dead load, "
-        "and stretches its axis, whose prestretch is 1.",
+        description="Weight that hangs on the film from the beginning, along axis 1, or one for each axis: a dead load. State "
+        "prestretch 1 for an axis with a weight.",
     )
-    width: Widths | None = Field(None, description="Undeformed, across each force.")
+    width: Widths | None = Field(None, description="Undeformed width of the film across each force.")
     electrode_diameter: Length | None = Field(
         None,
-        description="On the prestretched film; for measured axes in mm, beside frame_diameter, and for charges in C and the "
-        "resistance of a source.",
+        description="Diameter of the electrode on the prestretched film; needed with frame_diameter, for a charge in C, for the "
+        "resistance of a source and for measured axes of the electrode.",
     )
     frame_diameter: Length | None = Field(
-        None, description="Of the rigid frame, for the boundary frame; with electrode_diameter instead of electrode_share."
+        None, description="Inner diameter of the rigid frame; with electrode_diameter, instead of electrode_share."
     )
 
     @property
@@ -200,7 +204,7 @@ class FilmBase(Section):
 
     @property
     def shares(self) -> tuple[float, ...] | None:
-        """The electrode's share of each film with a passive part: its diameter over that of the frame, or its share of a strip."""
+        """The electrode's share of each film with a passive part: of the diameter of a frame, or of the length of a strip."""
         if self.boundary[0] not in PASSIVE:
             return None
         stated = self.stated_shares()
@@ -215,26 +219,31 @@ class FilmBase(Section):
     def check_boundary(self, solver: FilmSolver, *, swept: bool = False) -> None:
         """`InputError` for keys of the boundary that do not fit each other.
 
-        Where the boundary is `swept`, what only a film with a passive part needs may stand beside the others as well.
+        Where the boundary is `swept`, keys that only a film with a passive part needs may stand beside other boundaries as well.
         """
         self.check_weights()
         boundary, stated = self.boundary[0], self.stated_shares()
         if boundary != "frame" and not swept and "mesh_rtol" in solver.model_fields_set:
-            raise InputError('it has no effect without boundary = "frame": leave it out', key="solver.mesh_rtol")
+            raise InputError('has no effect without boundary = "frame": leave it out', key="solver.mesh_rtol")
         if boundary not in PASSIVE:
             if swept:
                 return
             for key, value in (("electrode_share", stated), ("frame_diameter", self.frame_diameter)):
                 if value is not None:
                     only = 'boundary = "frame"' + ' or "strip"' * (key == "electrode_share")
-                    raise InputError(f"it needs {only}, of a film with a passive part", key=f"film.{key}")
+                    raise InputError(f"needs {only}, a film with a passive part", key=f"film.{key}")
             return
         if boundary == "strip" and self.frame_diameter is not None:
-            raise InputError("a strip has no frame: state electrode_share, of its length", key="film.frame_diameter")
+            raise InputError(
+                "a strip has no frame: state electrode_share, the electrode's share of the length of the strip",
+                key="film.frame_diameter",
+            )
         if stated is not None and self.frame_diameter is not None:
-            raise InputError("electrode_share and frame_diameter say the same: state one of them", key="film.frame_diameter")
+            raise InputError("electrode_share and frame_diameter state the same: leave one of them out", key="film.frame_diameter")
         if stated is None and self.frame_diameter is not None and self.electrode_diameter is None:
-            raise InputError("the electrode's is needed as well: state film.electrode_diameter", key="film.frame_diameter")
+            raise InputError(
+                "the diameter of the electrode is needed as well: state film.electrode_diameter", key="film.frame_diameter"
+            )
         if self.shares is None:
             ways = "electrode_share, " + ("or electrode_diameter and frame_diameter" if boundary == "frame" else "of its length")
             raise InputError(f"{shown(boundary)} needs the electrode's share of the film: state film.{ways}", key="film.boundary")

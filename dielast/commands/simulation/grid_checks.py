@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_setups
+from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
 from dielast.errors import warn
 from dielast.handover.breakdown_section import breakdown
 from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
@@ -40,6 +40,7 @@ def warn_of_grid(
     warn_of_use(material, temperature)
     warn_of_lasting(material, temperature, np.full(len(temperature), horizon))
     warn_of_breakdown(field[np.isfinite(field)])
+    warn_of_no_breakdown(np.isfinite(field).tolist(), [material])
     film, limit = recipe.film, breakdown(recipe.breakdown) or material.breakdown
     pairs = len(film.prestretch)
     warn_of_setups(film.prestretch, [film.boundary] * pairs, film.thickness, [limit] * pairs)

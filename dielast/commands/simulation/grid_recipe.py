@@ -1,4 +1,4 @@
-"""Films side by side as recipes of maps and designs state them: axes of a grid."""
+"""The grid of films in recipes of failure-map and design."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def distinct(values: tuple[Value, ...], spelled: Callable[[Value], str]) -> tupl
     seen = set[str]()
     for text in map(spelled, values):
         if text in seen:
-            raise InputError(f"{text} stands there twice: the values of a map's axis must differ")
+            raise InputError(f"{text} is stated twice: the values of a map's axis must differ")
         seen.add(text)
     return values
 
@@ -57,7 +57,7 @@ GridShares = Annotated[Shares, AfterValidator(lambda values: distinct(values, "{
 class GridFilm(FilmBase):
     """The films of a grid."""
 
-    prestretch: Prestretches = Field(description="The axis of the grid: equibiaxial prestretches, or pairs.")
+    prestretch: Prestretches = Field(description="Equibiaxial prestretches, or pairs; a list is an axis of the grid.")
     electrode_share: GridShares | None = Field(None, description=SHARE_TEXT + " A list is an axis of the grid.")
 
     def stated_shares(self) -> tuple[float, ...] | None:
@@ -77,6 +77,6 @@ class GridSolver(FilmSolver):
         1e-6,
         ge=1e-12,
         le=1e-2,
-        description="Relative tolerance of each time step. If it is not stated, draws of [uncertainty] have a looser one, 5e-4, by "
-        "which their times are exact to 0.1 %; state it where bounds closer together than that matter.",
+        description="Relative tolerance of each time step. Default: 1e-6; for draws of [uncertainty] 5e-4, which leaves an error "
+        "of 0.1 % in their times: state rtol where the bounds are closer together than that.",
     )

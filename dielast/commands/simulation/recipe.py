@@ -1,4 +1,4 @@
-"""What recipes of every simulation share."""
+"""The keys that recipes of relax, creep and actuate share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dielast.recipe.fields import Section, Temperature, Time
 from dielast.recipe.file_fields import InputFile
 from dielast.recipe.paths import read_path
 
-# the recipe's key for each argument of the simulations, those of steps apart
+# arguments of the simulations -> keys of the recipe, except those of steps
 KEYS = {
     "material": "material",
     "temperature": "temperature",
@@ -65,17 +65,21 @@ KeptCycles = Annotated[
 
 
 class Output(Section):
-    """Where the result is given, and noise for making test data."""
+    """The times of the result, and noise for making test data."""
 
-    points_per_decade: int = Field(30, ge=1, le=10000, description="Of time, from the start of each step.")
-    times: list[Time] | None = Field(None, min_length=1, description="Times since the start, instead of those that suit the load.")
+    points_per_decade: int = Field(
+        30, ge=1, le=10000, description="Number of output times per decade of time, from the start of each step."
+    )
+    times: list[Time] | None = Field(
+        None, min_length=1, description="Output times since the start. Default: points_per_decade, and the ends of all steps."
+    )
     cycles: KeptCycles | None = Field(
         None,
-        description="The cycles of a waveform that the table holds in full, counted from 1 in each step; cycles.csv has a row for "
-        "each. By default all up to 100, else 1, 2, 5, 10, 20 and so on, and the last.",
+        description="The cycles of a waveform whose course is in the main table, counted from 1 in each step; cycles.csv has a row "
+        "for every cycle. Default: all, if there are at most 100; else 1, 2, 5, 10, 20 and so on, and the last.",
     )
     noise: float | None = Field(None, ge=0, le=1, description="Relative Gaussian noise on the measured quantity.")
-    seed: int = Field(1, ge=0, description="Of the noise; the same seed makes the same noise.")
+    seed: int = Field(1, ge=0, description="Seed of the noise; the same seed makes the same noise.")
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
@@ -91,24 +95,26 @@ class Solver(Section):
 
 
 class PlotAxes(Section):
-    """What the plot shows; columns of the result."""
+    """The columns of the result that the plot shows."""
 
     x: Abscissa | None = Field(
         None,
-        description="A column of the result, by default time [s], or what is compared; or a swept key, such as step.0.voltage.",
+        description="Column of the result, or a swept key such as step.0.voltage. Default: x of [[compare]], else time [s].",
     )
     y: ResultColumn | None = Field(
-        None, description="A column of the result; by default what the kind predicts, or what is compared."
+        None, description="Column of the result. Default: y of [[compare]], else the quantity that the command predicts."
     )
     join: Literal["times", "cases"] | None = Field(
         None,
-        description="What a line joins: the times of a case; or all cases, at their end, or with output.times a line for each "
-        "time, as isochrones. By default cases where x is a swept key, or where it is the same at all of output.times.",
+        description="What a line joins: the times of one case; or all cases, at their end or, with output.times, at each of these "
+        "times (isochrones). Default: cases if x is a swept key or does not change over output.times, else times.",
     )
     x_scale: Literal["linear", "log"] | None = Field(
-        None, description="By default log for times of relax and creep that go to one load and hold it."
+        None,
+        description="Scale of the horizontal axis. Default: log for the time of a relax or creep test with one load held, else "
+        "linear.",
     )
-    y_scale: Literal["linear", "log"] = Field("linear", description="Of the vertical axis.")
+    y_scale: Literal["linear", "log"] = Field("linear", description="Scale of the vertical axis.")
 
 
 Sweep = Annotated[
@@ -119,8 +125,8 @@ Sweep = Annotated[
             "properties": {
                 "mode": {
                     "anyOf": [{"const": "zip"}, {"type": "array"}],
-                    "description": '"zip" pairs the lists: the first values of all make one case, the second ones the next. A list '
-                    "is one of values of the key mode.",
+                    "description": '"zip" pairs the lists: the first values of all lists make one case, the second values the '
+                    "next. A list holds swept values of the key mode.",
                 }
             },
             "additionalProperties": True,
@@ -130,24 +136,28 @@ Sweep = Annotated[
 
 
 class SimulationRecipe(RecipeBase):
-    """What every simulation has; `COLUMNS` are those of its result that can be drawn."""
+    """The keys of every simulation; `COLUMNS` are the columns of its result that can be drawn."""
 
     COLUMNS: ClassVar[tuple[str, ...]] = COLUMNS
     ELSEWHERE: ClassVar = {"sensitivity": "relax and creep have no time to failure; actuate and failure-map take it"}
 
-    material: InputFile = Field(description="A material file, written by spectrum or by hand.")
-    temperature: Temperature | None = Field(None, description="Default: the material's reference temperature.")
-    load: InputFile | None = Field(None, description="A TOML file that holds the steps instead.")
+    material: InputFile = Field(description="Material file, written by spectrum, by calibrate or by hand.")
+    temperature: Temperature | None = Field(
+        None, description="Temperature of the film or specimen. Default: the material's reference temperature."
+    )
+    load: InputFile | None = Field(None, description="TOML file that holds the steps, instead of [[step]].")
     sweep: Sweep | None = Field(
         None,
-        description="Lists of values by key path, of this recipe or else of the material file, such as equilibrium.J_lim; every "
+        description="Lists of values by key path in this recipe, or in the material file, such as equilibrium.J_lim; every "
         "combination is one case.",
     )
-    compare: list[Comparison] = Field([], description="Measured points over the plot; their misfit goes into the summary.")
-    output: Output = Field(Output(), description="Where the result is given.")
+    compare: list[Comparison] = Field(
+        [], description="Measured points that are drawn over the plot; their misfit goes into the summary."
+    )
+    output: Output = Field(Output(), description="The times of the result.")
     solver: Solver = Field(Solver(), description="How exactly the equations are solved.")
     plot: PlotAxes = Field(PlotAxes(), description="What the plot shows.")
-    uncertainty: Uncertainty | None = Field(None, description="Intervals about all results, from draws of the material.")
+    uncertainty: Uncertainty | None = Field(None, description="Intervals of all results, from draws of the material.")
 
     @classmethod
     def material_model(cls) -> type[MaterialFile]:
@@ -157,7 +167,10 @@ class SimulationRecipe(RecipeBase):
     @model_validator(mode="after")
     def _cases_to_join(self) -> Self:
         if self.plot.join == "cases" and (not self.sweep or self.plot.x in (None, "time [s]")):
-            raise InputError('join = "cases" needs a [sweep], and an x that is not the time', key="plot")
+            raise InputError('join = "cases" needs a [sweep] and an x other than time [s]', key="plot")
         if self.plot.join == "times" and self.plot.x in {shown_path(read_path(key) or (key,)) for key in self.sweep or ()}:
-            raise InputError(f'join = "times": over {self.plot.x} there are cases alone', key="plot")
+            raise InputError(
+                f'join = "times" needs a column of the result as x; over the swept key {self.plot.x} state join = "cases"',
+                key="plot",
+            )
         return self

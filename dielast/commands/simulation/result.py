@@ -54,3 +54,5 @@ class CaseResult:
     stated: tuple[str, ...] = ("time [s]",)
     profile: Mapping[str, Floats] | None = None
     sensitivity: Sensitivity | None = None
+    stopped: Event | None = None
+    """The event that the case stopped at."""

@@ -53,14 +53,14 @@ class HistoryStep(Section):
         None,
         description="Follow measured points: columns time and the prescribed quantity, or what a testing machine writes for it.",
     )
-    duration: Time | None = Field(None, description="Time to reach the target, instead of rate; with neither: at once.")
+    duration: Time | None = Field(None, description="Time to reach the target, instead of rate. Default: at once.")
     waveform: Literal["triangle", "sine"] | None = Field(None, description="Cycles between low and high, starting from low.")
-    period: PositiveTime | None = Field(None, description="Of a waveform.")
-    cycles: int | None = Field(None, ge=1, le=1_000_000, description="Of a waveform; by default 1.")
-    sheet: SheetName | None = Field(None, description="Of a table that is a workbook; left out: the first.")
+    period: PositiveTime | None = Field(None, description="Period of the waveform.")
+    cycles: int | None = Field(None, ge=1, le=1_000_000, description="Number of cycles of the waveform. Default: 1.")
+    sheet: SheetName | None = Field(None, description="Sheet of a table that is a workbook. Default: the first sheet.")
 
     def aim(self) -> Aim | None:
-        """Where the step goes, if the recipe says so."""
+        """The target of the step, if the recipe states one."""
         return None
 
     def details(self) -> tuple[str, ...]:
@@ -90,7 +90,7 @@ class HistoryStep(Section):
             raise InputError("rate and duration do not go together")
         for key in OF_A_TABLE:
             if getattr(self, key, None) is not None and self.table is None:
-                raise InputError(f"{key} is about a table")
+                raise InputError(f"{key} goes with table")
         return self
 
 

@@ -36,6 +36,10 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     scatter: dict[str, Any] = uncertainty.scatter() if isinstance(uncertainty, FilmUncertainty) else {}
     if "damage" in scatter and material.damage is None:
         raise InputError(f"{name} has no [damage] that could scatter", key="uncertainty.damage")
+    known = getattr(case.recipe, "breakdown", None) or material.breakdown or material.damage
+    if "breakdown_field" in scatter and known is None:
+        missing = "no breakdown field is known that could scatter: [breakdown] field in the recipe or the material file"
+        raise InputError(missing, key="uncertainty.breakdown_field")
     if not members and not scatter:
         raise InputError(
             f"{name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum write a "

@@ -11,35 +11,37 @@ from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, Weib
 from dielast.recipe.fields import Area, Section, Share
 
 SENSITIVITY_TEXT = (
-    "Whether to write sensitivity.csv and its figure: what drives the time to failure. With [uncertainty], the share that each "
-    "source (spectrum, shift, springs, permittivity, breakdown field, thickness and so on, as far as the draws differ in it) has "
-    "in the variance of the log life, first-order and total, with standard errors; it takes as many films more as there are draws "
-    "for each source. Without, the derivative of the log life by the log of each number."
+    "Whether to write sensitivity.csv and its figure: what drives the time to failure. With [uncertainty]: the first-order and "
+    "total share of each source of scatter (spectrum, shift, springs, permittivity, breakdown field, thickness and so on) in the "
+    "variance of the log life, with standard errors; for each source, as many more films are simulated as there are draws. "
+    "Without [uncertainty]: the derivative of the log life by the log of each constant."
 )
 DrawCount = Annotated[int, Field(ge=2, le=100_000)]
 Level = Annotated[float, Field(gt=0, lt=1)]
 
 
 class Uncertainty(Section):
-    """How many draws of the material are simulated, and what interval of them is told."""
+    """How many draws of the material are simulated, and the level of the intervals."""
 
     ELSEWHERE: ClassVar = dict.fromkeys(
         ("breakdown_field", "thickness", "damage"),
-        "relax and creep draw the material alone; films scatter in actuate and failure-map",
+        "relax and creep draw only the material; actuate, failure-map and design draw films as well",
     )
 
     draws: DrawCount = Field(
         200,
-        description="How many draws of the material to use, the first ones of its table; at most all of them. An interval of "
-        "level 0.9 takes at least 19.",
+        description="Number of draws of the material, taken from the top of its table; at most all of them. An interval of level "
+        "0.9 needs at least 19.",
     )
-    seed: int = Field(1, ge=0, description="Of random numbers; of no effect here, where draws come from the material's table.")
-    level: Level = Field(0.9, description="Probability that an interval holds.")
+    seed: int = Field(
+        1, ge=0, description="Seed of the random numbers; without effect here, as all draws come from the material's table."
+    )
+    level: Level = Field(0.9, description="Probability that an interval covers.")
 
     @model_validator(mode="after")
     def _enough(self) -> Self:
         if self.draws < (fewest := fewest_draws(self.level)):
-            wrong = f"{self.draws} do not tell an interval of level {self.level:g}: at least {fewest} are needed"
+            wrong = f"{self.draws} are too few for an interval of level {self.level:g}: at least {fewest} are needed"
             raise InputError(wrong, key="draws")
         return self
 
@@ -47,12 +49,12 @@ class Uncertainty(Section):
 class FieldScatter(Section):
     """How the breakdown field scatters from film to film."""
 
-    law: Literal["weibull", "normal"] = Field(description="The distribution.")
+    law: Literal["weibull", "normal"] = Field(description="Law of the distribution.")
     shape: float | None = Field(
-        None, gt=0, allow_inf_nan=False, description="Of Weibull's distribution, whose scale is the breakdown field stated."
+        None, gt=0, allow_inf_nan=False, description="Shape of the Weibull distribution, whose scale is the stated breakdown field."
     )
     relative: Share | None = Field(
-        None, description="Standard deviation of the normal distribution over its mean, the field stated."
+        None, description="Standard deviation of the normal distribution over its mean, which is the stated breakdown field."
     )
 
     @model_validator(mode="after")
@@ -70,14 +72,14 @@ class FieldScatter(Section):
 
 
 class DamageAtFailure(Section):
-    """How the damage at which films fail scatters: a share 1 - exp(-(area/reference_area) D^shape) of them has failed at D."""
+    """Scatter of the damage at failure: at a damage D a share 1 - exp(-(area/reference_area) D^shape) of the films has failed."""
 
-    shape: float = Field(gt=0, allow_inf_nan=False, description="Of Weibull's distribution of the damage.")
+    shape: float = Field(gt=0, allow_inf_nan=False, description="Shape of the Weibull distribution of the damage at failure.")
     area: Area | None = Field(
-        None, description="Of the electrode, on the undeformed film; left out: that for which the constants of [damage] hold."
+        None, description="Area of the electrode on the undeformed film. Default: that for which the constants of [damage] hold."
     )
     reference_area: Area | None = Field(
-        None, description="Of the electrodes for which the constants of [damage] hold, undeformed as well."
+        None, description="Area, on the undeformed film, of the electrodes for which the constants of [damage] hold."
     )
 
     @model_validator(mode="after")
@@ -92,40 +94,41 @@ class DamageAtFailure(Section):
 
 
 class FilmUncertainty(Uncertainty):
-    """The same for films under voltage, which scatter too."""
+    """`[uncertainty]` of films under voltage: draws of the material, and scatter from film to film."""
 
     draws: DrawCount = Field(
         200,
-        description="How many films to draw. They are of the draws of the material in the order of its table, and of some of these "
-        "again, chosen at random, if that is not enough; where nothing else scatters, at most all of the table are used. "
-        "An interval of level 0.9 takes at least 19; bounds of an event that happens in some draws only need as many in which it "
-        "happens, else they are empty.",
+        description="Number of films to draw. They take the draws of the material from the top of its table, then some of these "
+        "draws again, chosen at random, if the table is too short; where only the material scatters, each draw is "
+        "used once at most. An interval of level 0.9 needs at least 19 draws; bounds of an event need 19 draws in "
+        "which it happens, else they are empty.",
     )
     seed: int = Field(
         1,
         ge=0,
-        description="Of the random numbers for breakdown_field, thickness and damage, and for draws of the material that are used "
-        "again; without these it has no effect.",
+        description="Seed of the random numbers for breakdown_field, thickness and damage, and for the draws of the material that "
+        "are used again; without these it has no effect.",
     )
     level: Level = Field(
         0.9,
-        description="Probability that an interval holds. A time without upper bound may be never; voltage, stretches and field of "
-        "an event are told of the films to which it happens. Over time, a film that has failed counts as beyond every upper bound "
-        "of stretches and field, and every lower one of stress and stability: where too many have failed, there is no such bound.",
+        description="Probability that an interval covers. A time without an upper bound may be infinite. Intervals of the voltage, "
+        "stretches and field at an event are those of the films in which it happens. In tables over time, a film that has failed "
+        "counts as above every upper bound of stretch and field, and as below every lower bound of stress and stability; where too "
+        "many films have failed, the bound is empty.",
     )
     breakdown_field: FieldScatter | None = Field(None, description="Scatter of the breakdown field from film to film.")
     thickness: Share | None = Field(
-        None, description="Relative standard deviation of the undeformed thickness from film to film, normally distributed."
+        None, description="Relative standard deviation of the undeformed thickness from film to film, with a normal distribution."
     )
 
     damage: DamageAtFailure | None = Field(
         None,
-        description="Scatter of the damage at failure from film to film; left out: that of the breakdown field is one of the "
-        "field of [damage], too.",
+        description="Scatter of the damage at failure from film to film. Default: the field of [damage] scatters with the "
+        "breakdown field.",
     )
 
     def scatter(self) -> dict[str, Scatter | DamageScatter]:
-        """The distributions by what has them."""
+        """The distributions by the quantity that scatters."""
         field = None if self.breakdown_field is None else self.breakdown_field.scatter()
         thickness = None if self.thickness is None else NormalScatter(self.thickness)
         damage = None if self.damage is None else self.damage.scatter()

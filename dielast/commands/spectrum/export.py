@@ -18,37 +18,42 @@ Format = Annotated[str, OneOf(lambda: CODES.names)]
 
 
 EXPORT_KEYS = {name: f"export.{name}" for name in ("formats", *(field.name for field in fields(CardOptions)))}
-"""The recipe's key for each argument of `export_card` and each of its options."""
+"""Arguments and options of `export_card` -> keys of the recipe."""
 
 
 class ExportSection(Section):
     """Material cards to write beside material.toml; what a code cannot carry is an error unless a key here allows it."""
 
-    formats: list[Format] = Field(min_length=1, description="The codes to write cards for.")
-    units: Literal["SI", "mm-t-s", "mm-N-MPa"] = Field("SI", description="Consistent units of the cards; COMSOL's is always SI.")
-    temperature_scale: Literal["degC", "K"] = Field("degC", description="Of the model's temperatures (Abaqus, ANSYS).")
+    formats: list[Format] = Field(min_length=1, description="Finite-element codes to write cards for.")
+    units: Literal["SI", "mm-t-s", "mm-N-MPa"] = Field(
+        "SI", description="Consistent units of the cards; the card for COMSOL is always in SI."
+    )
+    temperature_scale: Literal["degC", "K"] = Field("degC", description="Scale of the model's temperatures (Abaqus, ANSYS).")
     hyperelastic: Annotated[str, OneOf(spring_names)] | None = Field(
-        None, description="Springs of the cards; default: the material's own, or an error."
+        None, description="Law of the springs in the cards. Default: that of the material, or an error if a code lacks it."
     )
-    J_lim: float | None = Field(None, gt=0, description="One limit for all springs, for codes that know only one.")
+    J_lim: float | None = Field(None, gt=0, description="One J_lim for all springs, for codes that take only one.")
     moduli: Literal["instantaneous", "long-term"] = Field(
-        "instantaneous", description="Which modulus the elastic constants state (Abaqus, FEBio)."
+        "instantaneous", description="The modulus that the elastic constants state (Abaqus, FEBio)."
     )
-    bulk_modulus: PositiveModulus | None = Field(None, description="Default: incompressible, or by Poisson's ratio.")
+    bulk_modulus: PositiveModulus | None = Field(None, description="Bulk modulus. Default: incompressible, or from poisson_ratio.")
     poisson_ratio: float | None = Field(
-        None, ge=0, lt=0.5, description="At time zero; default where a bulk modulus must be: 0.495 (FEBio, MFront)."
+        None,
+        ge=0,
+        lt=0.5,
+        description="Poisson's ratio at time zero. Default: 0.495 for codes that need a bulk modulus (FEBio, MFront).",
     )
-    density: Annotated[float, Quantity(DENSITY, above=0.0)] | None = Field(None, description="Left out of the cards if not stated.")
-    temperature: Temperature | None = Field(None, description="Where a card holds whose code cannot carry the shift law.")
+    density: Annotated[float, Quantity(DENSITY, above=0.0)] | None = Field(None, description="Density. Default: none in the cards.")
+    temperature: Temperature | None = Field(None, description="Temperature of the cards for codes that cannot carry the shift law.")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if len(set(self.formats)) < len(self.formats):
             raise InputError("formats must differ")
         if self.bulk_modulus is not None and self.poisson_ratio is not None:
-            raise InputError("give bulk_modulus or poisson_ratio, not both")
+            raise InputError("state bulk_modulus or poisson_ratio, not both")
         return self
 
     def options(self) -> CardOptions:
-        """The same for the library."""
+        """The options as the library takes them."""
         return CardOptions(**self.model_dump(exclude={"formats"}))

@@ -14,7 +14,7 @@ from dielast.recipe.base import Dielectric, RecipeBase
 from dielast.recipe.fields import Modulus, PositiveModulus, PositiveTime, RelaxationTime, Section, Temperatures
 from dielast.recipe.file_fields import InputFolder
 
-# the recipe's key for each argument of the fit and of the reduction
+# arguments of the fit and of the reduction -> keys of the recipe
 FIT_KEYS = {
     "method": "fit.method",
     "branches": "fit.branches",
@@ -37,8 +37,8 @@ REDUCE_KEYS = {
 class RelaxationTimes(Section):
     """The shortest and the longest relaxation time."""
 
-    min: RelaxationTime | None = Field(None, description="The shortest; by default from the curve.")
-    max: RelaxationTime | None = Field(None, description="The longest; by default from the curve.")
+    min: RelaxationTime | None = Field(None, description="The shortest relaxation time. Default: from the curve.")
+    max: RelaxationTime | None = Field(None, description="The longest relaxation time. Default: from the curve.")
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
@@ -48,22 +48,26 @@ class RelaxationTimes(Section):
 
 
 class Fit(Section):
-    """How the spectrum is found; moduli are Young's, and default to what the curve shows."""
+    """How the spectrum is fitted; moduli are Young's, by default those that the curve shows."""
 
     method: Literal["schwarzl-staverman", "nnls"] | None = Field(
         None,
-        description="Second-order approximation on a polynomial, which a relaxation curve has if left out, or non-negative least "
-        "squares, which oscillation and creep have.",
+        description="The second-order approximation of Schwarzl and Staverman on a polynomial, the default for a relaxation curve; "
+        "or non-negative least squares, the only method for oscillation and creep.",
     )
-    branches: int = Field(30, ge=1, le=200, description="Relaxation processes, evenly spaced in log time.")
-    polynomial_degree: int = Field(7, ge=1, le=30, description="Of log modulus over log time, for schwarzl-staverman.")
+    branches: int = Field(30, ge=1, le=200, description="Number of branches, with relaxation times evenly spaced in log time.")
+    polynomial_degree: int = Field(
+        7, ge=1, le=30, description="Degree of the polynomial of log modulus over log time, for schwarzl-staverman."
+    )
     relaxation_time: RelaxationTimes = Field(RelaxationTimes(), description="The range of relaxation times.")
-    equilibrium_modulus: Modulus | None = Field(None, description="Young's; by default from the curve's long-time end.")
+    equilibrium_modulus: Modulus | None = Field(
+        None, description="Young's modulus when all branches have relaxed. Default: from the long-time end of the curve."
+    )
     glassy_modulus: PositiveModulus | None = Field(
-        None, description="Young's, that of all springs together; by default from the curve's short-time end."
+        None, description="Young's modulus of all springs together. Default: from the short-time end of the curve."
     )
     liquid: bool = Field(False, description="Whether the material is a melt, which flows: its equilibrium modulus is then 0.")
-    continuous: bool = Field(False, description="Whether to write the continuous spectrum H(ln tau), too.")
+    continuous: bool = Field(False, description="Whether to write the continuous spectrum H(ln tau) as well.")
 
     @model_validator(mode="after")
     def _liquid_or_solid(self) -> Self:
@@ -75,20 +79,22 @@ class Fit(Section):
 class Truncate(Section):
     """Keep only the slowest branches."""
 
-    keep: int = Field(ge=1, description="How many of the slowest branches are kept.")
+    keep: int = Field(ge=1, description="Number of the slowest branches that are kept.")
 
 
 class Reduce(Section):
-    """The smallest spectrum that answers like the whole one over a window of times."""
+    """The smallest spectrum whose response over a window of times is that of the whole spectrum."""
 
     window: list[PositiveTime] = Field(
         min_length=2,
         max_length=2,
-        description="The times from and to which the stress must come out alike, counted from the beginning of a step of strain, "
-        "or of a ramp, however long.",
+        description="First and last time between which the stress must agree with that of the whole spectrum, counted from the "
+        "beginning of a step of strain, or of a ramp of any duration.",
     )
-    temperatures: Temperatures | None = Field(None, description="Where the window holds; left out: the reference temperature.")
-    tolerance: float = Field(0.01, gt=0, lt=1, description="Greatest relative error of the stress against the whole spectrum's.")
+    temperatures: Temperatures | None = Field(
+        None, description="Temperatures at which the stress must agree over the window. Default: the reference temperature."
+    )
+    tolerance: float = Field(0.01, gt=0, lt=1, description="Greatest relative difference from the stress of the whole spectrum.")
 
     @model_validator(mode="after")
     def _ascending(self) -> Self:
@@ -99,33 +105,33 @@ class Reduce(Section):
 
 
 class GentLimits(Section):
-    """J_lim of the equilibrium spring and of the branches; left out, a spring is neo-Hookean."""
+    """J_lim of the equilibrium spring and of the branches; a spring without it is neo-Hookean."""
 
-    equilibrium: float | None = Field(None, ge=1e-6, description="Of the spring that never relaxes.")
-    nonequilibrium: float | None = Field(None, ge=1e-6, description="Of the spring in every branch.")
+    equilibrium: float | None = Field(None, ge=1e-6, description="J_lim of the equilibrium spring. Default: neo-Hookean.")
+    nonequilibrium: float | None = Field(None, ge=1e-6, description="J_lim of the springs of all branches. Default: neo-Hookean.")
 
 
 class MaterialConstants(Dielectric):
     """Constants that no relaxation test gives, passed on to the material file."""
 
-    name: str = Field("unnamed", description="Of the material, for legends.")
+    name: str = Field("unnamed", description="Name of the material, for legends.")
     J_lim: GentLimits = Field(GentLimits(), description="Limits of stretch of the Gent springs.")
-    breakdown: BreakdownField | None = Field(None, description="The field that the film breaks down at.")
+    breakdown: BreakdownField | None = Field(None, description="The breakdown field.")
 
 
 class SpectrumRecipe(RecipeBase):
     """Master curve -> discrete relaxation spectrum and material file."""
 
     ELSEWHERE: ClassVar = {
-        "uncertainty": "the draws of a spectrum are those of its master curve: [uncertainty] belongs into the recipe of mastercurve"
+        "uncertainty": "the draws of a spectrum are those of its master curve: state [uncertainty] in the recipe of mastercurve"
     }
 
     kind: Literal["spectrum"] = Field(description="The subcommand that runs this recipe.")
     mastercurve: InputFolder | None = Field(None, description="A folder written by mastercurve.")
     data: CurveData | None = Field(None, description="Instead of mastercurve: a test at one temperature or a curve from elsewhere.")
-    fit: Fit = Field(Fit(), description="How the spectrum is found.")
+    fit: Fit = Field(Fit(), description="How the spectrum is fitted.")
     truncate: Truncate | None = Field(None, description="Keep only the slowest branches.")
-    reduce: Reduce | None = Field(None, description="Keep as few branches as a window of times needs.")
+    reduce: Reduce | None = Field(None, description="Keep only as many branches as a window of times needs.")
     material: MaterialConstants = Field(MaterialConstants(), description="Constants passed on to the material file.")
     export: ExportSection | None = Field(None, description="Material cards for finite-element codes.")
 
@@ -134,5 +140,5 @@ class SpectrumRecipe(RecipeBase):
         if (self.mastercurve is None) == (self.data is None):
             raise InputError("either mastercurve (a folder) or [data] (a file) is needed")
         if self.truncate is not None and self.reduce is not None:
-            raise InputError("[truncate] and [reduce] both say which branches to keep: give one of them")
+            raise InputError("[truncate] and [reduce] both say which branches to keep: state one of them")
         return self

@@ -33,12 +33,21 @@ class PowerBreakdown(BreakdownLaw):
     title: ClassVar = "power law of breakdown"
     follows_film: ClassVar = True
     constants: ClassVar = (
-        Constant("field", 'With law = "power": at stretch 1 and the reference thickness.', FIELD, above=0.0),
-        Constant("stretch_exponent", "Power of sqrt(l1 l2), the stretch at the moment.", left_out=0.0),
+        Constant("field", "power: breakdown field at stretch 1 and the reference thickness.", FIELD, above=0.0),
+        Constant("stretch_exponent", "power: exponent of sqrt(l1 l2), the present stretch. Default: 0.", left_out=0.0),
         Constant(
-            "thickness_exponent", "Power of the reference thickness over the thickness at the moment.", at_least=0.0, left_out=0.0
+            "thickness_exponent",
+            "power: exponent of the reference thickness over the present thickness. Default: 0.",
+            at_least=0.0,
+            left_out=0.0,
         ),
-        Constant("reference_thickness", "At which the field holds, for thickness_exponent.", LENGTH, above=0.0, needed=False),
+        Constant(
+            "reference_thickness",
+            "power: thickness at which the field was measured; needed with thickness_exponent.",
+            LENGTH,
+            above=0.0,
+            needed=False,
+        ),
     )
 
     def __post_init__(self) -> None:

@@ -28,14 +28,14 @@ class Breakdown(Result, BreakdownLaw):
     constants: ClassVar = (
         Constant(
             "prestretch",
-            "Ascending equibiaxial prestretches, one for each field; left out: one field for all.",
+            "table: equibiaxial prestretches, ascending, one for each field. Default: one field for all prestretches.",
             at_least=1.0,
             many=True,
             left_out=(1.0,),
         ),
         Constant(
             "field",
-            "True field that the film breaks down at, for each prestretch; interpolated in between, the nearest beyond.",
+            "table: true field at which the film breaks down, for each prestretch; interpolated between them, constant outside.",
             FIELD,
             above=0.0,
             many=True,

@@ -30,9 +30,9 @@ class InversePower(DamageLaw):
     name: ClassVar = "inverse-power"
     title: ClassVar = "inverse power law of damage"
     constants: ClassVar = (
-        Constant("field", "True field that a film withstands for this time.", FIELD, above=0.0),
-        Constant("time", "How long a film withstands this field.", TIME, above=0.0),
-        Constant("exponent", "Power of the field by which life falls.", above=0.0),
+        Constant("field", "inverse-power: true field that a film withstands for time.", FIELD, above=0.0),
+        Constant("time", "inverse-power: time for which a film withstands field.", TIME, above=0.0),
+        Constant("exponent", "inverse-power: exponent; the life falls with this power of the field.", above=0.0),
     )
 
     def __post_init__(self) -> None:

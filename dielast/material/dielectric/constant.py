@@ -27,14 +27,14 @@ class ConstantPermittivity(DielectricLaw):
     name: ClassVar = "constant"
     title: ClassVar = "constant permittivity"
     constants: ClassVar = (
-        Constant("permittivity", "Absolute, of the ideal dielectric.", PERMITTIVITY, above=0.0, left_out=0.0),
-        Constant("relative_permittivity", "The same over that of vacuum, instead.", at_least=1.0, needed=False),
+        Constant("permittivity", "Absolute permittivity of the ideal dielectric.", PERMITTIVITY, above=0.0, left_out=0.0),
+        Constant("relative_permittivity", "Permittivity over that of vacuum; instead of permittivity.", at_least=1.0, needed=False),
     )
 
     def __post_init__(self) -> None:
         if self.relative_permittivity is not None:
             if self.permittivity:
-                raise InputError("give permittivity or relative_permittivity, not both")
+                raise InputError("state permittivity or relative_permittivity, not both")
             object.__setattr__(self, "permittivity", self.relative_permittivity * VACUUM_PERMITTIVITY)
             object.__setattr__(self, "relative_permittivity", None)
 

@@ -30,7 +30,7 @@ class LinearPermittivity(DielectricLaw):
     depends_on_stretch: ClassVar = True
     constants: ClassVar = (
         *ConstantPermittivity.constants,
-        Constant("stretch_coefficient", "c in permittivity [1 + c (l1 + l2 - 2)], a law linear in stretch; about -0.05 for VHB."),
+        Constant("stretch_coefficient", "linear: c in permittivity [1 + c (l1 + l2 - 2)]; about -0.05 for VHB."),
     )
 
     def __post_init__(self) -> None:

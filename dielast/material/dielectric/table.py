@@ -31,10 +31,13 @@ class PermittivityTable(DielectricLaw):
     name: ClassVar = "table"
     title: ClassVar = "permittivity table"
     constants: ClassVar = (
-        Constant("temperature", "Of a table, ascending, one for each permittivity.", TEMPERATURE, above=-ZERO_CELSIUS, many=True),
+        Constant(
+            "temperature", "table: temperatures, ascending, one for each permittivity.", TEMPERATURE, above=-ZERO_CELSIUS, many=True
+        ),
         Constant(
             "relative_permittivity",
-            "Of a table: at each temperature, linear in between, at one frequency as low as in the simulation.",
+            "table: values at the temperatures, with linear interpolation, all measured at one frequency as low as in the "
+            "simulation.",
             at_least=1.0,
             many=True,
         ),

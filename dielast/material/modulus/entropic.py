@@ -28,7 +28,9 @@ class EntropicModulus(ModulusLaw):
     name: ClassVar = "entropic"
     title: ClassVar = "entropic moduli"
     constants: ClassVar = (
-        Constant("thermal_expansion", "Volumetric, of entropic springs; left out: none.", THERMAL_EXPANSION, left_out=0.0),
+        Constant(
+            "thermal_expansion", "Volumetric thermal expansion of entropic springs. Default: 0.", THERMAL_EXPANSION, left_out=0.0
+        ),
     )
 
     def factor(self, temperature: ArrayLike, reference_temperature: float) -> Floats:

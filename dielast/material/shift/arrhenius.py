@@ -35,7 +35,7 @@ class Arrhenius(ShiftLaw):
 
     name: ClassVar = "arrhenius"
     title: ClassVar = "Arrhenius"
-    constants: ClassVar = (Constant("activation_energy", "Of Arrhenius.", MOLAR_ENERGY),)
+    constants: ClassVar = (Constant("activation_energy", "Activation energy of the Arrhenius law.", MOLAR_ENERGY),)
 
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T); raises `InputError` at or below absolute zero."""

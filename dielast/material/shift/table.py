@@ -32,10 +32,11 @@ class ShiftTable(Result, ShiftLaw):
     name: ClassVar = "table"
     title: ClassVar = "shift table"
     constants: ClassVar = (
-        Constant("temperature", "Of a table, in degC.", many=True, key="temperature_degC"),
+        Constant("temperature", "Temperatures of the table in degC.", many=True, key="temperature_degC"),
         Constant(
             "log10_shift",
-            "Of a table: of relaxation times, positive where it is colder.",
+            "Log10 of the shift factor of relaxation times at each temperature of the table; positive below the reference "
+            "temperature.",
             many=True,
             key="log10_shift_factor",
         ),

@@ -38,8 +38,8 @@ class WLF(ShiftLaw):
     name: ClassVar = "wlf"
     title: ClassVar = "WLF"
     constants: ClassVar = (
-        Constant("C1", "Of WLF.", above=0.0),
-        Constant("C2", "Of WLF.", TEMPERATURE_DIFFERENCE, above=0.0),
+        Constant("C1", "Constant C1 of the WLF law.", above=0.0),
+        Constant("C2", "Constant C2 of the WLF law.", TEMPERATURE_DIFFERENCE, above=0.0),
     )
 
     def __post_init__(self) -> None:

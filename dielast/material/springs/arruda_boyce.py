@@ -40,7 +40,7 @@ class ArrudaBoyce(LimitedLaw):
     MEASURE: ClassVar = " of sqrt(I1/3)"
     USUAL: ClassVar = "is it a strain? 2 to 10 by rule"
     constants: ClassVar = (
-        Constant("locking_stretch", "Of arruda-boyce: the stretch sqrt(I1/3) of the chains where they end.", above=1.0),
+        Constant("locking_stretch", "arruda-boyce: stretch sqrt(I1/3) of the chains at which they lock.", above=1.0),
     )
 
     def __post_init__(self) -> None:

@@ -32,7 +32,12 @@ class Gent(LimitedLaw):
     SHORTEST: ClassVar = 1.0
     USUAL: ClassVar = "is it I1 - 3 where they are taut, 10 to 200 by rule?"
     constants: ClassVar = (
-        Constant("J_lim", "Limit of stretch of the Gent spring; left out: neo-Hookean.", at_least=1e-6, left_out=math.inf),
+        Constant(
+            "J_lim",
+            "gent: value of I1 - 3 at which the spring locks. Default: none, a neo-Hookean spring.",
+            at_least=1e-6,
+            left_out=math.inf,
+        ),
     )
 
     def __post_init__(self) -> None:

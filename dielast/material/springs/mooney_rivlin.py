@@ -33,8 +33,8 @@ class MooneyRivlin(ScaledLaw):
     takes_modulus: ClassVar = False
     stresses: ClassVar = ("C10", "C01")
     constants: ClassVar = (
-        Constant("C10", "Of mooney-rivlin, of I1 - 3.", STRESS),
-        Constant("C01", "Of mooney-rivlin, of I2 - 3.", STRESS),
+        Constant("C10", "mooney-rivlin: coefficient of I1 - 3.", STRESS),
+        Constant("C01", "mooney-rivlin: coefficient of I2 - 3.", STRESS),
     )
 
     def __post_init__(self) -> None:

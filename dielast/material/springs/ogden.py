@@ -36,8 +36,8 @@ class Ogden(ScaledLaw):
     takes_modulus: ClassVar = False
     stresses: ClassVar = ("mu",)
     constants: ClassVar = (
-        Constant("mu", "Of ogden, mu_p of each term, in the form mu_p/alpha_p.", STRESS, many=True),
-        Constant("alpha", "Of ogden, the exponent alpha_p of each term.", many=True),
+        Constant("mu", "ogden: mu_p of each term; the energy has the factor mu_p/alpha_p.", STRESS, many=True),
+        Constant("alpha", "ogden: exponent alpha_p of each term.", many=True),
     )
 
     def __post_init__(self) -> None:

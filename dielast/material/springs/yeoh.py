@@ -35,9 +35,11 @@ class Yeoh(ScaledLaw, FirstInvariantLaw):
     modulus_formula: ClassVar = "2 C10"
     stresses: ClassVar = ("C10", "C20", "C30")
     constants: ClassVar = (
-        Constant("C10", "Half the initial shear modulus of yeoh, where shear_modulus does not state that.", STRESS, needed=False),
-        Constant("C20", "Of yeoh, of (I1 - 3)^2; left out: 0.", STRESS, left_out=0.0),
-        Constant("C30", "Of yeoh, of (I1 - 3)^3; left out: 0.", STRESS, left_out=0.0),
+        Constant(
+            "C10", "yeoh: coefficient of I1 - 3, half the initial shear modulus; instead of shear_modulus.", STRESS, needed=False
+        ),
+        Constant("C20", "yeoh: coefficient of (I1 - 3)^2. Default: 0.", STRESS, left_out=0.0),
+        Constant("C30", "yeoh: coefficient of (I1 - 3)^3. Default: 0.", STRESS, left_out=0.0),
     )
 
     def __post_init__(self) -> None:
