@@ -1,4 +1,4 @@
-"""How well a law predicts what it was not fitted to: each test, or specimen, from all others (Stone 1974, cross-validation)."""
+"""Cross-validation (Stone 1974): each test, or all tests of a specimen, predicted from a fit to the others."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Prediction(Result):
 
 
 def predicted(fit: Fit) -> Prediction | None:
-    """Each test of a fit predicted from fits to the others, all at once; tests of one specimen are left out together if there are
-    several specimens. None for a single test.
+    """Each test of a fit predicted from a fit to the other tests, all fits at once. Tests of one specimen are left out together if
+    there are several specimens. None for a single test.
     """
     tests, curves = fit.problem.laboratory.tests, fit.curves
     specimens = np.unique(curves.specimen)

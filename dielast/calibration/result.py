@@ -1,4 +1,4 @@
-"""A calibrated material as a user reads it: parameters with verdicts, tests with errors and bands, draws."""
+"""The result of a calibration: parameters with verdicts, tests with errors and bands, draws."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from dielast.mechanics.load import Mode
 from dielast.numerics.columns import Floats
 
 LEVEL = 0.9
-PARTS = 16  # into which the scatter about a draw is divided
+PARTS = 16  # equally likely parts of the scatter about a draw
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Comparison(TabularResult):
-    """A test beside the model: `model`, `lower` and `upper` (n,), all counted as the test counts what it measured.
+    """A test and the model: `model`, `lower` and `upper` (n,), in SI and less `rest`, as the measured values of the test.
 
-    A measured value lies between lower and upper with the level of the calibration, scatter of specimens, the model's error and
-    noise included. NaN where the material cannot follow the test.
+    The interval from lower to upper covers a measured value with the level of the calibration; it includes the scatter of
+    specimens, the model's error and noise. NaN if the material cannot follow the test.
     """
 
     test: Experiment
@@ -52,12 +52,12 @@ class Comparison(TabularResult):
 
     @property
     def rms_relative_error(self) -> float:
-        """The same over the root mean square of what was measured."""
+        """`rms_error` over the root mean square of the measured values."""
         return self.rms_error / float(np.sqrt(np.mean(np.square(self.test.measured))))
 
     @property
     def r_squared(self) -> float:
-        """Share of the variance of what was measured that the model explains."""
+        """Share of the variance of the measured values that the model explains."""
         return 1 - self.rms_error**2 / float(np.var(self.test.measured))
 
     @property
@@ -67,7 +67,7 @@ class Comparison(TabularResult):
         return float(np.mean(inside)) if self.followed else np.nan
 
     def columns(self) -> Table:
-        """One point a row."""
+        """A row for each point."""
         return [
             Column("test", None, [self.test.name] * self.test.measured.size),
             Column("time", "s", self.test.time),
@@ -86,9 +86,9 @@ class Comparison(TabularResult):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Calibration(TabularResult):
-    """A material fitted to tests: the `fit`, what is known of its parameters, and the tests beside it.
+    """A material fitted to tests: the `fit`, the uncertainty of its parameters, and the comparison with the tests.
 
-    `profiles` is empty, and `draws` (draws, p) of the coordinates too, where the fit was interrupted. `level` is that of all
+    `profiles` and `draws` (draws, p), which are of the coordinates, are empty if the fit was interrupted. `level` is that of all
     intervals. The table is that of the parameters.
     """
 
@@ -114,22 +114,22 @@ class Calibration(TabularResult):
 
     @property
     def verdicts(self) -> dict[str, str]:
-        """What the tests say of each parameter, by its path."""
+        """The verdict on each parameter, by its path: determined, a lower or upper bound, or undetermined."""
         return {name: str(profile.verdict) for name, profile in zip(self.fit.space.names, self.profiles, strict=False)}
 
     @property
     def specimen_factors(self) -> dict[str, float]:
-        """By how much the stress of each specimen is above the material's."""
+        """The relative difference of each specimen's stress from that of the material, by specimen."""
         names = list(dict.fromkeys(test.specimen for test in self.fit.problem.laboratory.tests))
         factors = specimen_factors(self.fit.curves, self.fit.scatter, self.fit.curves.differences)
         return dict(zip(names, np.exp(factors).tolist(), strict=True))
 
     def total(self, fitted: bool) -> tuple[float, float]:
-        """Relative rms error and share of explained variance over all points of the fitted tests, or of the predicted ones."""
+        """Relative rms error and share of explained variance, over all points of the fitted or of the predicted tests."""
         chosen = [each for each in self.comparisons if each.fitted is fitted and each.followed]
         if not chosen:
             return np.nan, np.nan
-        # values of several units are counted by the size that they have in their test
+        # values of different units are divided by the root mean square of their test
         mixed = len({each.test.unit for each in chosen}) > 1
         sizes = [float(np.sqrt(np.mean(np.square(each.test.measured)))) if mixed else 1.0 for each in chosen]
         miss = np.concatenate([(each.model - each.test.measured) / size for each, size in zip(chosen, sizes, strict=True)])
@@ -138,7 +138,7 @@ class Calibration(TabularResult):
         return float(np.sqrt(square / np.mean(np.square(measured)))), 1 - square / float(np.var(measured))
 
     def columns(self) -> Table:
-        """One parameter a row, in SI; a parameter that is not determined has no standard error, and what is not known no value."""
+        """A row for each parameter, in SI; an undetermined parameter has no standard error, unknown numbers are NaN."""
         space, profiles = self.fit.space, self.profiles
         rows = list(enumerate(space.parameters))
         verdicts = [str(profiles[k].verdict) if profiles else "" for k, _ in rows]
@@ -162,7 +162,7 @@ class Calibration(TabularResult):
         ]
 
     def test_columns(self) -> Table:
-        """One test a row."""
+        """A row for each test."""
         every = self.comparisons
         return [
             Column("test", None, [each.test.name for each in every]),
@@ -177,7 +177,7 @@ class Calibration(TabularResult):
         ]
 
     def correlation_columns(self) -> Table:
-        """Correlations between the parameters, of the draws where there are any: one parameter a row."""
+        """Correlations between the parameters, from the draws if there are any: a row for each parameter."""
         names = list(self.fit.space.names)
         matrix = self.likelihood.correlation
         if self.draws.shape[0] > 2:
@@ -189,7 +189,7 @@ class Calibration(TabularResult):
         ]
 
     def residual_columns(self) -> Table:
-        """All tests, one point a row."""
+        """A row for each point of all tests."""
         tables = [each.columns() for each in self.comparisons]
         return [
             Column(parts[0].name, parts[0].unit, [str(text) for part in parts for text in part.values])
@@ -199,7 +199,7 @@ class Calibration(TabularResult):
         ]
 
     def profile_columns(self) -> Table:
-        """The profiles, one point a row: the rise of the sum of squares over the fit's."""
+        """The profiles, a row for each point: the rise of the sum of squares above that of the fit."""
         pairs = list(zip(self.fit.space.parameters, self.profiles, strict=False))
         return [
             Column("parameter", None, [each.name for each, profile in pairs for _ in profile.coordinate]),
@@ -209,7 +209,7 @@ class Calibration(TabularResult):
 
 
 def range_of(fit: Fit) -> CalibratedRange:
-    """The range of the tests of a fit; that of tests which a recipe simulates is what the fitted material does in them."""
+    """The range of the tests of a fit; for simulated tests, the range of the fitted material in them."""
     reached, times, heat = [], [], []
     for test in fit.problem.laboratory.tests:
         if isinstance(test, MeasuredTest):
@@ -236,10 +236,11 @@ def calibrate(
     level: float = LEVEL,
     watch: Watch | None = None,
 ) -> Calibration:
-    """Fit the `free` constants of a material, by their path in a material file, to `tests`, and find out how well each is known.
+    """Fit the `free` constants of a material, by their path in a material file, to `tests`, with the uncertainty of each constant.
 
-    Tests to `validate` are only predicted. Tests that the material cannot follow are left out and named in the result. See
-    `fit_material` for the rest; `draws` of the parameters come from their posterior, 0 for none.
+    Tests to `validate` are only predicted. Tests that the material cannot follow are left out and named in the result. `draws` is
+    the number of draws of the parameters from their posterior, 0 for none. For the other arguments and the errors raised see
+    `fit_material`.
     """
     fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)
     likelihood = likelihood_of(fit)
@@ -259,7 +260,7 @@ def calibrate(
 
 
 def say(watch: Watch | None, what: str, fit: Fit) -> None:
-    """Tell how far the calibration is."""
+    """Report the progress of the calibration."""
     if watch is not None:
         watch(what, 0, 1, misfit_of(fit))
 
@@ -280,12 +281,12 @@ def _moves(watch: Watch | None, fit: Fit) -> Callable[[int, int], None] | None:
 def compare_tests(
     fit: Fit, likelihood: Likelihood, draws: Floats, validate: Sequence[Experiment], level: float
 ) -> tuple[Comparison, ...]:
-    """The fitted tests and those to `validate` beside the model, with bands of what a further specimen would give."""
+    """Comparisons of the fitted tests and those to `validate` with the model, with bands for measurements on a further specimen."""
     from scipy.special import stdtrit
 
     tests = (*fit.problem.laboratory.tests, *validate)
     answers = Laboratory(tests).answers([fit.material, *fit.space.materials(draws)])
-    # Student's, as the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
+    # Student's, because the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
     width = float(stdtrit(likelihood.value_freedom, 0.5 * (1 + level)))
     parts = stdtrit(likelihood.value_freedom, (np.arange(PARTS) + 0.5) / PARTS)
     found = []
@@ -302,5 +303,5 @@ def compare_tests(
 
 
 def _stderr(value: float, scale: float | None, error: float) -> float:
-    """The standard error in SI of a coordinate's."""
+    """The standard error in SI from that of a coordinate."""
     return float(abs(value) * error if scale is None else scale * error)
