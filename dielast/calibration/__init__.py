@@ -1,1 +1,1 @@
-"""A material from a laboratory's own tests: what is free, how tests are followed, the fit, and what the tests tell."""
+"""Calibration of a material with a laboratory's tests: parameters, simulated tests, the fit, and its uncertainty."""

@@ -1,14 +1,14 @@
-"""The scatter of measured curves. How the model's error goes along a curve is told by the restricted likelihood (Patterson and
-Thompson 1971, DOI 10.1093/biomet/58.3.545), in which the parameters of the linearised model are left out. Close points, whose
-likelihood that mostly is, tell little of how large the error is: that follows from the sum of squares that the fit has left, which
-is expected to be the trace of what the covariance leaves beside the parameters.
+"""Estimate the scatter of measured curves. The correlation of the model's error along a curve follows from the restricted
+likelihood (Patterson and Thompson 1971, DOI 10.1093/biomet/58.3.545), from which the parameters of the linearised model are
+eliminated. This likelihood depends mostly on close points, which say little about the size of the error. The size follows from the
+residual sum of squares of the fit, whose expectation is the trace of the covariance outside the space of the parameters.
 
-Few curves leave open over which length the error is correlated, and a length that is too short makes the parameters look well
-known. Every correlation that is tried is therefore kept with its probability, equal beforehand (Hoeting et al. 1999, DOI
-10.1214/ss/1009212519; Kenward and Roger 1997, DOI 10.2307/2533558, on what a plugged-in covariance leaves out).
+Few curves do not determine the length over which the error is correlated, and too short a length gives standard errors that are
+too small. Every correlation of a list is therefore kept with its posterior probability; the prior is uniform (Hoeting et al. 1999,
+DOI 10.1214/ss/1009212519; Kenward and Roger 1997, DOI 10.2307/2533558, on the error of a single estimated covariance).
 
-Along a curve the covariance is (share^2 K + noise^2) times the levels. The eigenvectors of the correlation K turn it into numbers
-for all shares at once, and a specimen's factor is one rank more (Woodbury).
+Along a curve the covariance is (share^2 K + noise^2) times the levels. The eigenvectors of the correlation K make it diagonal for
+all shares at once; the factor of a specimen adds one rank (Woodbury).
 """
 
 from __future__ import annotations
@@ -31,30 +31,31 @@ from dielast.calibration.scatter import (
 )
 from dielast.numerics.columns import Floats
 
-SHARES = 0.002 * 3.0 ** np.arange(0, 5.5, 0.5)  # of the model's error, that are tried
-LENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0)  # of its correlation, that are tried: from close points to a whole curve
-STEADY = (0.03, 0.2, 0.6)  # shares of the level's square that are the same along a curve, that are tried
-USUAL_ERROR = 0.03  # of springs and branches along a curve
-KNOWN_AS_FROM = 4.0  # specimens from which the usual scatter of specimens is taken to be known
-LIKE_PIECES = 2.0  # of curves, from which the usual error is taken to be known
-SEEN = 1e-4  # of the largest effect: less is rounding
-MOST_POINTS = 80  # of a curve, evenly chosen, which tell the scatter
-UNLIKELY = 1e-4  # probability over that of the likeliest, below which a correlation is left out
+SHARES = 0.002 * 3.0 ** np.arange(0, 5.5, 0.5)  # sizes of the model's error that are tried
+LENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0)  # lengths of its correlation that are tried: from close points to a whole curve
+STEADY = (0.03, 0.2, 0.6)  # constant shares of the squared level of a curve that are tried
+USUAL_ERROR = 0.03  # usual error of springs and branches along a curve
+PRIOR_SPECIMENS = 4.0  # number of specimens that the prior for the scatter of specimens counts as
+PRIOR_FREEDOM = 2.0  # degrees of freedom that the prior for the model's error counts as
+SEEN = 1e-4  # of the largest effect: smaller effects are rounding errors
+MOST_POINTS = 80  # of a curve, evenly chosen, for the restricted likelihood
+UNLIKELY = 1e-4  # relative to the most likely correlation: less likely ones are dropped
 
 
 def estimate(
     curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, precision: Floats, specimen: float, stated: bool
 ) -> Scatter:
-    """The likeliest scatter that differences (n,) show from a model that was fitted with this `weight` (n,); its `jacobian` (n, p)
-    and prior `precision` (p, p) say what the fit has taken out of them. The scatter of specimens is `specimen` if that is `stated`,
-    and else so far.
+    """The most likely scatter, from differences (n,) between measurements and a fitted model.
+
+    The model was fitted with the `weight` (n,); its `jacobian` (n, p) and the prior `precision` (p, p) say which part of the
+    differences the fit removed. `specimen` is the scatter of specimens, final if it is `stated`, else a first estimate.
     """
     tried, logarithm = _tried(curves, differences, jacobian, precision, specimen)
     return _sized(tried[int(np.argmax(logarithm))], curves, differences, weight, jacobian, stated)
 
 
 def likely(curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, precision: Floats, known: Scatter) -> Scatters:
-    """All that the scatter may be, as `estimate` has it, when that of specimens is about as `known`."""
+    """The possible scatters with their probabilities; arguments as for `estimate`, `known` gives the scatter of specimens."""
     tried, logarithm = _tried(curves, differences, jacobian, precision, known.specimen)
     probability = np.exp(logarithm - np.max(logarithm))
     kept = np.flatnonzero(probability >= UNLIKELY)
@@ -66,8 +67,8 @@ def likely(curves: Curves, differences: Floats, weight: Floats, jacobian: Floats
 def _tried(
     curves: Curves, differences: Floats, jacobian: Floats, precision: Floats, specimen: float
 ) -> tuple[list[Scatter], Floats]:
-    """The correlations that are tried, and the logarithm of the restricted likelihood (tried,) of each, the mean over all sizes of
-    the error (equally likely beforehand on a logarithmic scale).
+    """The correlations that are tried, and the logarithm (tried,) of their restricted likelihood, averaged over the sizes of the
+    error (with a uniform prior on a logarithmic scale).
     """
     few = _Few.of(curves, differences, jacobian)
     noises = [noise_of(curves, curves.split(differences), steady) for steady in STEADY]
@@ -76,48 +77,48 @@ def _tried(
     for smooth, length in product(range(len(CORRELATIONS)), LENGTHS):
         trial = Scatter(noises[0], FIRST_SHARE, length, specimen, smooth=smooth)
         spectra = [np.linalg.eigh(trial.correlation(place)) for place in few.curves.places]
-        for steady, own in zip(STEADY, noises, strict=True):
-            tried.append(replace(trial, noise=own, steady=steady))
+        for steady, noise in zip(STEADY, noises, strict=True):
+            tried.append(replace(trial, noise=noise, steady=steady))
             half = 0.5 * _restricted(few, tried[-1], spectra, precision)
             logarithm.append(float(np.max(half) + np.log(np.mean(np.exp(half - np.max(half))))))
     return tried, np.array(logarithm)
 
 
 def _sized(tried: Scatter, curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, stated: bool) -> Scatter:
-    """A correlation with the sizes of the model's error and, unless `stated`, of the scatter of specimens that differences show."""
-    found = replace(tried, model_error=Left.of(curves, tried, weight, jacobian).size(differences))
+    """A correlation with the size of the model's error and, unless `stated`, the scatter of specimens, both from differences."""
+    scatter = replace(tried, model_error=Left.of(curves, tried, weight, jacobian).size(differences))
     if not stated:
-        factors = specimen_factors(curves, found, differences)
-        # a scaled inverse chi-square prior: as if so many specimens with the usual scatter were known already
-        total = KNOWN_AS_FROM * USUAL_SCATTER**2 + float(np.sum((factors - factors.mean()) ** 2))
-        specimens = KNOWN_AS_FROM + factors.size - 1
-        found = replace(found, specimen=float(np.sqrt(total / specimens)), specimens=specimens)
-    return found
+        factors = specimen_factors(curves, scatter, differences)
+        # a scaled inverse chi-square prior: counts as PRIOR_SPECIMENS specimens with the usual scatter
+        total = PRIOR_SPECIMENS * USUAL_SCATTER**2 + float(np.sum((factors - factors.mean()) ** 2))
+        specimens = PRIOR_SPECIMENS + factors.size - 1
+        scatter = replace(scatter, specimen=float(np.sqrt(total / specimens)), specimens=specimens)
+    return scatter
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Few:
-    """Evenly chosen points of curves, with the `columns` (n, p + 2) of each: differences, derivatives, and the model."""
+    """Evenly chosen points of curves, with the `columns` (n, p + 2) of each curve: differences, derivatives, and the model."""
 
     curves: Curves
     columns: list[Floats]
 
     @classmethod
     def of(cls, curves: Curves, differences: Floats, jacobian: Floats) -> _Few:
-        """At most so many points of each curve as tell the scatter."""
+        """At most `MOST_POINTS` of each curve."""
         sizes = [values.size for values in curves.values]
         rows = [np.unique(np.linspace(0, size - 1, min(size, MOST_POINTS)).astype(np.intp)) for size in sizes]
         values, model, places = (
-            tuple(each[own] for each, own in zip(parts, rows, strict=True))
+            tuple(part[chosen] for part, chosen in zip(parts, rows, strict=True))
             for parts in (curves.values, curves.model, curves.places)
         )
         miss, slopes = curves.split(differences), np.split(jacobian, np.cumsum(sizes)[:-1])
-        columns = [np.column_stack((miss[k][own], slopes[k][own], curves.model[k][own])) for k, own in enumerate(rows)]
+        columns = [np.column_stack((miss[k][row], slopes[k][row], curves.model[k][row])) for k, row in enumerate(rows)]
         return cls(Curves(values, model, places, curves.specimen), columns)
 
 
 def _restricted(few: _Few, scatter: Scatter, spectra: Sequence[tuple[Floats, Floats]], precision: Floats) -> Floats:
-    """Twice the restricted log-likelihood (shares,) of a scatter with each of the `SHARES`, but for a constant; `spectra` are the
+    """Twice the restricted log-likelihood (shares,), up to a constant, of a scatter with each of the `SHARES`; `spectra` are the
     eigenvalues and eigenvectors of the correlation along each curve.
     """
     size = few.columns[0].shape[1]
@@ -128,15 +129,15 @@ def _restricted(few: _Few, scatter: Scatter, spectra: Sequence[tuple[Floats, Flo
         turned = vectors.T @ (few.columns[k] / levels[k][:, None])
         variance = np.square(SHARES)[:, None] * np.maximum(values, 0.0) + scatter.noise[k] ** 2
         determined += np.sum(np.log(variance), axis=1)
-        own = (turned.T / variance[:, None, :]) @ turned
+        product = (turned.T / variance[:, None, :]) @ turned
         specimen = int(few.curves.specimen[k])
-        products[specimen] = products.get(specimen, np.zeros_like(own)) + own
+        products[specimen] = products.get(specimen, np.zeros_like(product)) + product
     whole = np.zeros((SHARES.size, size, size))
-    for own in products.values():
-        shared = 1 + scatter.specimen**2 * own[:, -1, -1]
-        whole += own - scatter.specimen**2 / shared[:, None, None] * own[:, :, -1:] * own[:, -1:, :]
+    for product in products.values():
+        shared = 1 + scatter.specimen**2 * product[:, -1, -1]
+        whole += product - scatter.specimen**2 / shared[:, None, None] * product[:, :, -1:] * product[:, -1:, :]
         determined += np.log(shared)
-    # the levels are a part of the covariance that differs between shares of what is steady
+    # the levels are a part of the covariance, and depend on the share `steady`
     determined += 2 * sum(float(np.sum(np.log(level))) for level in levels)
     normal, pull = whole[:, 1:-1, 1:-1] + precision, whole[:, 1:-1, 0]
     scale = np.sqrt(np.maximum(np.einsum("spp->sp", normal), 1e-300))
@@ -148,7 +149,7 @@ def _restricted(few: _Few, scatter: Scatter, spectra: Sequence[tuple[Floats, Flo
 
 
 def basis_of(columns: Floats) -> Floats:
-    """An orthonormal basis (n, q) of what `columns` (n, p) span."""
+    """An orthonormal basis (n, q) of the space of the `columns` (n, p)."""
     size = np.linalg.norm(columns, axis=0)
     seen = size > SEEN * float(np.max(size, initial=0.0))
     vectors, values, _ = np.linalg.svd(columns[:, seen] / size[seen], full_matrices=False)
@@ -157,9 +158,9 @@ def basis_of(columns: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Left:
-    """What is left of weighted differences beside the parameters and the factors of specimens, which the orthonormal `basis` (n, q)
-    spans; `expected` is the sum of squares there of a model's error of size 1, and that scatters as the squares of so many
-    independent `pieces` do (Satterthwaite 1946, DOI 10.2307/3002019).
+    """Weighted differences outside the space of the parameters and the factors of specimens, which has the orthonormal `basis` (n,
+    q). `expected` is the expectation of their sum of squares for a model's error of size 1, and `pieces` its effective degrees of
+    freedom (Satterthwaite 1946, DOI 10.2307/3002019).
     """
 
     curves: Curves
@@ -171,17 +172,19 @@ class Left:
 
     @classmethod
     def of(cls, curves: Curves, scatter: Scatter, weight: Floats, jacobian: Floats) -> Left:
-        """Of differences with a `weight` (n,) from a model of the `jacobian` (n, p)."""
+        """For differences with a `weight` (n,) from a model with the `jacobian` (n, p)."""
         factors = [
-            np.concatenate([values if k == one else 0 * values for k, values in zip(curves.specimen, curves.model, strict=True)])
-            for one in np.unique(curves.specimen)
+            np.concatenate(
+                [values if k == specimen else 0 * values for k, values in zip(curves.specimen, curves.model, strict=True)]
+            )
+            for specimen in np.unique(curves.specimen)
         ]
         basis = basis_of(weight[:, None] * np.column_stack((jacobian, *factors)))
         first, second = 0.0, 0.0
         inside, crossed = np.zeros((2, basis.shape[1], basis.shape[1]))
         parts = zip(curves.places, curves.levels(scatter.steady), curves.split(weight), curves.split(basis.T), strict=True)
-        for place, level, own, vectors in parts:
-            block = scatter.correlation(place) * np.outer(own * level, own * level)
+        for place, level, factor, vectors in parts:
+            block = scatter.correlation(place) * np.outer(factor * level, factor * level)
             turned = block @ vectors.T
             first, second = first + float(np.trace(block)), second + float(np.sum(np.square(block)))
             inside, crossed = inside + vectors @ turned, crossed + turned.T @ turned
@@ -191,15 +194,15 @@ class Left:
 
     @property
     def known(self) -> float:
-        """From how many pieces the size of the model's error is known, those that are known beforehand among them."""
-        return LIKE_PIECES + self.pieces
+        """Degrees of freedom of the size of the model's error, those of the prior included."""
+        return PRIOR_FREEDOM + self.pieces
 
     def size(self, differences: Floats) -> float:
-        """The size of the model's error that differences (n,) show, with what is usual as a scaled inverse chi-square prior."""
+        """The size of the model's error from differences (n,), with the usual error as a scaled inverse chi-square prior."""
         levels = self.curves.levels(self.scatter.steady)
         noise = self.weight * np.concatenate([k * level for k, level in zip(self.scatter.noise, levels, strict=True)])
         weighted = self.weight * differences
         left = float(weighted @ weighted - np.sum(np.square(self.basis.T @ weighted)))
         left -= float(noise @ noise - np.sum(np.square(self.basis * noise[:, None])))
         shown = max(left, 0.0) / self.expected if self.expected > 0 else 0.0
-        return float(np.sqrt((self.pieces * shown + LIKE_PIECES * USUAL_ERROR**2) / self.known))
+        return float(np.sqrt((self.pieces * shown + PRIOR_FREEDOM * USUAL_ERROR**2) / self.known))

@@ -1,4 +1,4 @@
-"""Tests as a calibration sees them: what was measured, where and when."""
+"""Tests for a calibration: measured values, times, temperature and specimen."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class MeasuredTest(Result):
     """A test in which the stretch was prescribed: `time` in s, `stretch` and nominal `stress` in Pa, all (n,), times ascending.
 
     Time counts from the undeformed state at rest; a stretch other than 1 at time 0 was reached at once. `temperature` in degC.
-    A voltage that electrodes on both faces hold from time 0 on is a `nominal_field`; the stress is that of the machine all the
-    same. Tests of one `specimen` share the factor by which its stress differs from the material's. Raises `InputError` for columns
-    of unequal length, for fewer than 3 points, for what is not finite, for times that do not ascend, and for a test without any
-    stretch or stress.
+    A constant voltage between electrodes on both faces is stated as a `nominal_field`; the stress is still that of the machine.
+    Tests of one `specimen` share the factor by which its stress differs from that of the material. Raises `InputError` for columns
+    of unequal length, fewer than 3 points, values that are not finite, times that do not ascend, and a test without stretch or
+    stress.
     """
 
     name: str
@@ -35,9 +35,11 @@ class MeasuredTest(Result):
     mode: Mode | str = Mode.UNIAXIAL
     specimen: str = ""
     nominal_field: float = 0.0
-    """Of a constant voltage over the undeformed thickness, V/m."""
+    """Constant voltage over the undeformed thickness, V/m."""
     ramp_rate: float | None = None
-    """Of the ramp from rest to the first point, which is then held until its time, 1/s; None: a straight line leads there."""
+    """Rate in 1/s of the ramp from rest to the first stretch, which is held until the time of the first point; None: a ramp that
+    ends at this time.
+    """
     corner_time: Floats = field(init=False)
     corner_stretch: Floats = field(init=False)
     header: ClassVar = "nominal_stress_1 [Pa]"
@@ -53,7 +55,7 @@ class MeasuredTest(Result):
         if not np.all(np.isfinite(time) & np.isfinite(stretch) & np.isfinite(stress)):
             raise InputError("every value must be finite", argument=self.name)
         if not np.isfinite(self.nominal_field):
-            raise InputError("it must be finite", argument="nominal_field")
+            raise InputError("a finite number is needed", argument="nominal_field")
         if np.any(time < 0) or np.any(np.diff(time) <= 0):
             raise InputError("times must ascend from 0 s", argument=self.name)
         if np.any(stretch <= 0):
@@ -62,9 +64,9 @@ class MeasuredTest(Result):
             raise InputError("the stress is 0 throughout: nothing was measured", argument=self.name)
         if np.all(stretch == 1) and not self.nominal_field:
             raise InputError(
-                "the stretch is 1 throughout, which is undeformed: that tells nothing of a material", argument=self.name
+                "the stretch is 1 throughout: a test of an undeformed specimen determines no constant", argument=self.name
             )
-        # what is measured at once is not what holds a moment later
+        # at a stretch reached at once, the stress changes within the first moment
         if time[0] == 0 and (stretch[0] != 1 or self.nominal_field):
             kept = corners(time, stretch)
             corner_time, corner_stretch = time[kept], stretch[kept]
@@ -85,7 +87,7 @@ class MeasuredTest(Result):
             object.__setattr__(self, name, value)
 
     def _before(self, time: float, stretch: float) -> tuple[list[float], list[float]]:
-        """Times and stretches on the way to the first point."""
+        """Times and stretches before the first point."""
         if time == 0:
             return [], []
         if self.ramp_rate is None:
@@ -95,7 +97,7 @@ class MeasuredTest(Result):
         lasts = abs(stretch - 1) / self.ramp_rate
         if lasts > time:
             late = f"at {self.ramp_rate:g} /s a stretch of {stretch:g} is reached after {lasts:g} s"
-            raise InputError(f"{late}, but the first point is at {time:g} s", argument="ramp_rate")
+            raise InputError(f"{late}, but the first point is at {time:g} s: state a higher rate", argument="ramp_rate")
         return ([0.0, lasts], [1.0, stretch]) if 0 < lasts < time else ([0.0], [1.0])
 
     @property
@@ -105,17 +107,17 @@ class MeasuredTest(Result):
 
     @property
     def place(self) -> Floats:
-        """Where along the curve each point lies (n,)."""
+        """The path length (n,) of each point along the curve."""
         return path_length(self.time, self.stretch)
 
     @property
     def followed(self) -> Floats:
-        """The stretch (n,) on the lines between the corners."""
+        """The stretch (n,) on the straight lines between the corners."""
         return np.interp(self.time, self.corner_time, self.corner_stretch)
 
     @property
     def largest_invariant(self) -> float:
-        """The largest I1 on the way."""
+        """The largest I1 of the test."""
         squared = np.square(self.corner_stretch)
         second = {Mode.UNIAXIAL: 1 / np.sqrt(squared), Mode.EQUIBIAXIAL: squared, Mode.PURE_SHEAR: np.ones_like(squared)}
         other = second[Mode(self.mode)]
@@ -123,53 +125,53 @@ class MeasuredTest(Result):
 
 
 class SimulatedExperiment(Protocol):
-    """A test that a simulation of its own stands for, as the fit needs it."""
+    """A test with a simulation, such as an actuation test of a recipe, as the fit needs it."""
 
     @property
     def name(self) -> str:
-        """What the test is called."""
+        """The name of the test."""
 
     @property
     def specimen(self) -> str:
-        """Which specimen it was made on: tests of one specimen share the factor by which its stress differs."""
+        """The name of the specimen: tests of one specimen share its stress factor."""
 
     @property
     def measured(self) -> Floats:
-        """What was measured (n,), in SI."""
+        """The measured values (n,) in SI, less `rest`."""
 
     @property
     def place(self) -> Floats:
-        """Where along the curve each point lies (n,), as `path_length` has it."""
+        """The path length (n,) of each point along the curve, see `path_length`."""
 
     @property
     def time(self) -> Floats:
-        """When (n,), in s."""
+        """The times (n,) in s."""
 
     @property
     def stretch(self) -> Floats | None:
-        """The stretch (n,), where it was prescribed."""
+        """The stretch (n,), None if it was not prescribed."""
 
     @property
     def temperature(self) -> float:
-        """In degC."""
+        """The temperature in degC."""
 
     @property
     def header(self) -> str:
-        """What was measured, as tables head it: `name [unit]`."""
+        """The header of the measured column in tables: `name [unit]`."""
 
     @property
     def unit(self) -> str:
-        """The unit of what was measured."""
+        """The unit of the measured values."""
 
     @property
     def rest(self) -> float:
-        """What was measured of a specimen at rest, which `measured` is counted from."""
+        """The value for a specimen at rest, which is subtracted in `measured`."""
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:
-        """What each material gives (materials, n), NaN where it cannot follow the test."""
+        """The simulated values (materials, n) less `rest`, NaN if a material cannot follow the test."""
 
     def reach(self, material: Material) -> tuple[str, float]:
-        """The mode of loading, such as "equibiaxial", and the largest I1 to which this material comes in the test."""
+        """The mode of loading, such as "equibiaxial", and the largest I1 that this material reaches in the test."""
 
 
 Experiment = MeasuredTest | SimulatedExperiment

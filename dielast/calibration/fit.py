@@ -1,4 +1,4 @@
-"""The fit of a material to tests: many starts, and how far the measured curves lie from the best."""
+"""The fit of a material to tests, from many starts, and its misfit."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from dielast.material.material import Material
 from dielast.numerics.columns import Flags, Floats
 
 STARTS = 8
-INSIDE = 0.1  # of the range, that starts keep from the bounds
-ROUNDS = 2  # of fits, each with the scatter that the one before has shown
-SAME = 1e-3  # difference of sums of squares, over the least or a hundred, up to which two starts have found the same
+INSIDE = 0.1  # least distance of starts from the bounds, as a share of the range
+ROUNDS = 2  # number of fits, each with the scatter estimated from the previous fit
+SAME = 1e-3  # difference of two sums of squares, over the least of them or 100, up to which two starts ended in the same fit
 
-MANY = 0.5  # share of starts that end in the best fit, below which there may be a better one
+MANY = 0.5  # share of starts that end in the best fit; with fewer, a better fit may exist
 
 Watch = Callable[[str, int, int, float], None]
-"""Called with what is being done, how often it has been, how often at most, and the misfit at present (relative, rms)."""
+"""Called with the name of the task, its number of steps done, its greatest number of steps, and the present relative rms misfit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Fit(Result):
-    """A fitted material: `coordinates` (p,) of the `problem`, its `scatter`, and how the starts ended.
+    """A fitted material: `coordinates` (p,) of the `problem`, its `scatter`, and the results of the starts.
 
-    `start_cost` (starts,) are sums of squares, infinite where a start could not be followed; `curves` are
-    those measured, with the model's; `slopes` (n, p) the derivatives of all answers in the coordinates.
+    `start_cost` (starts,) are sums of squares, infinite if the material of a start could not follow the tests; `curves` are
+    measured and modelled values; `slopes` (n, p) are the derivatives of all modelled values by the coordinates.
     """
 
     problem: Problem
@@ -47,7 +47,7 @@ class Fit(Result):
     start_cost: Floats
     finished: bool = True
     left_out: tuple[str, ...] = ()
-    """Tests that no start can follow."""
+    """Tests that the material of no start can follow."""
 
     @property
     def space(self) -> ParameterSpace:
@@ -63,20 +63,20 @@ class Fit(Result):
 
     @property
     def same_share(self) -> float:
-        """Share of the starts that ended where the best did."""
+        """Share of the starts that ended in the best fit."""
         least = float(np.min(self.start_cost))
         return float(np.mean(self.start_cost <= least + SAME * max(least, 100.0)))
 
     @property
     def start_misfit(self) -> Floats:
-        """The misfit (starts,) at which each start ended over that of the best, ascending; infinite where nothing follows."""
+        """The misfit (starts,) of the starts over that of the best fit, ascending; infinite if the tests could not be followed."""
         return np.sort(np.sqrt(self.start_cost / max(float(np.min(self.start_cost)), 1e-300)))
 
     @property
     def aic(self) -> float:
         """Akaike's criterion, to compare laws that were fitted to the same tests.
 
-        There are as many independent points as curves have usual lengths of correlation.
+        The number of independent points is the length of the curves over the usual length of correlation.
         """
         count = sum(float(place[-1]) for place in self.curves.places) / (2 * FIRST_LENGTH)
         relative = self.curves.differences / np.concatenate(self.curves.levels())
@@ -84,13 +84,13 @@ class Fit(Result):
 
     @property
     def at_bound(self) -> Flags:
-        """Which parameters (p,) rest on a bound."""
+        """Whether parameters (p,) are at a bound."""
         lower, upper = self.space.bounds
         return np.asarray((self.coordinates <= lower) | (self.coordinates >= upper))
 
 
 def starts_of(space: ParameterSpace, count: int) -> Floats:
-    """Coordinates (count, p) to start from: the stated ones, and points of a Sobol sequence within the bounds."""
+    """Coordinates (count, p) of the starts: the stated start, and points of a Sobol sequence within the bounds."""
     if count == 1:
         return space.start[None]
     from scipy.stats import qmc
@@ -113,15 +113,15 @@ def fit_material(
 ) -> Fit:
     """Fit the `free` constants of a material to tests by weighted least squares, from several starts at once.
 
-    `specimen_scatter` is the relative scatter between specimens; left out, it is estimated. Raises `InputError` for parameters
-    that the material does not have, and `NumericsError` if no start can follow all tests. Interrupted, it ends with the best so
-    far, which `finished` tells.
+    `specimen_scatter` is the relative scatter between specimens; None: it is estimated. Ctrl-C ends with the best fit so far and
+    `finished` False. Raises `InputError` for parameters that the material does not have, and `NumericsError` if no start can
+    follow all tests.
     """
     if not tests:
         raise InputError("at least one test is needed", argument="tests")
     space = parameter_space(material, free)
     if (points := sum(test.measured.size for test in tests)) <= len(space):
-        fewer = f"{points} measured points for {len(space)} free parameters: more points are needed, or fewer parameters"
+        fewer = f"{points} measured points for {len(space)} free parameters: more points or fewer parameters are needed"
         raise InputError(fewer, argument="tests")
     start = starts_of(space, starts)
     answers = Laboratory(tests).answers(space.materials(start))
@@ -135,7 +135,7 @@ def fit_material(
 def fit_space(
     space: ParameterSpace, laboratory: Laboratory, start: Floats, specimen_scatter: float | None = None, watch: Watch | None = None
 ) -> Fit:
-    """As `fit_material`, from the coordinates `start` (starts, p)."""
+    """`fit_material` from the coordinates `start` (starts, p)."""
     problem = Problem(space, laboratory)
     lower, upper = space.bounds
     curves = problem.curves()
@@ -186,23 +186,23 @@ def fit_space(
 
 
 def _furthest(tests: Sequence[Experiment]) -> str:
-    """How far the tests go, which may be why nothing follows."""
+    """A hint on the largest stretch of the tests, which may be why no start can follow them."""
     reached = [(float(np.max(test.stretch)), test.name) for test in tests if test.stretch is not None]
     if not reached:
         return ""
     stretch, name = max(reached)
-    return f"; {name} goes to a stretch of {stretch:.4g}: is that beyond a limit of the springs, or is a unit wrong?"
+    return f"; {name} reaches a stretch of {stretch:.4g}: check its unit, and the limits of the springs"
 
 
 @dataclass(slots=True)
 class _State:
-    """The best coordinates (p,) so far, which an interrupt leaves."""
+    """The best coordinates (p,) so far, for an interrupt."""
 
     coordinates: Floats
 
 
 def slopes_at(problem: Problem, at: Floats) -> Floats:
-    """The derivatives (n, p) of all answers in the coordinates (p,)."""
+    """The derivatives (n, p) of all modelled values by the coordinates (p,)."""
     lower, upper = problem.space.bounds
     moves = np.ones((1, at.size), dtype=bool)
     _, slopes = with_slopes(lambda q, _: problem.answers(q), at[None], np.zeros(1, dtype=np.intp), lower, upper, moves)
@@ -210,5 +210,5 @@ def slopes_at(problem: Problem, at: Floats) -> Floats:
 
 
 def known_beforehand(problem: Problem) -> Floats:
-    """The precision (p, p) of all that is known beforehand."""
+    """The precision (p, p) of the prior, smoothness included."""
     return problem.precision + problem.smoothness if problem.smoothness.size else problem.precision

@@ -1,4 +1,4 @@
-"""What a specimen went through, point by point, as few straight lines for the solver."""
+"""Measured histories as few straight lines for the solver, and path lengths along curves."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import numpy as np
 
 from dielast.numerics.columns import Cases, Floats
 
-TOLERANCE = 1e-3  # of the range of the values: what a machine's noise may be straightened by
+TOLERANCE = 1e-3  # of the range of the values: lets straight lines remove the noise of a machine
 
 
 def corners(time: Floats, value: Floats, tolerance: float = TOLERANCE) -> Cases:
-    """Indices of the points between which straight lines miss no point (n,) by more than `tolerance` times the range of values.
+    """Indices of corners: straight lines between them deviate by at most `tolerance` times the range of values from all points
+    (n,).
 
-    The first and the last are among them (Ramer 1972, DOI 10.1016/S0146-664X(72)80017-0; distances along the axis of values).
+    They include the first and the last point (Ramer 1972, DOI 10.1016/S0146-664X(72)80017-0; distances along the axis of values).
     """
     allowed = tolerance * float(np.ptp(value)) + 1e-12 * float(np.max(np.abs(value)))
     kept = np.zeros(time.size, dtype=bool)
@@ -34,13 +35,13 @@ def corners(time: Floats, value: Floats, tolerance: float = TOLERANCE) -> Cases:
 
 
 def path_length(time: Floats, value: Floats) -> Floats:
-    """How far (n,) each point lies along a curve, in ranges of the value and decades of time, whatever the rate of sampling.
+    """The path length (n,) of each point along a curve, in ranges of the value and decades of time; independent of the sampling.
 
-    A ramp is about 1 long, and so is each decade of a hold.
+    A ramp has a length of about 1, and so has each decade of a hold.
     """
     reach = float(np.ptp(value))
     moved = np.diff(value) / reach if reach > 0 else np.zeros(time.size - 1)
     first = time[time > 0][0] if np.any(time > 0) else 1.0
     later = np.diff(np.log10(np.maximum(time, first)))
-    # while the value moves, it tells how far a curve has come; time does so in a hold
+    # the value measures the path in a ramp, time in a hold
     return np.concatenate(([0.0], np.cumsum(np.where(np.abs(moved) > 0.02 * later, np.abs(moved), later))))

@@ -1,7 +1,7 @@
-"""What materials answer in the tests of a calibration, all tests and all materials at once.
+"""Simulation of the tests of a calibration, for all tests and all materials at once.
 
-Where the stretch is prescribed every branch is on its own (`mechanics.stretched`), and the stress is linear in the moduli: a branch
-that several materials share, as those do that a derivative compares, is followed once.
+Under a prescribed stretch the branches are independent (`mechanics.stretched`), and the stress is linear in the moduli: a branch
+that several materials share, such as the materials of a finite difference, is solved once.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from dielast.numerics.columns import Cases, Flags, Floats
 from dielast.simulate.membrane import relax
 
 RTOL = 1e-5  # of the solver
-MOST = 6000  # branches that are followed together: what bounds the memory
+MOST = 6000  # branches that are solved together, to bound the memory
 SYMMETRIES = {Mode.UNIAXIAL: UNIAXIAL, Mode.EQUIBIAXIAL: EQUIBIAXIAL, Mode.PURE_SHEAR: None}
 
 
 class Laboratory:
-    """All tests of a calibration, and what materials answer in them."""
+    """All tests of a calibration, and their simulation."""
 
     def __init__(self, tests: Sequence[Experiment], rtol: float = RTOL) -> None:
         self.tests, self.rtol = tuple(tests), rtol
@@ -37,7 +37,7 @@ class Laboratory:
         self.temperatures = np.unique([test.temperature for test in self.machine.values()])
 
     def answers(self, materials: Sequence[Material | None]) -> list[Floats]:
-        """What each material gives in each test: arrays (materials, n), NaN for a material that cannot follow a test."""
+        """The simulated values in each test: arrays (materials, n), NaN for a material that cannot follow a test."""
         found = [np.full((len(materials), test.measured.size), np.nan) for test in self.tests]
         there = [k for k, material in enumerate(materials) if material is not None]
         if self.machine and there:
@@ -53,7 +53,7 @@ class Laboratory:
         return found
 
     def _carried(self, mode: Mode, members: Sequence[int], springs: Springs, there: Cases, found: list[Floats]) -> None:
-        """Fill in the tests `members`, all of one mode, for the materials that are `there`."""
+        """Fill in the tests `members`, all of one mode, for the valid materials `there`."""
         tests = [self.machine[index] for index in members]
         corner_time, corner_stretch = (
             _filled([getattr(test, name) for test in tests]) for name in ("corner_time", "corner_stretch")
@@ -94,7 +94,7 @@ class Laboratory:
 class Springs:
     """The springs of materials at temperatures: `modulus` in Pa and `rate` = 1/(3 tau) in 1/s, both (materials, temperatures,
     springs), the equilibrium spring first; `law` (materials, springs) of the `laws`, which act on arrays (..., 1, laws); and which
-    materials are `known` (materials,) at all temperatures.
+    materials are `known` (materials,) at all temperatures, that is, within the range of their shift law.
     """
 
     modulus: Floats
@@ -126,7 +126,7 @@ class Springs:
                 rate[row, :, 1 : count + 1] = 1 / (3 * material.relaxation_time(temperature))
                 modulus[row, :, 0] = material.equilibrium_modulus * material.equilibrium_scaling.factor(temperature, place)
                 factor = material.nonequilibrium_scaling.factor(temperature, place)
-            except InputError:  # beyond a table
+            except InputError:  # outside a table
                 known[row] = False
                 continue
             modulus[row, :, 1 : count + 1] = np.multiply.outer(
@@ -139,7 +139,7 @@ class Springs:
 def _under_voltage(
     test: MeasuredTest, materials: Sequence[Material | None], chosen: Sequence[int], rtol: float, found: Floats
 ) -> None:
-    """Fill in the rows `found` (materials, n) of the `chosen` materials in a test under voltage, which couples the branches."""
+    """Fill in the rows `found` (materials, n) of the `chosen` materials for a test under voltage, which couples the branches."""
     used = [material for k in chosen if (material := materials[k]) is not None]
     track = Step(stretch=Track(test.corner_time, test.corner_stretch))
     try:
@@ -152,7 +152,7 @@ def _under_voltage(
             rtol=rtol,
             nominal_field=test.nominal_field,
         )
-    except DielastError:  # of one of them: it is to be known of which
+    except DielastError:  # one of the materials fails: solve them one by one
         if len(used) > 1:
             for k in chosen:
                 _under_voltage(test, materials, [k], rtol, found)
@@ -163,13 +163,13 @@ def _under_voltage(
 
 
 def _filled(columns: Sequence[Floats]) -> Floats:
-    """Columns as rows of one array (columns, k), filled up with their last value."""
+    """Columns as rows of an array (columns, k); shorter ones are padded with their last value."""
     size = max(column.size for column in columns)
     return np.array([np.append(column, np.full(size - column.size, column[-1])) for column in columns])
 
 
 def _alike(test: Cases, law: Cases, rate: Floats) -> tuple[Cases, Cases]:
-    """Where each different set of the numbers (k,) first stands, (u,), and which of them each is, (k,)."""
+    """First indices (u,) of the distinct tuples of numbers (k,), and the index (k,) of each tuple among them."""
     order = np.lexsort((rate, law, test))
     columns = [values[order] for values in (test, law, rate)]
     new = np.append(True, np.any([values[1:] != values[:-1] for values in columns], axis=0))

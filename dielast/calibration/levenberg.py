@@ -1,7 +1,7 @@
-"""Levenberg and Marquardt's method for many fits at once: every model that all of them need is evaluated in one batch.
+"""Levenberg and Marquardt's method for many fits at once, which evaluates the models of all fits in one batch.
 
-Starts of one problem, points of a profile and resampled data are such fits. Bounds hold by projection: a parameter that rests on
-a bound and would leave the range is fixed for a step (Bertsekas 1982, DOI 10.1137/0320018; Nocedal and Wright, Ch. 10).
+The fits may be starts of one problem, points of a profile or resampled data. Bounds hold by projection: a parameter that is at a
+bound and would leave the range is fixed for a step (Bertsekas 1982, DOI 10.1137/0320018; Nocedal and Wright, Ch. 10).
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ import numpy as np
 
 from dielast.numerics.columns import Cases, Flags, Floats
 
-NUDGE = 1e-3  # of a coordinate, for derivatives: far above the solver's tolerance, far below what a logarithm curves by
+DIFFERENCE = 1e-3  # of a coordinate, for derivatives: far above the tolerance of the solver, and small for a logarithm
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-9, 1e9
-FALL, RISE = 0.2, 5.0  # of the damping, after a step that was taken and one that was not
-SETTLED = 1e-5  # relative change of the sum of squares with which a fit ends
-LONGEST = 1.5  # step of a coordinate: a factor of 4.5 of a positive number
+FALL, RISE = 0.2, 5.0  # factors on the damping, after an accepted and a refused step
+SETTLED = 1e-5  # relative change of the sum of squares at which a fit ends
+LONGEST = 1.5  # step of a coordinate, a factor of 4.5 for a positive number
 MOST_ITERATIONS = 120
 
 Residuals = Callable[[Floats, Cases], Floats]
-"""Residuals (k, n) at coordinates (k, p), each of the fit with that number (k,); not finite where there is no answer."""
+"""Residuals (k, n) at coordinates (k, p) of the fits with these numbers (k,); not finite if the model cannot be evaluated."""
 Watcher = Callable[[int, Floats, Floats], None]
 """Called after every iteration with its number, the sums of squares (fits,) and the coordinates (fits, p)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solutions:
-    """Where fits ended: `coordinates` (fits, p), `cost` (fits,) = the sum of squares, `residuals` (fits, n), `jacobian` (fits, n,
-    p), and which have `settled` (fits,). The cost is infinite where the start has no answer.
+    """Solutions of the fits: `coordinates` (fits, p), `cost` (fits,) = sum of squares, `residuals` (fits, n), `jacobian` (fits, n,
+    p), and which have `settled` (fits,). The cost is infinite if the model cannot be evaluated at the start.
     """
 
     coordinates: Floats
@@ -45,28 +45,28 @@ class Solutions:
 
 
 def with_slopes(residuals: Residuals, at: Floats, fits: Cases, lower: Floats, upper: Floats, moves: Flags) -> tuple[Floats, Floats]:
-    """Residuals (k, n) and their derivatives (k, n, p) at coordinates (k, p), forward differences, in one batch.
+    """Residuals (k, n) and their derivatives (k, n, p) at coordinates (k, p), by forward differences, in one batch.
 
-    Only parameters that `moves` (k, p) says are free are varied; the derivatives of the others are 0. A derivative that has no
-    answer on one side is looked for on the other.
+    Only parameters with `moves` (k, p) True are varied; the derivatives by the others are 0. If the model cannot be evaluated on
+    one side, the difference is taken on the other side.
     """
     count, size = at.shape
     row, column = np.nonzero(moves)
-    step = np.where(at + NUDGE > upper, -NUDGE, NUDGE)[row, column]
+    step = np.where(at + DIFFERENCE > upper, -DIFFERENCE, DIFFERENCE)[row, column]
     varied = at[row].copy()
     varied[np.arange(row.size), column] += step
     answers = residuals(np.concatenate((at, varied)), np.concatenate((fits, fits[row])))
-    here, there = answers[:count], answers[count:]
-    missing = np.flatnonzero(~np.all(np.isfinite(there), axis=1) & np.all(np.isfinite(here[row]), axis=1))
+    base, shifted = answers[:count], answers[count:]
+    missing = np.flatnonzero(~np.all(np.isfinite(shifted), axis=1) & np.all(np.isfinite(base[row]), axis=1))
     if missing.size:
         again = at[row[missing]].copy()
         again[np.arange(missing.size), column[missing]] -= step[missing]
         step[missing] *= -1
-        there[missing] = residuals(again, fits[row[missing]])
-    jacobian = np.zeros((count, here.shape[1], size))
-    slopes = (there - here[row]) / step[:, None]
+        shifted[missing] = residuals(again, fits[row[missing]])
+    jacobian = np.zeros((count, base.shape[1], size))
+    slopes = (shifted - base[row]) / step[:, None]
     jacobian[row, :, column] = np.where(np.isfinite(slopes), slopes, 0.0)
-    return here, jacobian
+    return base, jacobian
 
 
 def minimise(
@@ -82,7 +82,7 @@ def minimise(
 ) -> Solutions:
     """Least sums of squares from `start` (fits, p) within bounds (p,); parameters that are `fixed` (fits, p) keep their value.
 
-    A fit whose start has no answer stays there with an infinite cost.
+    A fit stays at its start, with an infinite cost, if the model cannot be evaluated there.
     """
     at = np.clip(start, lower, upper)
     count, size = at.shape
@@ -108,7 +108,7 @@ def minimise(
         at[taken], here[taken], jacobian[taken] = trial[better], trial_here[better], trial_jacobian[better]
         cost[taken] = trial_cost[better]
         damping[running] = np.clip(damping[running] * np.where(better, FALL, RISE), LEAST_DAMPING, MOST_DAMPING)
-        # a small gain under strong damping is not the end
+        # a small gain under strong damping does not mean convergence
         end = running[small & (~better | (damping[running] <= 1.0) | (moved < 1e-7))]
         done[end] = reached[end] = True
         if watch is not None:
@@ -124,7 +124,7 @@ def _costs(residuals: Floats) -> Floats:
 
 
 def _steps(here: Floats, jacobian: Floats, at: Floats, lower: Floats, upper: Floats, free: Flags, damping: Floats) -> Floats:
-    """The damped steps (k, p) of Gauss and Newton, in Marquardt's scaling, no longer than `LONGEST`."""
+    """The damped Gauss-Newton steps (k, p) in Marquardt's scaling, at most `LONGEST`."""
     slope = np.einsum("knp,kn->kp", jacobian, here)
     normal = np.einsum("knp,knq->kpq", jacobian, jacobian)
     moving = free & ~((at <= lower) & (slope > 0)) & ~((at >= upper) & (slope < 0))

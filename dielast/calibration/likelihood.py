@@ -1,18 +1,18 @@
-"""What is known of the parameters after a fit: the likelihood about it, and the standard errors that follow.
+"""The likelihood of the parameters about a fit, and their standard errors.
 
-The fit is one of weighted least squares, which no assumption about the model's error misleads; how well it is known follows
-from the covariance of all that was measured (`scatter`). With weighted differences z and their covariance M, and the projection P
-on what the parameters can do about z at the fit, the likelihood has the covariance
+The fit is by weighted least squares, which needs no assumption about the model's error; its uncertainty follows from the covariance
+of all measured values (`scatter`). With weighted differences z, their covariance M, and the projection P on the space of the
+derivatives of z by the parameters at the fit, the likelihood has the covariance
 
     S = P M P + (1 - P) M (1 - P):
 
-that of M in everything but the correlation between the two parts, which least squares does not use. It measures how far the curves
-of other parameters are from those of the fit. Its curvature there gives the covariance of least squares under M, the "sandwich"
+which is M without the correlation between the two parts, which least squares does not use. The likelihood compares the curves of
+other parameters with those of the fit. Its curvature at the fit gives the covariance of least squares under M, the "sandwich"
 (Huber 1967; White 1980, DOI 10.2307/1912934).
 
-M is the mean over all that the scatter may be. As the fit is the same under each, the covariance of the parameters is the mean of
-theirs, and a parameter is distributed as a mixture of Student's distributions, one for each (Hoeting et al. 1999, DOI
-10.1214/ss/1009212519).
+M is the mean over all possible scatters. As the fit does not depend on the scatter, the covariance of the parameters is the mean of
+the covariances under the possible scatters, and a parameter has a mixture of Student's distributions, one for each scatter (Hoeting
+et al. 1999, DOI 10.1214/ss/1009212519).
 """
 
 from __future__ import annotations
@@ -31,18 +31,17 @@ from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
 from dielast.numerics.columns import Cases, Flags, Floats
 from dielast.numerics.roots import fall
 
-MOST_FREEDOM = 1e6  # no quantile changes beyond
-SEEN = 1e-8  # of the largest information about any parameter: less is rounding
+MOST_FREEDOM = 1e6  # degrees of freedom beyond which no quantile changes
+SEEN = 1e-8  # of the largest information about any parameter: less is a rounding error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Likelihood:
     """The likelihood about a `fit`: `residuals` for any coordinates, `information` (p, p) of the data alone at the fit, and
-    `covariance` (p, p) with all that is known beforehand, infinite on the diagonal where nothing is. Of each of the `scatters`
-    there is the variance of each parameter as a `share` (members, p) of that in the covariance; to it specimens and noise
-    contribute beside the model's error, and it is known as from so many `freedom` (members, p) independent pieces of curves (Welch
-    1947, DOI 10.1093/biomet/34.1-2.28); `value_freedom` is that of the variance of a further measured value. At the fit the sum of
-    squares is 0.
+    `covariance` (p, p) with the prior, infinite on the diagonal for an undetermined parameter. For each of the `scatters`, `share`
+    (members, p) is the variance of each parameter over that in `covariance`, from the model's error, specimens and noise, and
+    `freedom` (members, p) its degrees of freedom (Welch 1947, DOI 10.1093/biomet/34.1-2.28); `value_freedom` are those of the
+    variance of a further measured value. At the fit the sum of squares is 0.
     """
 
     fit: Fit
@@ -56,24 +55,24 @@ class Likelihood:
 
     @property
     def standard_error(self) -> Floats:
-        """Of the coordinates (p,)."""
+        """Standard errors (p,) of the coordinates."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
     def correlation(self) -> Floats:
-        """Between the coordinates (p, p), NaN where a standard error is not finite."""
+        """Correlations (p, p) of the coordinates, NaN if a standard error is not finite."""
         error = self.standard_error
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(np.isfinite(error[:, None] * error), self.covariance / (error[:, None] * error), np.nan)
 
     @property
     def common_freedom(self) -> float:
-        """That of the one Student's distribution of all parameters which comes nearest to those of each."""
+        """Degrees of freedom of the single Student's distribution that comes nearest to those of all parameters."""
         return float(1 / np.mean(1 / _freedom(self.scatters, self.share, self.freedom)))
 
     def thresholds(self, level: float) -> Floats:
-        """By how much the sum of squares rises at the ends of intervals of this level (p,), the scatter being estimated."""
-        ends = self.share * fdtri(1.0, self.freedom, level)  # of each member alone, between which that of the mixture is
+        """The rise (p,) of the sum of squares at the ends of intervals of this level, for an estimated scatter."""
+        ends = self.share * fdtri(1.0, self.freedom, level)  # of each member; that of the mixture lies between them
         low, high = (1 - 1e-9) * np.min(ends, axis=0), (1 + 1e-9) * np.max(ends, axis=0)
 
         def left(rise: Floats) -> Floats:
@@ -83,13 +82,13 @@ class Likelihood:
 
 
 def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
-    """The likelihood about a fit; `scatters` are what the scatter may be, left out what the curves leave likely."""
+    """The likelihood about a fit; `scatters` are the possible scatters, by default those that the curves make likely."""
     problem, curves = fit.problem, fit.curves
     weight = np.concatenate(weights_of(curves, fit.scatter))
     if scatters is None:
         scatters = likely(curves, curves.differences, weight, fit.slopes, known_beforehand(problem), fit.scatter)
     slopes = weight[:, None] * fit.slopes
-    # what rests on a bound is not where least squares would have it
+    # a parameter at a bound is not a solution of least squares
     basis = basis_of(slopes[:, ~fit.at_bound])
     whole = scatters.covariance(curves) * np.outer(weight, weight)
     inside = whole @ basis
@@ -99,13 +98,13 @@ def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     model, known = np.concatenate(curves.model), known_beforehand(problem)
 
     def residuals(coordinates: Floats, fits: Cases) -> Floats:
-        own = (problem.answers(coordinates) - model) @ whiten.T
-        return np.concatenate((own, (coordinates - fit.coordinates) @ root_of(known)), axis=1)
+        moved = (problem.answers(coordinates) - model) @ whiten.T
+        return np.concatenate((moved, (coordinates - fit.coordinates) @ root_of(known)), axis=1)
 
-    told = whiten @ fit.slopes
-    information = told.T @ told
+    slopes = whiten @ fit.slopes
+    information = slopes.T @ slopes
     covariance = _covariance(information + known, ~fit.at_bound)
-    follows = np.where(np.isfinite(covariance), covariance, 0.0) @ told.T @ whiten
+    follows = np.where(np.isfinite(covariance), covariance, 0.0) @ slopes.T @ whiten
     pieces = np.array([Left.of(curves, each, weight, fit.slopes[:, ~fit.at_bound]).known for each in scatters.members])
     variance, freedom = (
         np.stack(each)
@@ -115,15 +114,15 @@ def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
         )
     )
     with np.errstate(invalid="ignore", divide="ignore"):
-        # what is known beforehand does not depend on the scatter
+        # the prior does not depend on the scatter
         share = np.where(variance > 0, 1 + (variance - scatters.mean(variance)) / np.diag(covariance), 1.0)
     value, known_as = np.array([_value(each, size) for each, size in zip(scatters.members, pieces.tolist(), strict=True)]).T
     return Likelihood(fit, residuals, information, covariance, scatters, share, freedom, float(_freedom(scatters, value, known_as)))
 
 
 def _freedom(scatters: Scatters, variance: Floats, freedom: Floats) -> Floats:
-    """From how many pieces the mean (...) of the variances (members, ...) is known, each of which is from `freedom` pieces: as the
-    squares of so many numbers scatter (Satterthwaite 1946, DOI 10.2307/3002019), the differences between members included.
+    """The degrees of freedom of the mean (...) of the variances (members, ...) with these degrees of `freedom` (Satterthwaite 1946,
+    DOI 10.2307/3002019), with the differences between members.
     """
     mean = scatters.mean(variance)
     spread = scatters.mean(np.square(variance) / freedom + 0.5 * np.square(variance - mean))
@@ -131,19 +130,19 @@ def _freedom(scatters: Scatters, variance: Floats, freedom: Floats) -> Floats:
 
 
 def _value(scatter: Scatter, pieces: float) -> tuple[float, float]:
-    """The variance of a further measured value, over the square of its level, and from how many pieces it is known."""
+    """The variance of a further measured value, over the square of its level, and its degrees of freedom."""
     error, specimens = scatter.model_error**2, scatter.specimen**2
     total = error + specimens + float(np.mean(scatter.noise)) ** 2
     return total, total**2 / (error**2 / pieces + specimens**2 / scatter.specimens)
 
 
 def _variance(curves: Curves, scatter: Scatter, follows: Floats, pieces: float) -> tuple[Floats, Floats]:
-    """The variance of each parameter (p,), which `follows` (p, n) what was measured, and from how many pieces (p,) it is known if
-    the model's error is from so many; that of noise is known well.
+    """The variance (p,) of the parameters, whose derivatives by the measured values are `follows` (p, n), and its degrees of
+    freedom (p,), if the model's error has `pieces`; the variance of noise is known well.
     """
 
-    def part(own: Scatter) -> Floats:
-        return np.asarray(np.einsum("pn,pn->p", follows @ covariance_of(curves, own), follows), dtype=float)
+    def part(scatter: Scatter) -> Floats:
+        return np.asarray(np.einsum("pn,pn->p", follows @ covariance_of(curves, scatter), follows), dtype=float)
 
     quiet = replace(scatter, noise=np.zeros_like(scatter.noise))
     total, error, specimens = part(scatter), part(replace(quiet, specimen=0.0)), part(replace(quiet, model_error=0.0))
@@ -154,21 +153,21 @@ def _variance(curves: Curves, scatter: Scatter, follows: Floats, pieces: float) 
 
 
 def _covariance(precision: Floats, moving: Flags) -> Floats:
-    """The inverse (p, p) of a precision; infinite on the diagonal for what it says nothing of, and for what is not `moving`."""
+    """The inverse (p, p) of a precision; infinite on the diagonal for undetermined parameters, and for those not `moving`."""
     size = np.sqrt(np.maximum(np.diag(precision), 0.0))
-    told = moving & (size > np.sqrt(SEEN) * float(np.max(size, initial=0.0)) * 1e-3)
+    determined = moving & (size > np.sqrt(SEEN) * float(np.max(size, initial=0.0)) * 1e-3)
     covariance = np.zeros_like(precision)
-    inner = np.ix_(told, told)
-    scaled = precision[inner] / np.outer(size[told], size[told])
+    inner = np.ix_(determined, determined)
+    scaled = precision[inner] / np.outer(size[determined], size[determined])
     values, vectors = np.linalg.eigh(scaled)
     inverse = vectors / np.maximum(values, 1e-12) @ vectors.T
-    covariance[inner] = inverse / np.outer(size[told], size[told])
-    covariance[~told, ~told] = np.inf
+    covariance[inner] = inverse / np.outer(size[determined], size[determined])
+    covariance[~determined, ~determined] = np.inf
     return covariance
 
 
 def prior_alone(problem: Problem, information: Floats) -> Flags:
-    """Parameters (p,) of which the data say nothing, whatever was known beforehand."""
+    """Whether parameters (p,) are determined by the prior only, and not by the data."""
     seen = np.diag(information)
     known = np.diag(problem.precision)
     return np.asarray(seen <= np.maximum(0.1 * known, SEEN * float(np.max(seen, initial=0.0))))

@@ -1,6 +1,6 @@
-"""What a calibration may change: parameters with bounds and priors, and the materials that their values make.
+"""The parameters of a calibration with bounds and priors, and the materials with their values.
 
-A parameter has a coordinate in which it is fitted: its logarithm where it can only be positive, else its value over a scale.
+A parameter is fitted in a coordinate: its logarithm if it can only be positive, else its value over a scale.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from dielast.material.numbers import SCALE, Kind, Numbers, kinds_of, material_of
 from dielast.numerics.columns import Floats
 
 WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
-TINY = 1e-3  # of the start: a modulus that is 0 in a draw has a logarithm all the same
-NARROW = 1e-3  # standard deviation of a coordinate that draws do not tell
+TINY = 1e-3  # of the start: replaces a modulus of 0 in a draw, which has no logarithm
+NARROW = 1e-3  # standard deviation added to each coordinate, as draws may share one value
 SIGNED = 3.0  # default bounds of a number of either sign, in scales on either side of the start
 _KEY = re.compile(r"(?P<section>[a-z]+)\.(?P<key>[A-Za-z0-9_]+)(\[(?P<index>\d+)\])?")
 
 
 @dataclass(frozen=True, slots=True)
 class Free(Result):
-    """What is known beforehand of a parameter: bounds, and a `prior` value with its `relative` standard deviation, all in SI.
+    """Bounds of a parameter, and a `prior` value with its `relative` standard deviation, in SI.
 
-    `start` is where a fit begins, by default the prior or the value of the material. `draws` of the material, such as a master
-    curve's, are a prior with all correlations between the parameters that have them.
+    `start` is where a fit begins, by default the prior or the value of the material. `draws` of the material, such as those from a
+    master curve, are a joint prior of all parameters that state them.
     """
 
     min: float | None = None
@@ -42,7 +42,7 @@ class Free(Result):
 
 @dataclass(frozen=True, slots=True)
 class Parameter(Result):
-    """One number that may change: `section`, `key` and, of a list, `index` lead to it; `start`, `lower` and `upper` in SI."""
+    """One free number, at `section`, `key` and, in a list, `index`; `start`, `lower` and `upper` in SI."""
 
     section: str
     key: str
@@ -52,13 +52,13 @@ class Parameter(Result):
     lower: float
     upper: float
     scale: float | None
-    """What the coordinate is a multiple of; None: the coordinate is the logarithm."""
+    """Unit of the coordinate; None: the coordinate is the logarithm."""
     prior: float | None = None
     relative: float | None = None
 
     @property
     def name(self) -> str:
-        """Its path in a material file."""
+        """The path in a material file."""
         return f"{self.section}.{self.key}" + ("" if self.index is None else f"[{self.index}]")
 
     def coordinate(self, value: Floats | float) -> Floats:
@@ -108,7 +108,7 @@ class ParameterSpace(Result):
         )
 
     def materials(self, coordinates: Floats) -> list[Material | None]:
-        """The material of each of the coordinates (k, p); None where a law refuses its constants."""
+        """The materials at coordinates (k, p); None if a law refuses its constants."""
         base = numbers_of(self.material)
         return [self._material(base, row) for row in self.values(coordinates).tolist()]
 
@@ -126,70 +126,69 @@ class ParameterSpace(Result):
 
 
 def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSpace:
-    """The space of the parameters that are `free`, by path in a material file; a list is free in each of its entries.
+    """The space of the parameters that are `free`, by path in a material file; in a list, all entries are free.
 
-    Raises `InputError` with the path as its key for what the material does not have, and for bounds that contradict each other.
+    Raises `InputError`, with the path as its key, for a constant that the material does not have and for contradictory bounds.
     """
     if not free:
-        raise InputError("nothing is free: state what may change", argument="free")
+        raise InputError("nothing is free: state the constants to fit", argument="free")
     numbers, kinds = numbers_of(material), kinds_of(material)
-    found: list[Parameter] = []
+    parameters: list[Parameter] = []
     for path, known in free.items():
         match = _KEY.fullmatch(path)
         section, key = (match["section"], match["key"]) if match else ("", "")
         if key not in kinds.get(section, {}):
-            there = [f"{name}.{each}" for name, own in kinds.items() for each in own]
-            raise InputError(f"the material has no such constant; there are {', '.join(there)}", key=path)
+            there = [f"{name}.{constant}" for name, constants in kinds.items() for constant in constants]
+            raise InputError(f"the material has no such constant; it has {', '.join(there)}", key=path)
         kind, value = kinds[section][key], numbers[section].get(key)
         if not isinstance(value, list):
-            found.append(_parameter(section, key, None, kind, known, value, _size(material, section, kind), path))
+            parameters.append(_parameter(section, key, None, kind, known, value, _size(material, section, kind), path))
             continue
         index = None if match is None or match["index"] is None else int(match["index"])
         if index is not None and index >= len(value):
             raise InputError(f"there are {len(value)} entries, counted from 0", key=path)
-        for k, each in enumerate(value):
+        for k, number in enumerate(value):
             if index in (None, k):
                 between = _between(value, k) if key == "relaxation_time" else known
-                own = known if known.min is not None or known.max is not None else between
-                found.append(_parameter(section, key, k, kind, own, each, _size(material, section, kind), path))
-    names = [each.name for each in found]
+                bounds = known if known.min is not None or known.max is not None else between
+                parameters.append(_parameter(section, key, k, kind, bounds, number, _size(material, section, kind), path))
+    names = [parameter.name for parameter in parameters]
     for name in names:
         if names.count(name) > 1:
             raise InputError("is free twice", key=name)
     if f"nonequilibrium.{SCALE}" in names and any(name.startswith("nonequilibrium.shear_modulus") for name in names):
-        raise InputError("one factor on all moduli, and each modulus, are free: choose one of them", key=f"nonequilibrium.{SCALE}")
-    centre, precision = np.zeros(len(found)), np.zeros(len(found))
-    for k, each in enumerate(found):
-        if each.prior is not None and each.relative is not None:
-            width = each.relative if each.scale is None else each.relative * abs(each.prior) / each.scale
-            centre[k], precision[k] = float(each.coordinate(each.prior)), 1 / width**2
+        raise InputError("a factor on all moduli and single moduli are free: free one of the two", key=f"nonequilibrium.{SCALE}")
+    centre, precision = np.zeros(len(parameters)), np.zeros(len(parameters))
+    for k, parameter in enumerate(parameters):
+        if parameter.prior is not None and parameter.relative is not None:
+            width = parameter.relative if parameter.scale is None else parameter.relative * abs(parameter.prior) / parameter.scale
+            centre[k], precision[k] = float(parameter.coordinate(parameter.prior)), 1 / width**2
     whole = np.diag(precision)
-    drawn = [k for k, each in enumerate(found) if _free_of(free, each).draws]
+    drawn = [k for k, parameter in enumerate(parameters) if _free_of(free, parameter).draws]
     if drawn:
         members = next(known.draws for known in free.values() if known.draws)
-        centre[drawn], whole[np.ix_(drawn, drawn)] = _moments(members, [found[k] for k in drawn])
-    return ParameterSpace(material, tuple(found), centre, whole)
+        centre[drawn], whole[np.ix_(drawn, drawn)] = _moments(members, [parameters[k] for k in drawn])
+    return ParameterSpace(material, tuple(parameters), centre, whole)
 
 
 def _free_of(free: Mapping[str, Free], parameter: Parameter) -> Free:
-    """What is known of a parameter, or of the list that it is an entry of."""
+    """The `Free` of a parameter, or of the list that contains it."""
     return free.get(parameter.name) or free[f"{parameter.section}.{parameter.key}"]
 
 
 def _moments(members: Sequence[Material], parameters: Sequence[Parameter]) -> tuple[Floats, Floats]:
-    """Mean (k,) and precision (k, k) of the parameters' coordinates in draws of a material.
+    """Mean (k,) and precision (k, k) of the coordinates of the parameters in draws of a material.
 
-    Few draws do not tell every correlation: these are shrunk (Ledoit and Wolf 2004, DOI 10.1016/S0047-259X(03)00096-4) by the share
-    that chance has in them.
+    Correlations from few draws are partly random: they are shrunk (Ledoit and Wolf 2004, DOI 10.1016/S0047-259X(03)00096-4) by the
+    ratio of parameters to draws.
     """
     values = []
     for member in members:
         numbers = numbers_of(member)
-        own = [numbers[each.section][each.key] for each in parameters]
-        values.append([one if each.index is None else one[each.index] for each, one in zip(parameters, own, strict=True)])
-    least = [TINY * abs(each.start) if each.scale is None else -np.inf for each in parameters]
+        values.append([_number(numbers, parameter) for parameter in parameters])
+    least = [TINY * abs(parameter.start) if parameter.scale is None else -np.inf for parameter in parameters]
     table = np.maximum(np.array(values, dtype=float), least)
-    coordinates = np.stack([each.coordinate(column) for each, column in zip(parameters, table.T, strict=True)], axis=1)
+    coordinates = np.stack([parameter.coordinate(column) for parameter, column in zip(parameters, table.T, strict=True)], axis=1)
     covariance = np.atleast_2d(np.cov(coordinates.T))
     variance = np.diag(covariance) + NARROW**2
     share = min(len(parameters) / len(members), 1.0)
@@ -197,8 +196,13 @@ def _moments(members: Sequence[Material], parameters: Sequence[Parameter]) -> tu
     return np.asarray(coordinates.mean(axis=0)), np.asarray(np.linalg.inv(shrunk), dtype=float)
 
 
+def _number(numbers: Numbers, parameter: Parameter) -> float:
+    stated = numbers[parameter.section][parameter.key]
+    return float(stated if parameter.index is None else stated[parameter.index])
+
+
 def _between(times: Sequence[float], k: int) -> Free:
-    """Bounds half-way in log time to the neighbouring branches, so that no two of them change places."""
+    """Bounds half-way in log time to the neighbouring branches, so that branches keep their order."""
     order = np.log(times)
     low = 0.5 * (order[k] + order[k + 1]) if k + 1 < len(times) else order[k] - np.log(WIDE)
     high = 0.5 * (order[k] + order[k - 1]) if k else order[k] + np.log(WIDE)
@@ -206,7 +210,7 @@ def _between(times: Sequence[float], k: int) -> Free:
 
 
 def _size(material: Material, section: str, kind: Kind) -> float:
-    """What a number of either sign is measured by: a stress by the spring's modulus, a bare number by 1."""
+    """The scale of a number of either sign: the modulus of the spring for a stress, 1 for a bare number."""
     if kind.unit != "Pa":
         return 1.0
     if section == "equilibrium":
@@ -217,7 +221,7 @@ def _size(material: Material, section: str, kind: Kind) -> float:
 def _parameter(
     section: str, key: str, index: int | None, kind: Kind, known: Free, value: float | None, size: float, path: str
 ) -> Parameter:
-    """A parameter with its bounds; `value` is that of the material, `size` what a number of either sign is measured by."""
+    """A parameter with its bounds; `value` is that of the material, `size` the scale of a number of either sign."""
     start = known.start if known.start is not None else known.prior if known.prior is not None else value
     if start is None or not np.isfinite(start) or (kind.positive and start <= 0):
         if known.min is None or known.max is None:
@@ -228,14 +232,14 @@ def _parameter(
     lower = known.min if known.min is not None else start / WIDE if scale is None else start - spread
     upper = known.max if known.max is not None else start * WIDE if scale is None else start + spread
     if scale is None and lower <= 0:
-        raise InputError(f"min = {lower:g}: a number above 0 is needed, as it can only be positive", key=path)
+        raise InputError(f"min = {lower:g}: a number above 0 is needed, as the constant must be positive", key=path)
     if lower >= upper:
         raise InputError(f"min = {lower:g} is not below max = {upper:g}", key=path)
-    for name, each in (("start", known.start), ("prior", known.prior)):
-        if each is not None and not lower <= each <= upper:
-            raise InputError(f"{name} = {each:g} is not between min = {lower:g} and max = {upper:g}", key=path)
+    for name, number in (("start", known.start), ("prior", known.prior)):
+        if number is not None and not lower <= number <= upper:
+            raise InputError(f"{name} = {number:g} is not between min = {lower:g} and max = {upper:g}", key=path)
     if (known.prior is None) != (known.relative is None):
-        raise InputError("prior and relative go together: the value expected, and its relative standard deviation", key=path)
+        raise InputError("prior and relative go together: the expected value and its relative standard deviation", key=path)
     return Parameter(
         section, key, index, kind.unit, float(np.clip(start, lower, upper)), lower, upper, scale, known.prior, known.relative
     )

@@ -1,8 +1,8 @@
-"""Draws of the parameters from their posterior, by an ensemble of walkers that moves in batches.
+"""Draws of the parameters from their posterior, by an ensemble of walkers that move in batches.
 
-The prior is flat in the coordinates within the bounds, so that a parameter that the tests leave open is drawn log-uniformly over
-its whole range. The walkers start from the profiles and the fit's covariance, and move by differences of other walkers
-(ter Braak 2006, DOI 10.1007/s11222-006-8769-1) in two halves of which each moves by the other.
+The prior is uniform in the coordinates within the bounds: a positive parameter that the tests do not determine is drawn
+log-uniformly over its range. The walkers start from the profiles and the covariance of the fit, and move by differences of other
+walkers (ter Braak 2006, DOI 10.1007/s11222-006-8769-1): each half of them moves by differences of the other half.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.random_streams import stream
 
 FEWEST_WALKERS, MOST_WALKERS = 40, 200
-MOVES = 25  # of every walker between two draws of it
-JUMP = 0.1  # share of the moves that may lead from one mode to another
+MOVES = 25  # moves of a walker between two of its draws
+JUMP = 0.1  # share of the moves that can jump between modes of the posterior
 JITTER = 1e-4  # of the range
 
 
@@ -30,7 +30,7 @@ def draw(
     seed: int = 1,
     watch: Callable[[int, int], None] | None = None,
 ) -> Floats:
-    """So many draws (count, p) of the coordinates; `watch` is called with the moves that are done and their number."""
+    """Draws (count, p) of the coordinates; `watch` is called with the number of moves done and the total number."""
     fit = likelihood.fit
     random = stream(seed, "posterior")
     lower, upper = fit.space.bounds
@@ -71,14 +71,14 @@ def draw(
 
 
 def _cost(likelihood: Likelihood, at: Floats, fits: Cases) -> Floats:
-    """Sums of squares (k,), infinite where there is no answer."""
+    """Sums of squares (k,), infinite if the tests cannot be simulated."""
     residuals = likelihood.residuals(at, fits)
     cost = np.einsum("kn,kn->k", residuals, residuals)
     return np.where(np.isfinite(cost), cost, np.inf)
 
 
 def _heavy(cost: Floats, likelihood: Likelihood) -> Floats:
-    """Minus twice the logarithm of the density (k,): that of Student's t, as the scatter itself is estimated."""
+    """Minus twice the logarithm of the density (k,), a Student's t because the scatter is estimated."""
     freedom = likelihood.common_freedom
     return np.asarray((freedom + likelihood.fit.coordinates.size) * np.log1p(cost / freedom))
 
@@ -86,7 +86,7 @@ def _heavy(cost: Floats, likelihood: Likelihood) -> Floats:
 def _opening(
     likelihood: Likelihood, profiles: Sequence[Profile], walkers: int, random: np.random.Generator, lower: Floats, upper: Floats
 ) -> Floats:
-    """Where the walkers (walkers, p) start: about points of the profiles, chosen by their likelihood, scattered as is known."""
+    """Starts of the walkers (walkers, p): points of the profiles, chosen by likelihood, with scatter from the covariance."""
     fit = likelihood.fit
     covariance = np.where(np.isfinite(likelihood.covariance), likelihood.covariance, 0.0)
     values, vectors = np.linalg.eigh(covariance)
@@ -95,7 +95,7 @@ def _opening(
     for j, profile in enumerate(profiles):
         if np.isfinite(likelihood.standard_error[j]):
             continue
-        # what the covariance does not know: anywhere along its profile, by likelihood
+        # a parameter without a variance: anywhere along its profile, by likelihood
         place = random.uniform(lower[j], upper[j], 20 * walkers)
         rise = np.interp(place, profile.coordinate, profile.rise)
         likely = place[random.random(place.size) < np.exp(-0.5 * rise)]

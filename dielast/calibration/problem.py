@@ -1,4 +1,4 @@
-"""The fit as a problem of least squares: what the tests and what is known beforehand say of the coordinates."""
+"""The fit as a problem of least squares: residuals of tests and priors as functions of the coordinates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """Parameters of the `space`, the tests of a `laboratory`, and `smoothness` (p, p), a precision beside that of the priors."""
+    """The parameters of a `space`, the tests of a `laboratory`, and `smoothness` (p, p), a precision beside that of the priors."""
 
     space: ParameterSpace
     laboratory: Laboratory
@@ -23,15 +23,15 @@ class Problem:
 
     @property
     def precision(self) -> Floats:
-        """What is known beforehand, as a precision (p, p) of the coordinates about `space.centre`, smoothness apart."""
+        """The precision (p, p) of the priors about `space.centre`, without smoothness."""
         return self.space.precision
 
     def answers(self, coordinates: Floats) -> Floats:
-        """What all tests give (k, n), one test after another, at coordinates (k, p)."""
+        """The simulated values (k, n) of all tests, one test after another, at coordinates (k, p)."""
         return np.concatenate(self.laboratory.answers(self.space.materials(coordinates)), axis=1)
 
     def curves(self, coordinates: Floats | None = None) -> Curves:
-        """The measured curves with the model's at coordinates (p,); without them, with themselves in the place of a model."""
+        """The measured curves with the model at coordinates (p,); without coordinates, the measured values stand for the model."""
         tests = self.laboratory.tests
         measured = tuple(test.measured for test in tests)
         names = list(dict.fromkeys(test.specimen for test in tests))
@@ -52,8 +52,8 @@ class Problem:
     def weighted(self, curves: Curves, scatter: Scatter, chosen: Floats | None = None) -> Residuals:
         """Residuals of weighted least squares; `chosen` (fits, tests) are factors on the weight of each test in each fit.
 
-        A curve has the weight of as many independent points as it has lengths of correlation, however densely it was sampled, and
-        tests of one specimen less than as many tests of several, as far as specimens scatter.
+        The weight of a curve is that of its number of correlation lengths in independent points, whatever its sampling. Several
+        tests of one specimen have less weight than tests of different specimens, depending on the scatter of specimens.
         """
         weight = np.concatenate(weights_of(curves, scatter))
         measured = curves.measured

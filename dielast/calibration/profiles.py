@@ -1,4 +1,4 @@
-"""Profile likelihoods: how well each parameter is known if all others follow, and the verdict (Raue et al. 2009, DOI
+"""Profile likelihoods: the uncertainty of each parameter with all others refitted, and a verdict (Raue et al. 2009, DOI
 10.1093/bioinformatics/btp358).
 
 All points of all profiles are fitted at once.
@@ -15,15 +15,15 @@ from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, prior_alone
 from dielast.numerics.columns import Floats
 
-DECISIVE = 0.999  # level at which an end of the range is ruled out: by chance in one of a thousand
-NEAR, BEYOND = 0.5, 1.07  # of the half widths of the interval asked for and of the decisive one, at which a profile is looked at
-FAR = np.array((0.2, 0.45, 0.7, 1.0))  # shares of the way to a bound, where that is not enough
+DECISIVE = 0.999  # level at which an end of the range is ruled out: wrongly in one case of a thousand
+NEAR, BEYOND = 0.5, 1.07  # points of a profile, as shares of the half widths of the stated and of the decisive interval
+FAR = np.array((0.2, 0.45, 0.7, 1.0))  # further points, as shares of the distance to a bound
 ITERATIONS = 6
-PRECISE = 1e-4  # relative change of a sum of squares with which a point of a profile is done
+PRECISE = 1e-4  # relative change of a sum of squares at which a point of a profile has converged
 
 
 class Verdict(StrEnum):
-    """What tests say of a parameter."""
+    """Whether tests determine a parameter."""
 
     DETERMINED = "determined"
     LOWER = "lower bound"
@@ -33,8 +33,8 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Profile:
-    """The profile of one parameter: `coordinate` (k,) ascending, the `rise` (k,) of the least sum of squares over that of the fit,
-    and all coordinates (k, p) where it was found; `lower` and `upper` end the interval, NaN where they are not known.
+    """The profile of one parameter: `coordinate` (k,) ascending, the `rise` (k,) of the least sum of squares above that of the fit,
+    and all coordinates (k, p) of this least; `lower` and `upper` are the ends of the interval, NaN if unknown.
     """
 
     coordinate: Floats
@@ -86,7 +86,7 @@ def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[f
     start = np.repeat(fit.coordinates[None], owner.size, axis=0)
     covariance = np.where(np.isfinite(likelihood.covariance), likelihood.covariance, 0.0)
     variance = np.diag(covariance)[owner]
-    # where the others go if all is linear
+    # the other parameters in the linearised problem
     follow = covariance[owner] / np.where(variance > 0, variance, 1.0)[:, None]
     move = np.clip(follow * (value - fit.coordinates[owner])[:, None], -1.0, 1.0)
     start = np.clip(start + np.where(variance[:, None] > 0, move, 0.0), lower, upper)
@@ -95,7 +95,7 @@ def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[f
     fixed[np.arange(owner.size), owner] = True
     ends = minimise(likelihood.residuals, start, lower, upper, fixed=fixed, iterations=ITERATIONS, settled=PRECISE)
     cost, points = ends.cost.copy(), ends.coordinates.copy()
-    if (lost := np.flatnonzero(~np.isfinite(cost))).size:  # there the others may not follow, but stay
+    if (lost := np.flatnonzero(~np.isfinite(cost))).size:  # try again from the parameters of the fit
         start[lost] = fit.coordinates
         start[lost, owner[lost]] = value[lost]
         again = minimise(likelihood.residuals, start[lost], lower, upper, fixed=fixed[lost], iterations=ITERATIONS, settled=PRECISE)
@@ -105,8 +105,8 @@ def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[f
 
 
 def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: float, decisive: float, unseen: bool) -> Profile:
-    """The profile through what was found, with `at` the coordinate of the fit; its rise ends the interval at the `threshold`, and
-    rules out an end of the range where it is `decisive`.
+    """The profile through the computed points, with `at` the coordinate of the fit. The interval ends where the rise reaches the
+    `threshold`; a rise of `decisive` rules out an end of the range.
     """
     place = np.array(sorted(found))
     cost = np.array([found[x][0] for x in place.tolist()])
@@ -133,9 +133,9 @@ def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: flo
 
 
 def _crossing(place: Floats, rise: Floats, best: float, threshold: float) -> float:
-    """Where a profile, walked through in the order of `place`, first exceeds the threshold beyond the best; NaN where it does not.
+    """Where a profile, in the order of `place`, first exceeds the threshold beyond the best point; NaN if it does not.
 
-    The root of the rise is interpolated, which is straight where the profile is a parabola.
+    The root of the rise is interpolated, because it is linear where the profile is a parabola.
     """
     ahead = np.flatnonzero((place >= best) if place[-1] > place[0] else (place <= best))
     root = np.sqrt(np.minimum(np.maximum(rise[ahead], 0.0), 1e12))

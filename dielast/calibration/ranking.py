@@ -1,4 +1,4 @@
-"""How well a law predicts what it was not fitted to: each test, or specimen, from all others (Stone 1974, cross-validation)."""
+"""Cross-validation (Stone 1974): each test, or all tests of a specimen, predicted from a fit to the others."""
 
 from __future__ import annotations
 

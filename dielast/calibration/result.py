@@ -1,4 +1,4 @@
-"""A calibrated material as a user reads it: parameters with verdicts, tests with errors and bands, draws."""
+"""The result of a calibration: parameters with verdicts, tests with errors and bands, draws."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ LEVEL = 0.9
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Calibration(TabularResult):
-    """A material fitted to tests: the `fit`, what is known of its parameters, and the tests beside it.
+    """A material fitted to tests: the `fit`, the uncertainty of its parameters, and the comparison with the tests.
 
-    `profiles` is empty, and `draws` (draws, p) of the coordinates too, where the fit was interrupted. `level` is that of all
+    `profiles` and `draws` (draws, p), which are of the coordinates, are empty if the fit was interrupted. `level` is that of all
     intervals. The table is that of the parameters.
     """
 
@@ -55,22 +55,22 @@ class Calibration(TabularResult):
 
     @property
     def verdicts(self) -> dict[str, str]:
-        """What the tests say of each parameter, by its path."""
+        """The verdict on each parameter, by its path: determined, a lower or upper bound, or undetermined."""
         return {name: str(profile.verdict) for name, profile in zip(self.fit.space.names, self.profiles, strict=False)}
 
     @property
     def specimen_factors(self) -> dict[str, float]:
-        """By how much the stress of each specimen is above the material's."""
+        """The relative difference of each specimen's stress from that of the material, by specimen."""
         names = list(dict.fromkeys(test.specimen for test in self.fit.problem.laboratory.tests))
         factors = specimen_factors(self.fit.curves, self.fit.scatter, self.fit.curves.differences)
         return dict(zip(names, np.exp(factors).tolist(), strict=True))
 
     def total(self, fitted: bool) -> tuple[float, float]:
-        """Relative rms error and share of explained variance over all points of the fitted tests, or of the predicted ones."""
+        """Relative rms error and share of explained variance, over all points of the fitted or of the predicted tests."""
         chosen = [each for each in self.comparisons if each.fitted is fitted and each.followed]
         if not chosen:
             return np.nan, np.nan
-        # values of several units are counted by the size that they have in their test
+        # values of different units are divided by the root mean square of their test
         mixed = len({each.test.unit for each in chosen}) > 1
         sizes = [float(np.sqrt(np.mean(np.square(each.test.measured)))) if mixed else 1.0 for each in chosen]
         miss = np.concatenate([(each.model - each.test.measured) / size for each, size in zip(chosen, sizes, strict=True)])
@@ -79,7 +79,7 @@ class Calibration(TabularResult):
         return float(np.sqrt(square / np.mean(np.square(measured)))), 1 - square / float(np.var(measured))
 
     def columns(self) -> Table:
-        """One parameter a row, in SI; a parameter that is not determined has no standard error, and what is not known no value."""
+        """A row for each parameter, in SI; an undetermined parameter has no standard error, unknown numbers are NaN."""
         space, profiles = self.fit.space, self.profiles
         rows = list(enumerate(space.parameters))
         verdicts = [str(profiles[k].verdict) if profiles else "" for k, _ in rows]
@@ -103,7 +103,7 @@ class Calibration(TabularResult):
         ]
 
     def test_columns(self) -> Table:
-        """One test a row."""
+        """A row for each test."""
         every = self.comparisons
         return [
             Column("test", None, [each.test.name for each in every]),
@@ -118,7 +118,7 @@ class Calibration(TabularResult):
         ]
 
     def correlation_columns(self) -> Table:
-        """Correlations between the parameters, of the draws where there are any: one parameter a row."""
+        """Correlations between the parameters, from the draws if there are any: a row for each parameter."""
         names = list(self.fit.space.names)
         matrix = self.likelihood.correlation
         if self.draws.shape[0] > 2:
@@ -130,7 +130,7 @@ class Calibration(TabularResult):
         ]
 
     def residual_columns(self) -> Table:
-        """All tests, one point a row."""
+        """A row for each point of all tests."""
         tables = [each.columns() for each in self.comparisons]
         return [
             Column(parts[0].name, parts[0].unit, [str(text) for part in parts for text in part.values])
@@ -140,7 +140,7 @@ class Calibration(TabularResult):
         ]
 
     def profile_columns(self) -> Table:
-        """The profiles, one point a row: the rise of the sum of squares over the fit's."""
+        """The profiles, a row for each point: the rise of the sum of squares above that of the fit."""
         pairs = list(zip(self.fit.space.parameters, self.profiles, strict=False))
         return [
             Column("parameter", None, [each.name for each, profile in pairs for _ in profile.coordinate]),
@@ -150,7 +150,7 @@ class Calibration(TabularResult):
 
 
 def range_of(fit: Fit) -> CalibratedRange:
-    """The range of the tests of a fit; that of tests which a recipe simulates is what the fitted material does in them."""
+    """The range of the tests of a fit; for simulated tests, the range of the fitted material in them."""
     reached, times, heat = [], [], []
     for test in fit.problem.laboratory.tests:
         if isinstance(test, MeasuredTest):
@@ -176,10 +176,11 @@ def calibrate(
     level: float = LEVEL,
     watch: Watch | None = None,
 ) -> Calibration:
-    """Fit the `free` constants of a material, by their path in a material file, to `tests`, and find out how well each is known.
+    """Fit the `free` constants of a material, by their path in a material file, to `tests`, with the uncertainty of each constant.
 
-    Tests to `validate` are only predicted. Tests that the material cannot follow are left out and named in the result. See
-    `fit_material` for the rest; `draws` of the parameters come from their posterior, 0 for none.
+    Tests to `validate` are only predicted. Tests that the material cannot follow are left out and named in the result. `draws` is
+    the number of draws of the parameters from their posterior, 0 for none. For the other arguments and the errors raised see
+    `fit_material`.
     """
     fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)
     likelihood = likelihood_of(fit)
@@ -199,7 +200,7 @@ def calibrate(
 
 
 def say(watch: Watch | None, what: str, fit: Fit) -> None:
-    """Tell how far the calibration is."""
+    """Report the progress of the calibration."""
     if watch is not None:
         watch(what, 0, 1, misfit_of(fit))
 
@@ -218,5 +219,5 @@ def _moves(watch: Watch | None, fit: Fit) -> Callable[[int, int], None] | None:
 
 
 def _stderr(value: float, scale: float | None, error: float) -> float:
-    """The standard error in SI of a coordinate's."""
+    """The standard error in SI from that of a coordinate."""
     return float(abs(value) * error if scale is None else scale * error)

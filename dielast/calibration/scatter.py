@@ -1,16 +1,16 @@
-"""How far measured curves may lie from the material: noise of each point, error of the model along a curve, and specimens.
+"""Scatter of measured curves about the model: noise of points, error of the model along a curve, differences of specimens.
 
-The difference between a measured curve and the model's is taken for the sum of
+The difference between a measured and a modelled curve is assumed to be the sum of
 
-- noise, independent from point to point, a share of the level of the curve, from the scatter of neighbouring points;
+- noise, independent from point to point, a share of the level of the curve, estimated from the scatter of neighbouring points;
 - the error of the model, a share of the level, correlated along the curve by one of Matern's functions of the distance d
-  (`path_length`) over a length l, exp(-d/l) the roughest of them, so that ten thousand points of a curve tell no more than its
-  shape does (Kennedy and O'Hagan 2001, DOI 10.1111/1467-9868.00294; Rasmussen and Williams 2006, Eqs. 4.16 and 4.17);
-- a factor on all that is measured on one specimen, log-normal, a random effect: further points of a specimen do not tell more
-  about the material than the specimen does (Laird and Ware 1982, DOI 10.2307/2529876).
+  (`path_length`) with a length l, of which exp(-d/l) is the roughest; ten thousand points of a curve then carry no more information
+  than its shape (Kennedy and O'Hagan 2001, DOI 10.1111/1467-9868.00294; Rasmussen and Williams 2006, Eqs. 4.16 and 4.17);
+- a factor on all values measured on one specimen, log-normal, a random effect: further points of a specimen do not carry more
+  information about the material than the specimen itself (Laird and Ware 1982, DOI 10.2307/2529876).
 
-The level of a curve is between each value and the root mean square of the whole curve: errors are partly relative and partly
-absolute.
+The level of a curve at a point lies between the value there and the root mean square of the curve: errors are partly relative and
+partly absolute.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ import numpy as np
 
 from dielast.numerics.columns import Cases, Floats
 
-LEAST_NOISE = 1e-3  # of the level: no machine is better
-USUAL_SCATTER = 0.05  # of specimens
+LEAST_NOISE = 1e-3  # of the level: no machine measures better
+USUAL_SCATTER = 0.05  # of the stress of specimens
 FIRST_SHARE, FIRST_LENGTH = 0.05, 0.3
 CORRELATIONS: tuple[Callable[[Floats], Floats], ...] = (
     lambda d: np.exp(-d),
     lambda d: (1 + np.sqrt(3) * d) * np.exp(-np.sqrt(3) * d),
     lambda d: (1 + np.sqrt(5) * d + 5 / 3 * d**2) * np.exp(-np.sqrt(5) * d),
 )
-"""Matern's correlations over d/l: of an error without, with one and with two derivatives."""
+"""Matern's correlations over d/l, for an error with no, one and two derivatives."""
 INTEGRALS = (2.0, 4 / np.sqrt(3), 16 / (3 * np.sqrt(5)))
-"""Over all distances of either sign."""
+"""Integrals of the correlations over all d/l of either sign."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scatter:
-    """The scatter of measured curves: `noise` (curves,), `model_error` and `specimen` as shares of the level, `length` as distance
-    along a curve, over which the model's error is as `smooth` as one of `CORRELATIONS`. Of the level's square a share `steady` is
-    the same along a curve, the rest follows it. The scatter of specimens is known as from so many `specimens`, infinite if it was
-    stated.
+    """The scatter of measured curves: `noise` (curves,), `model_error` and `specimen` as shares of the level; the correlation of
+    the model's error is number `smooth` of `CORRELATIONS`, with a `length` along a curve. A share `steady` of the squared level is
+    that of the whole curve, the rest that of the point. `specimens` are the degrees of freedom of the scatter of specimens,
+    infinite if it was stated.
     """
 
     noise: Floats
@@ -52,25 +52,25 @@ class Scatter:
     specimens: float = np.inf
 
     def correlation(self, place: Floats) -> Floats:
-        """Of the model's error between places (n,) along a curve, (n, n)."""
+        """Correlation (n, n) of the model's error between places (n,) along a curve."""
         return CORRELATIONS[self.smooth](np.abs(place[:, None] - place) / self.length)
 
     @property
     def piece(self) -> float:
-        """The distance along a curve over which the model's error is one number, the integral of its correlation."""
+        """The correlation length of the model's error: the integral of its correlation along a curve."""
         return INTEGRALS[self.smooth] * self.length
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scatters:
-    """What the scatter may be: `members`, and the `probability` (members,) of each. Few points leave several likely."""
+    """Possible scatters, `members`, and their `probability` (members,); with few points, several are likely."""
 
     members: tuple[Scatter, ...]
     probability: Floats
 
     @property
     def model_error(self) -> Floats:
-        """Of the members (members,)."""
+        """A property (members,) of all members."""
         return np.array([each.model_error for each in self.members])
 
     def mean(self, values: Floats) -> Floats:
@@ -78,14 +78,14 @@ class Scatters:
         return np.asarray(np.tensordot(self.probability, values, axes=1))
 
     def covariance(self, curves: Curves) -> Floats:
-        """The covariance (n, n) of all differences, whichever member it is: what each gives scatters about the same mean."""
+        """The covariance (n, n) of all differences, the mean over the members, which all have the mean 0."""
         whole = np.zeros((curves.measured.size,) * 2)
         for probability, each in zip(self.probability, self.members, strict=True):
             whole += probability * covariance_of(curves, each)
         return whole
 
     def variance(self, model: Floats) -> Floats:
-        """The variance (n,) of what a further specimen gives at the points of a curve (n,) of the model."""
+        """The variance (n,) of values measured on a further specimen, at the points (n,) of a modelled curve."""
         parts = [
             np.square(level_of(model, each.steady)) * (each.model_error**2 + float(np.mean(each.noise)) ** 2)
             + np.square(each.specimen * model)
@@ -95,16 +95,16 @@ class Scatters:
 
 
 def level_of(values: Floats, steady: float) -> Floats:
-    """The level of a curve at its points (n,), of whose square a share `steady` is that of the whole curve."""
+    """The level of a curve at its points (n,), with a share `steady` of the squared level of the whole curve."""
     return np.sqrt((1 - steady) * np.square(values) + steady * np.mean(np.square(values)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curves:
-    """Measured curves: their `values`, what the `model` gives, and `places` along each, lists of (n,); `specimen` (curves,).
+    """Measured curves: their `values`, those of the `model`, and `places` along the curve, lists of (n,); `specimen` (curves,).
 
-    Shares are of the model: what is measured would pull the material towards whatever is low by chance (Peelle's puzzle, see
-    D'Agostini 1994, DOI 10.1016/0168-9002(94)90719-6).
+    Levels are those of the model: measured levels would bias the material towards values that are low by chance (Peelle's puzzle,
+    see D'Agostini 1994, DOI 10.1016/0168-9002(94)90719-6).
     """
 
     values: tuple[Floats, ...]
@@ -113,7 +113,7 @@ class Curves:
     specimen: Cases
 
     def levels(self, steady: float = 0.5) -> list[Floats]:
-        """The level of each curve at its points (n,), of whose square a share `steady` is that of the whole curve."""
+        """The level of each curve at its points (n,), with a share `steady` of the squared level of the whole curve."""
         return [level_of(values, steady) for values in self.model]
 
     @property
@@ -123,11 +123,11 @@ class Curves:
 
     @property
     def differences(self) -> Floats:
-        """Measured less model, one curve after another."""
+        """Measured minus modelled values, one curve after another."""
         return self.measured - np.concatenate(self.model)
 
     def split(self, joined: Floats) -> list[Floats]:
-        """The parts (..., n) of all points (..., sum n) that belong to each curve."""
+        """An array over all points (..., sum n), split into curves (..., n)."""
         return np.split(joined, np.cumsum([values.size for values in self.values])[:-1], axis=-1)
 
     def take(self, curves: Sequence[int]) -> Curves:
@@ -138,7 +138,7 @@ class Curves:
 
 
 def noise_of(curves: Curves, residuals: Sequence[Floats], steady: float = 0.5) -> Floats:
-    """The noise (curves,) of each curve over its level, from how far each residual is from the line through its neighbours."""
+    """The noise (curves,) over the level of each curve, from the distance of each residual to the line through its neighbours."""
     found = []
     for values, places, level in zip(residuals, curves.places, curves.levels(steady), strict=True):
         if values.size < 5:
@@ -182,7 +182,7 @@ class Whitening:
             self.blocks.append((rows, np.asarray(np.linalg.inv(factor), dtype=float)))
 
     def __call__(self, differences: Floats) -> Floats:
-        """The independent numbers (..., n) that differences (..., n) amount to."""
+        """The independent numbers (..., n) of differences (..., n)."""
         made = np.empty_like(differences)
         for rows, factor in self.blocks:
             made[..., rows] = differences[..., rows] @ factor.T

@@ -1,7 +1,7 @@
-"""Moduli of branches that are smooth over log time, as smooth as the data have them.
+"""A prior for moduli of branches that are smooth over log time, with a smoothness that the data determine.
 
-The prior is that of second differences of the log moduli over log time (Honerkamp and Weese 1993, DOI 10.1007/BF00396042), its
-weight that of the greatest evidence of the linearised problem (MacKay 1992, DOI 10.1162/neco.1992.4.3.415).
+The prior is on second differences of the log moduli over log time (Honerkamp and Weese 1993, DOI 10.1007/BF00396042); its weight
+has the greatest evidence of the linearised problem (MacKay 1992, DOI 10.1162/neco.1992.4.3.415).
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from dielast.numerics.columns import Floats
 if TYPE_CHECKING:
     from dielast.calibration.problem import Problem
 
-FEWEST = 4  # branches that a spectrum can be rough with
+FEWEST = 4  # branches of a spectrum with a smoothness
 WEIGHTS = np.geomspace(1e-3, 1e4, 22)
 
 
 def smooth_branches(problem: Problem, curves: Curves, scatter: Scatter, slopes: Floats, at: Floats) -> Floats:
-    """The precision (p, p) that keeps the free moduli of branches smooth; empty where there are too few of them.
+    """The precision (p, p) for smooth free moduli of branches; empty if there are too few of them.
 
-    `slopes` (n, p) are the derivatives of all answers at coordinates `at` (p,).
+    `slopes` (n, p) are the derivatives of all modelled values at coordinates `at` (p,).
     """
     places = [k for k, each in enumerate(problem.space.parameters) if each.name.startswith("nonequilibrium.shear_modulus[")]
     if len(places) < FEWEST:
@@ -33,7 +33,7 @@ def smooth_branches(problem: Problem, curves: Curves, scatter: Scatter, slopes: 
     for row in range(len(places) - 2):
         first, middle, last = (time[row + each] for each in range(3))
         share = (middle - first) / (last - first)
-        # per typical spacing, so that the weight does not depend on how many branches a decade has
+        # over the typical spacing, so that the weight does not depend on the number of branches in a decade
         size = abs(last - first) / 2
         bends[row, places[row : row + 3]] = np.array((1 - share, -1.0, share)) / size
     rough = bends.T @ bends
@@ -41,7 +41,7 @@ def smooth_branches(problem: Problem, curves: Curves, scatter: Scatter, slopes: 
     miss, jacobian = whiten(-curves.differences), whiten(slopes.T).T
     known = problem.precision
     normal = jacobian.T @ jacobian + known
-    # the sum of squares of a linearised problem about the point at which the coordinates are zero
+    # the linearised problem about the point where all coordinates are zero
     target = jacobian.T @ (jacobian @ at - miss) + known @ problem.space.centre
     best, chosen = -np.inf, 0.0
     for weight in WEIGHTS:

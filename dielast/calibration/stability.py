@@ -1,4 +1,4 @@
-"""Whether the springs of a material are stable in every mode as far as is asked for, whatever they were fitted to."""
+"""Whether the springs of a material are stable in all modes up to a stretch, whatever mode they were fitted to."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from dielast.material.springs.stable_range import SECOND, stable_range
 
 @dataclass(frozen=True, slots=True)
 class Stability(Result):
-    """The stretches about 1 between which the equilibrium spring and the branches are stable in a `mode`; `furthest` is that asked
-    for, and `tested` whether a fitted test of this mode went so far.
+    """The range of stretches about 1 in which the equilibrium spring and the branches are stable in a `mode`; `furthest` is the
+    stretch to check, and `tested` whether a fitted test of this mode reached it.
     """
 
     mode: str
@@ -24,23 +24,23 @@ class Stability(Result):
 
     @property
     def holds(self) -> bool:
-        """Whether the springs are stable as far as is asked for."""
+        """Whether the springs are stable up to `furthest`."""
         return self.highest >= self.furthest
 
     @property
     def said(self) -> str:
         """The finding in a sentence."""
-        found = f"stretched at once in {self.mode} loading, the springs end or are unstable at {self.highest:.4g}"
-        asked = f"{self.furthest:.4g} is asked for"
+        limit = f"in {self.mode} loading at once, the springs lock or become unstable at a stretch of {self.highest:.4g}"
+        needed = f"{self.furthest:.4g} is needed"
         if self.tested:
-            return f"{found}; {asked}: loading that is faster than in the tests may end there"
-        return f"{found}; {asked}: tests as far as that in this mode would tell whether the law is wrong there"
+            return f"{limit}; {needed}: a simulation of loading faster than in the tests may end there"
+        return f"{limit}; {needed}: to check the law, measure in this mode up to this stretch"
 
 
 def stabilities(material: Material, furthest: float, tested: Collection[str] = ()) -> tuple[Stability, ...]:
     """The stability in uniaxial, equibiaxial and pure-shear loading, up to the stretch `furthest`.
 
-    `tested` are the modes in which a fitted test went so far.
+    `tested` are the modes with a fitted test up to this stretch.
     """
     laws = [material.equilibrium_law] if material.equilibrium_modulus > 0 else []
     if len(material.spectrum):

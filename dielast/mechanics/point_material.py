@@ -1,7 +1,7 @@
-"""The material of points: their springs, and their dielectric, with the Maxwell stress that it makes of an electrical load.
+"""The material of points: their springs and their dielectric, with its Maxwell stress under an electrical load.
 
-Lambda_i = 2 ln lambda_i are those of axes 1 and 2, x = 2 ln xi the viscous stretches of the n springs, of which spring 0 is the
-equilibrium spring. Arrays hold cases in the last axis.
+Lambda_i = 2 ln lambda_i (axes 1 and 2), x = 2 ln xi the viscous stretches of the n springs, of which spring 0 is the equilibrium
+spring. The last axis of arrays is the cases.
 """
 
 from __future__ import annotations
@@ -21,16 +21,21 @@ from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import FIELD, ElectricalLoad
 from dielast.numerics.columns import Cases, Floats
 
-SYMMETRIC = np.array(((0, 1), (1, 2)))  # where the entries 11, 12, 22 of a symmetric matrix stand
+SYMMETRIC = np.array(((0, 1), (1, 2)))  # indices of the entries 11, 12, 22 in a symmetric 2x2 matrix
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Points:
-    """Material of the points: shear `modulus` (n, cases) in Pa and `rate` = 1/(3 tau) (n, cases) in 1/s, row 0 the equilibrium
-    spring with rate 0; `law` acts on arrays (2, n, cases); `permittivity` (cases,) in F/m at stretch 1; `stress_floor` (cases,) in
-    Pa: errors of a smaller stress count as errors of this one; `electric` is the electrical quantity that loads prescribe;
-    `stretching` is how the permittivity changes with stretch, None where it does not; `circuit` says how the charge flows where it
-    is an unknown, and `electric` is then the charge.
+    """The material of points.
+
+    - `modulus` (n, cases): shear moduli in Pa, row 0 that of the equilibrium spring.
+    - `rate` (n, cases): 1/(3 tau) in 1/s, 0 for the equilibrium spring.
+    - `law`: the law of the springs, for arrays (2, n, cases).
+    - `permittivity` (cases,): in F/m at stretch 1.
+    - `stress_floor` (cases,): in Pa; errors of a smaller stress are relative to this stress.
+    - `electric`: the electrical quantity that the load prescribes, the charge if there is a `circuit`.
+    - `stretching`: the dependence of the permittivity on stretch, None if there is none.
+    - `circuit`: the circuit through which charge flows, None unless the charge is an unknown.
     """
 
     modulus: Floats
@@ -44,11 +49,10 @@ class Points:
 
     @classmethod
     def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float, with_dielectric: bool = True) -> Points:
-        """Points of one material, or of one for each case, at temperatures (cases,) in degC, to be integrated to `rtol`; without
-        the dielectric for films that never see a voltage.
+        """Points of one material, or of one material per case, at `temperature` (cases,) in degC, for integration to `rtol`.
 
-        Branches of modulus 0 are left out, and materials with fewer branches than others filled up with ones that neither carry,
-        flow nor lock. Raises as the laws over temperature do.
+        `with_dielectric` is False for films that never see a voltage. Branches of modulus 0 are omitted. Materials with fewer
+        branches than others are padded with branches of modulus 0 and rate 0. Raises the errors of the laws over temperature.
         """
         materials = [material] if isinstance(material, Material) else list(material)
         width, carrying = temperature.size, [member.spectrum.shear_modulus > 0 for member in materials]
@@ -71,14 +75,14 @@ class Points:
                 permittivity[cases] = _at(dielectric.at, temperature, index, cases)
                 dielectrics.append(dielectric)
             laws.append((member.equilibrium_law, member.nonequilibrium_law))
-        # no stress is known better than the rounding of the stiffest spring's share
+        # the rounding error of the stiffest spring's stress bounds the accuracy of every stress
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
         stretching = stretched_dielectrics(dielectrics, width) if len(dielectrics) == len(materials) else None
         return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
 
     def take(self, cases: Cases) -> Points:
-        """The points of some cases."""
-        # np.take keeps the cases contiguous in memory, which indexing does not
+        """The points of the selected cases (k,)."""
+        # np.take returns contiguous arrays, indexing does not
         modulus, rate = np.take(self.modulus, cases, axis=1), np.take(self.rate, cases, axis=1)
         stretching = None if self.stretching is None else self.stretching.take(cases)
         law, permittivity, floor = self.law.take(cases), self.permittivity[cases], self.stress_floor[cases]
@@ -97,8 +101,8 @@ class Points:
         return np.asarray(self.permittivity * np.exp(self.stretching.log_ratio(log_squared_stretch)[0]))
 
     def maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:
-        """The Maxwell stress in Pa at Lambda (2, cases) and the prescribed electrical quantity (cases,): eps E^2 (cases,), alike in
-        both axes, or m_1 and m_2 (2, cases) where the permittivity depends on stretch.
+        """The Maxwell stress in Pa at Lambda (2, cases) and the prescribed electrical quantity (cases,): eps E^2 (cases,), equal in
+        both axes, or m_1 and m_2 (2, cases) if the permittivity depends on stretch.
         """
         log_area = log_squared_stretch[0] + log_squared_stretch[1]
         if self.stretching is None:
@@ -107,8 +111,8 @@ class Points:
         return np.asarray(self.electric.stress(self.permittivity * np.exp(ratio), log_area, electrical) * (1 + slope))
 
     def maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats) -> tuple[Floats, Floats, Floats]:
-        """The Maxwell stress, its derivatives in Lambda, and those in the prescribed electrical quantity: each (cases,) where both
-        axes are alike, or (2, cases), (2, 2, cases) and (2, cases) where the permittivity depends on stretch.
+        """The Maxwell stress, its derivatives in Lambda, and those in the prescribed electrical quantity: all (cases,) if both axes
+        are equal; (2, cases), (2, 2, cases) and (2, cases) if the permittivity depends on stretch.
         """
         log_area = log_squared_stretch[0] + log_squared_stretch[1]
         if self.stretching is None:
@@ -119,19 +123,19 @@ class Points:
         return stress * share, by_area * (share[:, None] * share) + stress * bend[SYMMETRIC], by_load * share
 
     def equibiaxial_maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:
-        """The Maxwell stress (cases,) of each axis where both have this Lambda (cases,)."""
+        """The Maxwell stress (cases,) of either axis, where Lambda (cases,) is equal in both."""
         if self.stretching is None:
             return self.electric.stress(self.permittivity, 2 * log_squared_stretch, electrical)
         stress: Floats = self.maxwell_stress(np.stack((log_squared_stretch, log_squared_stretch)), electrical)[0]
         return stress
 
     def equibiaxial_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats) -> tuple[Floats, Floats]:
-        """The derivatives (cases,) of the same in this Lambda, of both axes together, and in the prescribed electrical quantity."""
+        """The derivatives (cases,) of `equibiaxial_maxwell_stress` in Lambda (common to both axes), and in the electrical quantity."""
         if self.stretching is None:
             _, by_area, by_load = self.electric.linearised(self.permittivity, 2 * log_squared_stretch, electrical)
             return 2 * by_area, by_load
-        both = np.stack((log_squared_stretch, log_squared_stretch))
-        _, by_stretch, by_load = self.maxwell_tangent(both, electrical)
+        in_both_axes = np.stack((log_squared_stretch, log_squared_stretch))
+        _, by_stretch, by_load = self.maxwell_tangent(in_both_axes, electrical)
         return by_stretch[0, 0] + by_stretch[0, 1], by_load[0]
 
     def capacitance(self, log_squared_stretch: Floats) -> tuple[Floats, Floats]:
@@ -142,8 +146,9 @@ class Points:
         return np.asarray(self.permittivity * np.exp(ratio)), 1 + slope
 
     def watched_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats, watched: Floats) -> Floats:
-        """The derivatives in Lambda as in `maxwell_tangent`, but a time `watched` (cases,) in s after the stretches changed, in
-        which charge flows where there is a circuit.
+        """The derivatives (2, 2, cases) in Lambda as in `maxwell_tangent`, `watched` (cases,) s after the stretches changed.
+
+        In a circuit, charge flows in that time.
         """
         _, by_stretch, by_load = self.maxwell_tangent(log_squared_stretch, electrical)
         if self.circuit is None:
@@ -154,16 +159,17 @@ class Points:
         return by_stretch + np.atleast_2d(by_load)[:, None] * released
 
 
-def _at(answer: Callable[[Floats], Floats], temperature: Floats, first: int, cases: slice) -> Floats:
-    """What a law answers at the temperatures in degC of the cases, the first of which is named; an error says of which case it
-    speaks.
+def _at(law: Callable[[Floats], Floats], temperature: Floats, first: int, cases: slice) -> Floats:
+    """The values of a law at the temperatures (cases,) in degC of `cases`, the first of which is case number `first`.
+
+    An `InputError` of the law is raised again with the number of the case.
     """
     try:
-        return answer(temperature[cases])
+        return law(temperature[cases])
     except InputError:
-        for case, alone in enumerate(temperature[cases], start=first):
+        for case, value in enumerate(temperature[cases], start=first):
             try:
-                answer(np.array([alone]))
+                law(np.array([value]))
             except InputError as error:
                 raise error.at(case=of_case(case, temperature.size)) from None
         raise

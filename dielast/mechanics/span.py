@@ -1,7 +1,7 @@
 """One smooth span of load in each case, with value and rate in closed form.
 
-Rows are the stretch or nominal stress of axes 1 and 2, and the electrical quantity that the source prescribes: the nominal field
-V/L_3 in V/m, or the nominal charge density in C/m^2.
+Rows are the stretch or nominal stress of axis 1 and of axis 2, and the electrical quantity that the source prescribes: the nominal
+field V/L_3 in V/m, or the nominal charge density in C/m^2.
 """
 
 from __future__ import annotations
@@ -20,48 +20,48 @@ class Control(Enum):
 
     STRETCH = "stretch"
     STRESS = "stress"
-    NEITHER = "neither"  # the passive film around an active part leaves it a stretch and a stress
+    NEITHER = "neither"  # the active part within a passive part: both its stretch and its stress are unknowns
 
 
 Controls = tuple[Control, Control]
 
 
 def stretched(controls: Controls) -> Flags:
-    """The axes (2, 1) whose stretch is prescribed."""
+    """Mask (2, 1) of the axes whose stretch is prescribed."""
     return np.array([[control is Control.STRETCH] for control in controls])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wave:
-    """swing (cos(angle) - cos(angle + pace t)): `swing` (3, cases), `angle` in rad and `pace` in rad/s (cases,)."""
+    """swing (cos(angle) - cos(angle + pace t)) with `swing` (3, cases), `angle` in rad and `pace` in rad/s (cases,)."""
 
     swing: Floats
     angle: Floats
     pace: Floats
 
     def take(self, cases: Cases) -> Wave:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         return Wave(self.swing[:, cases], self.angle[cases], self.pace[cases])
 
     def value(self, time: Floats) -> Floats:
-        """Values (3, cases) at `time` (cases,)."""
+        """Values (3, cases) at `time` (cases,) in s."""
         half = 0.5 * self.pace * time
         return np.asarray(self.swing * (2 * np.sin(self.angle + half) * np.sin(half)))
 
     def slope(self, time: Floats) -> Floats:
-        """Rates (3, cases) at `time` (cases,)."""
+        """Rates (3, cases) at `time` (cases,) in s, per s."""
         return np.asarray(self.swing * (self.pace * np.sin(self.angle + self.pace * time)))
 
     def bend(self, time: Floats) -> Floats:
-        """The rates of the rates (3, cases) at `time` (cases,)."""
+        """Second derivatives (3, cases) at `time` (cases,) in s, per s^2."""
         return np.asarray(self.swing * (np.square(self.pace) * np.cos(self.angle + self.pace * time)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Load:
-    """A straight line start + rate t in each case, `start` and `rate` (3, cases), and a `wave` on top of it, if there is one.
+    """A straight line start + rate t in each case, `start` and `rate` (3, cases), plus a `wave` if there is one.
 
-    `moving` (cases,) says where it is not constant, `still` that it is so nowhere, and `electric` that there is a field.
+    `moving` (cases,) marks cases whose load varies; `still` says that no load varies, `electric` that there is a Maxwell stress.
     """
 
     controls: Controls
@@ -88,19 +88,19 @@ class Load:
 
     @classmethod
     def joined(cls, loads: list[Load]) -> Load:
-        """Those of all cases of loads that are alike in their controls and in having waves."""
+        """The cases of all loads; these have the same controls, and all or none of them have waves."""
         start, rate = (np.concatenate([getattr(load, name) for load in loads], axis=1) for name in ("start", "rate"))
         waves = [load.wave for load in loads if load.wave is not None]
         parts = [np.concatenate([getattr(wave, name) for wave in waves], axis=-1) for name in ("swing", "angle", "pace") if waves]
         return cls(loads[0].controls, start, rate, Wave(*parts) if waves else None)
 
     def take(self, cases: Cases) -> Load:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         wave = None if self.wave is None else self.wave.take(cases)
         return Load(self.controls, self.start[:, cases], self.rate[:, cases], wave)
 
     def put(self, columns: Cases, other: Load) -> Load:
-        """The same, but with these columns (k,) as in `other` of k cases."""
+        """This load, with its `columns` (k,) replaced by those of `other`, a load of k cases."""
         count = self.start.shape[1]
         if columns.size == count:
             return other
@@ -109,7 +109,7 @@ class Load:
         return Load.joined([self, other]).take(source)
 
     def value(self, time: Floats, some: Cases | None = None) -> Floats:
-        """Prescribed values (3, k) of `some` (k,) of the cases, or of all, at `time` (k,) in s since the span began."""
+        """Prescribed values (3, k) of the cases `some` (k,), by default of all, at `time` (k,) in s since the span began."""
         start, rate = (self.start, self.rate) if some is None else (self.start[:, some], self.rate[:, some])
         if self.still:
             return start
@@ -119,16 +119,16 @@ class Load:
         return line + (self.wave if some is None else self.wave.take(some)).value(time)
 
     def slope(self, time: Floats) -> Floats:
-        """Their rates (3, cases) in 1/s."""
+        """The rates (3, cases) of the prescribed values, per s, at `time` (cases,) in s since the span began."""
         return self.rate if self.wave is None else self.rate + self.wave.slope(time)
 
     def bend(self, time: Floats) -> Floats:
-        """The rates of these rates (3, cases) in 1/s^2."""
+        """The second derivatives (3, cases) of the prescribed values, per s^2, at `time` (cases,) in s since the span began."""
         return np.zeros_like(self.rate) if self.wave is None else self.wave.bend(time)
 
 
 class UnderLoad:
-    """What films in any form share, as a frozen dataclass with a `load`: one smooth span of it in each case."""
+    """Common to all forms of films: frozen dataclasses with a `load`, which is one smooth span of load in each case."""
 
     __slots__ = ()
 
@@ -136,20 +136,20 @@ class UnderLoad:
 
     @property
     def border(self) -> int:
-        """Where the rows of the border begin, from the end."""
+        """Index of the first row of the border, counted from the end of the state."""
         raise NotImplementedError
 
     @property
     def electric(self) -> bool:
-        """Whether there is a field."""
+        """Whether there may be a Maxwell stress."""
         return self.load.electric
 
     def driven(self, time: Floats, state: Floats, some: Cases | None = None) -> Floats:
-        """The prescribed values (3, k) of `some` (k,) of the cases, or of all, at a `time` (k,) in s since the span of load began,
-        and their `state` then.
+        """The prescribed values (3, k) of the cases `some` (k,), by default of all, at `time` (k,) in s since the span of load
+        began, when the state is `state` (rows, k).
         """
         return self.load.value(time, some)
 
     def driven_by(self, columns: Cases, load: Load) -> Self:
-        """The same with another span of load in these columns."""
+        """These films, with another span of load in `columns` (k,)."""
         return replace(self, load=self.load.put(columns, load))  # type: ignore[type-var]

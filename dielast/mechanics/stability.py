@@ -1,18 +1,19 @@
 """Pull-in: when a film under voltage ceases to be in stable equilibrium (Eqs. 9 and 10 of DOI 10.1115/1.4030850).
 
-The 3x3 Hessian of the free energy in (lambda_1, lambda_2, D~), D~ the nominal charge density, is singular where the 2x2 tangent
-ds_i/dlambda_j at fixed nominal field V/L_3 is: its determinant is that of the tangent times d2W/dD~2 = 1/(eps lambda_1^2
-lambda_2^2). An axis that is clamped cannot move and drops out. In logarithmic stretches the tangent is
+The 3x3 Hessian of the free energy in (lambda_1, lambda_2, D~), with D~ the nominal charge density, is singular where the 2x2
+tangent ds_i/dlambda_j at fixed nominal field V/L_3 is: its determinant is that of the tangent times d2W/dD~2 = 1/(eps lambda_1^2
+lambda_2^2). A clamped axis drops out of the determinant. In logarithmic stretches the tangent is
 
     T_ij = sum mu K_ij - 2 dm_i/dLambda_j - s_i lambda_i delta_ij,    ds_i/dlambda_j = T_ij / (lambda_i lambda_j),
 
-m the Maxwell stress (`electric`): dm_i/dLambda_j = eps E^2 where the permittivity does not depend on stretch.
+with m the Maxwell stress (`electric`); dm_i/dLambda_j = eps E^2 if the permittivity does not depend on stretch.
 
-Taken literally every branch is frozen. Watched for a time theta, a branch holds on to exp(-theta/tau) of its stiffness only.
+Eq. 9 takes every branch as frozen. If a disturbance is watched for a time theta, a branch retains exp(-theta/tau) of its stiffness.
 
-Under a prescribed charge the tangent is that at fixed charge, under which no film of a constant permittivity pulls in. In a circuit
-charge flows while the film is watched: behind a source with a resistance the charge is as it was for theta far below the time
-constant r C of the circuit, and the voltage is for theta far above it, where the film pulls in as without a resistance (`circuit`).
+Under a prescribed charge, the tangent is that at fixed charge, and a film of constant permittivity never pulls in. In a circuit,
+charge flows while the film is watched. Behind a source with a resistance, the charge is constant for theta far below the time
+constant r C of the circuit, and the voltage is constant for theta far above it, where the film pulls in as it would without a
+resistance (`circuit`).
 """
 
 from __future__ import annotations
@@ -28,17 +29,18 @@ from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, stretched
 from dielast.numerics.columns import Floats
 
-FOLD_STEPS, FOLD_REACH = 6, 1e-2  # Newton steps to a fold, and how far, relatively, it may be
-DAMPER_MODULUS_RATIO = 1e4  # modulus of the damper, over the equilibrium spring's
-DAMPER_TIME_RATIO = 1e-12  # its relaxation time, over the fastest of the film's own
-# 1/s, stands for that of a film whose branches are all slower, or that has none: the damper must be fast beside the load, too
+FOLD_STEPS, FOLD_REACH = 6, 1e-2  # number of Newton steps to a fold, and its largest relative distance from the start
+DAMPER_MODULUS_RATIO = 1e4  # modulus of the damper over that of the equilibrium spring
+DAMPER_TIME_RATIO = 1e-12  # relaxation time of the damper over the shortest one of the film
+# 1/s; the rate of the damper is based on at least this rate, so that it is fast compared with the load even if no branch is
 SLOWEST_RATE = 1e4
 
 
 @dataclass(frozen=True, slots=True)
 class TimeScale:
-    """The time theta for which a disturbance is watched: a `share` of the time since the voltage programme began, and `seconds` on
-    top.
+    """The time theta for which a disturbance is watched: `share` times the time since the voltage began to rise, plus `seconds`.
+
+    Raises `InputError` unless both are finite and not negative. For the clock of the share see `mechanics.clock`.
     """
 
     share: float = 0.01
@@ -57,7 +59,7 @@ class TimeScale:
 
     @classmethod
     def fixed(cls, seconds: float) -> TimeScale:
-        """The same time in s throughout; 0 is the criterion of Eq. 9 to the letter."""
+        """A fixed time in s; 0 is the criterion of Eq. 9 as printed, with every branch frozen."""
         return cls(0.0, seconds)
 
     @property
@@ -66,13 +68,13 @@ class TimeScale:
         return self.share == 0 and self.seconds == 0
 
     def weight(self, points: Points, time: Floats) -> Floats:
-        """What each spring holds on to, exp(-theta/tau) (n, cases), at `time` (cases,) in s since the voltage programme began."""
+        """The fraction exp(-theta/tau) (n, cases) of stiffness that springs retain at `time` (cases,) in s since the voltage rose."""
         if self.literal:
             return np.ones_like(points.rate)
         return np.exp(points.rate * (-3 * self.watched(time)))
 
     def watched(self, time: Floats) -> Floats:
-        """theta (cases,) in s at `time` (cases,) in s since the voltage programme began."""
+        """theta (cases,) in s at `time` (cases,) in s since the voltage began to rise."""
         return np.asarray(self.share * time + self.seconds)
 
 
@@ -81,10 +83,11 @@ ONE_PERCENT = TimeScale.fraction(0.01)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stability:
-    """The `determinant` of ds_i/dlambda_j (cases,) in Pa^2 (Pa with one axis clamped, 1 with both), and the `margin`: the same
-    determinant over that of the springs alone, which is 1 in a film without load, 0 at pull-in, and negative where no equilibrium
-    is stable. With a passive part around it, it is the stiffness of the whole film at the rim of its active part, in Pa
-    (`passive.structure`), which falls to zero with the smallest eigenvalue of the film's tangent.
+    """The `determinant` (cases,) of ds_i/dlambda_j in Pa^2 (in Pa with one axis clamped, 1 with both), and the `margin` (cases,).
+
+    The margin is this determinant over that of the springs alone: 1 in a film without load, 0 at pull-in, and negative where an
+    equilibrium is unstable. For a film with a passive part, the determinant is replaced by the stiffness of the whole film at the
+    rim of its active part in Pa (`passive.structure`), which falls to zero together with the smallest eigenvalue of the tangent.
     """
 
     determinant: Floats
@@ -101,11 +104,12 @@ def stability(
     electrical: Floats,
     watched: Floats | None = None,
 ) -> Stability:
-    """Stability at x (2, n, cases), or (1, n, cases) where both axes are alike, Lambda and nominal stress (2, cases), and the
-    prescribed `electrical` quantity (cases,), such as the nominal field in V/m.
+    """Stability at x (2, n, cases), or (1, n, cases) if both axes are equal, Lambda and nominal stress (2, cases), and the
+    prescribed
+    `electrical` quantity (cases,), such as the nominal field in V/m.
 
-    `weighted_modulus` (n, cases) in Pa is each spring's modulus times what it holds on to. `watched` (cases,) is the time scale in
-    s, in which charge flows where there is a circuit; without it the charge of such a film is as frozen as a branch.
+    `weighted_modulus` (n, cases) in Pa is the modulus of each spring times the fraction that it retains. `watched` (cases,) is the
+    time scale in s, in which charge flows in a circuit; without it the charge is frozen, like a branch.
     """
     k11, k12, k22 = _spring_tangent(points, weighted_modulus, internal, log_squared_stretch)
     if watched is None:
@@ -117,21 +121,21 @@ def stability(
     t11, t22 = k11 - maxwell[0, 0] - nominal_stress[0] * stretch[0], k22 - maxwell[1, 1] - nominal_stress[1] * stretch[1]
     free = [control is Control.STRESS for control in controls]
     if all(free):
-        determinant, whole = t11 * t22 - (k12 - maxwell[0, 1]) * (k12 - maxwell[1, 0]), k11 * k22 - k12 * k12
+        determinant, springs_alone = t11 * t22 - (k12 - maxwell[0, 1]) * (k12 - maxwell[1, 0]), k11 * k22 - k12 * k12
         scale = np.square(stretch[0] * stretch[1])
         determinant = np.where((t11 < 0) & (determinant > 0), -determinant, determinant)  # unstable in both directions
     elif free[0] or free[1]:
         axis = 0 if free[0] else 1
-        determinant, whole, scale = (t11, t22)[axis], (k11, k22)[axis], np.square(stretch[axis])
+        determinant, springs_alone, scale = (t11, t22)[axis], (k11, k22)[axis], np.square(stretch[axis])
     else:
-        determinant = whole = scale = np.ones_like(k11)
-    return Stability(determinant / scale, determinant / whole)
+        determinant = springs_alone = scale = np.ones_like(k11)
+    return Stability(determinant / scale, determinant / springs_alone)
 
 
 def _spring_tangent(
     points: Points, modulus: Floats, internal: Floats, log_squared_stretch: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """sum mu (K11, K12, K22), each (cases,)."""
+    """The entries sum mu K11, sum mu K12 and sum mu K22, all (cases,)."""
     if len(internal) == 2:
         half = points.law.tangent(points.springs(internal, log_squared_stretch))[1]
         k11, k12, k22 = 2 * np.einsum("nm,cnm->cm", modulus, half)
@@ -143,12 +147,12 @@ def _spring_tangent(
 
 
 def damped(points: Points) -> Points:
-    """The same points with one spring more, the last: a branch so fast and so stiff that it acts only where the film has no
+    """The points with an additional last spring, the damper: a branch so fast and stiff that it matters only where the film has no
     equilibrium.
 
-    There the film's other springs, frozen, cannot hold the load, and the equations would lose their index; with the damper the
-    film runs away at once, beside its fastest relaxation time and beside any load, on the path that a real film's fastest
-    processes would let it take.
+    There the other springs, frozen, cannot hold the load, and the equations would no longer be of index 1. With the damper the film
+    runs away, in a time far below its shortest relaxation time and that of any load, along the path that the fastest processes of a
+    real film would allow.
     """
     fastest = points.rate.max(axis=0)
     rate = np.maximum(fastest, SLOWEST_RATE) / DAMPER_TIME_RATIO
@@ -163,11 +167,11 @@ def damped(points: Points) -> Points:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fold:
-    """Where an equilibrium with every viscous stretch frozen ends, exactly: there stretch over time has a vertical tangent, and
-    the damper blurs it.
+    """The end of an equilibrium with every viscous stretch frozen, where stretch over time has a vertical tangent (a fold).
 
-    The unknowns are Lambda and time; viscous stretches x (2, n, cases) go on at the rates they have at `time` (cases,), `driven`
-    gives the prescribed values (3, cases) and `held` each spring's weighted modulus (n, cases) at a time.
+    The damper smooths the fold in the solution; here it is located exactly. The unknowns are Lambda and time. Viscous stretches x
+    (2, n, cases) continue at their rates at `time` (cases,) in s; `driven` returns the prescribed values (3, cases), and `held` the
+    weighted modulus (n, cases) of each spring in Pa, at a time.
     """
 
     points: Points
@@ -179,18 +183,19 @@ class Fold:
     time: Floats
 
     def find(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Time (cases,), x (2, n, cases), Lambda and nominal stress (2, cases) of the fold; time and Lambda are unchanged where
-        Newton's method leads away.
+        """Time (cases,), x (2, n, cases), Lambda and nominal stress (2, cases) of the fold.
+
+        Time and Lambda are unchanged in cases where Newton's method does not converge nearby.
         """
         start = np.concatenate((self.log_squared_stretch, self.time[None]))
         scale = np.stack((np.full_like(self.time, 1e-5), np.full_like(self.time, 1e-5), 1e-5 * self.time))
         stress = self.points.law.stress(self.points.springs(self.internal, self.log_squared_stretch))
         rate = self.points.rate * (3 * stress - stress.sum(axis=0))
-        place = start.copy()
+        unknown = start.copy()
         with np.errstate(all="ignore"):
             for _ in range(FOLD_STEPS):
                 slopes = [
-                    (self._residual(place + scale * unit, rate) - self._residual(place - scale * unit, rate)) / 2
+                    (self._residual(unknown + scale * unit, rate) - self._residual(unknown - scale * unit, rate)) / 2
                     for unit in np.eye(3)[:, :, None]
                 ]
                 matrix = np.moveaxis(np.array(slopes), (0, 1, 2), (2, 1, 0))
@@ -198,31 +203,32 @@ class Fold:
                     np.abs(np.linalg.det(np.where(np.isfinite(matrix), matrix, 0.0))) > 0
                 )
                 matrix[~regular] = np.eye(3)
-                step = scale * np.linalg.solve(matrix, -self._residual(place, rate).T[:, :, None])[:, :, 0].T
-                place = place + np.where(regular, step, np.nan)
+                step = scale * np.linalg.solve(matrix, -self._residual(unknown, rate).T[:, :, None])[:, :, 0].T
+                unknown = unknown + np.where(regular, step, np.nan)
             near = np.all(
-                np.abs(place - start) <= FOLD_REACH * np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time)),
+                np.abs(unknown - start) <= FOLD_REACH * np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time)),
                 axis=0,
             )
-            near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(place), 1e-3), axis=0)
-            refined = np.where(near, place, start)
+            near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(unknown), 1e-3), axis=0)
+            refined = np.where(near, unknown, start)
             internal, _, nominal, _ = self._film(refined, rate)
         return refined[2], internal, refined[:2], nominal
 
-    def _residual(self, place: Floats, rate: Floats) -> Floats:
-        """What the free axes lack to equilibrium over the equilibrium spring's modulus, how far driven axes are off, and the
-        margin: (3, cases).
+    def _residual(self, unknown: Floats, rate: Floats) -> Floats:
+        """The residual (3, cases): the imbalance of free axes over the modulus of the equilibrium spring, or the deviation of
+        driven
+        axes in Lambda, and the margin.
         """
-        log_squared, time = place[:2], place[2]
-        internal, driven, nominal, carried = self._film(place, rate)
-        lacking = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
-        off = np.where(stretched(self.controls), log_squared - self.log_squared_stretch, lacking)
+        log_squared, time = unknown[:2], unknown[2]
+        internal, driven, nominal, carried = self._film(unknown, rate)
+        imbalance = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
+        deviation = np.where(stretched(self.controls), log_squared - self.log_squared_stretch, imbalance)
         margin = stability(self.points, self.held(time), self.controls, internal, log_squared, nominal, driven[ELECTRIC]).margin
-        return np.concatenate((off, margin[None]))
+        return np.concatenate((deviation, margin[None]))
 
-    def _film(self, place: Floats, rate: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """x (2, n, cases), the prescribed values (3, cases), nominal and true mechanical stress (2, cases)."""
-        log_squared, time = place[:2], place[2]
+    def _film(self, unknown: Floats, rate: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """x (2, n, cases), the prescribed values (3, cases), and the nominal and true mechanical stress (2, cases)."""
+        log_squared, time = unknown[:2], unknown[2]
         internal, driven = self.internal + rate * (time - self.time), self.driven(time)
         stress = self.points.law.stress(self.points.springs(internal, log_squared))
         carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[ELECTRIC])

@@ -1,12 +1,12 @@
-"""Specimens whose stretch is prescribed: every branch on its own, as no other spring changes what it goes through.
+"""Specimens of prescribed stretch, branch by branch: the branches are independent, as all have the stretch of the specimen.
 
-The viscous stretch of a branch then follows from the history of the stretch, its relaxation time and its law, whatever its modulus:
+The viscous stretch of a branch follows from the history of the stretch, its relaxation time and its law, whatever its modulus:
 
     dx/dt = f p(Lambda(t) - x) / (3 tau),    s = sum mu p / lambda,
 
-Lambda = 2 ln lambda, x = 2 ln xi, f = `Symmetry.flow` (Sec. 3 of DOI 10.1115/1.4030850). So materials that differ in moduli, or in
-some of their branches alone, have the other branches in common. Where axis 2 is held at stretch 1, the flow is that of
-`elimination`.
+with Lambda = 2 ln lambda, x = 2 ln xi and f = `Symmetry.flow` (Sec. 3 of DOI 10.1115/1.4030850). So materials that differ only in
+moduli share all branches, and materials that differ in some branches share the others. If axis 2 is held at stretch 1, the flow is
+that of `elimination`.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from dielast.numerics.stride import DenseSteps, Stride
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branches:
-    """Branches of a `rate` 1/(3 tau) (cases,) in 1/s whose stretch in axis 1 is `start` + `slope` t, both (cases,).
+    """Branches of `rate` 1/(3 tau) (cases,) in 1/s, whose stretch in axis 1 is `start` + `slope` t, both (cases,).
 
-    A state has x of axis 1, and of axis 2 where there is no `symmetry` and that axis is held at stretch 1.
+    A state (rows, cases) holds x of axis 1; without a `symmetry` it also holds x of axis 2, which is held at stretch 1.
     """
 
     law: SpringLaw
@@ -36,11 +36,11 @@ class Branches:
     slope: Floats
 
     def take(self, cases: Cases) -> Branches:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         return Branches(self.law.take(cases), self.rate[cases], self.symmetry, self.start[cases], self.slope[cases])
 
     def log_squared(self, time: Floats) -> Floats:
-        """Lambda (cases,) of axis 1 at a `time` (cases,) in s since the span began."""
+        """Lambda (cases,) of axis 1 at `time` (cases,) in s since the span began."""
         return np.asarray(2 * np.log(self.start + self.slope * time))
 
     def error(self, state: Floats, increment: Floats) -> Floats:
@@ -48,12 +48,12 @@ class Branches:
         return np.asarray(0.5 * np.max(np.abs(increment), axis=0))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> AxialStep | PlanarStep:
-        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
         return (PlanarStep if self.symmetry is None else AxialStep)(self, time, state, step, gamma)
 
 
 class AxialStep:
-    """One step of branches under a symmetry: a number for each."""
+    """The linear system of one step of branches under a symmetry: one scalar equation per branch."""
 
     def __init__(self, system: Branches, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         assert system.symmetry is not None
@@ -67,7 +67,7 @@ class AxialStep:
         return self.system.log_squared(time) - state
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """u_i of a stage at `time` and `state`, in `out`; `history` is the sum over c_ij u_j, None in the first stage."""
+        """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         stress = self.stress
         if history is not None:
             stress = self.system.law.axial_stress(self.symmetry, *elastic(self.symmetry, self._at(time, state)))
@@ -80,7 +80,7 @@ class AxialStep:
 
 
 class PlanarStep:
-    """One step of branches whose axis 2 is held: a 2x2 block for each."""
+    """The linear system of one step of branches whose axis 2 is held: one 2x2 block per branch."""
 
     def __init__(self, system: Branches, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.flow = system, step * system.rate
@@ -110,8 +110,9 @@ class PlanarStep:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Histories:
-    """Straight lines through `time` in s and `stretch`, both (cases, corners): a history that ends early is filled up with its last
-    corner. The stretch is at its first corner at once.
+    """Straight lines between corners of `time` in s and `stretch`, both (cases, corners).
+
+    Shorter histories are padded with their last corner. The stretch jumps from 1 to its first corner.
     """
 
     time: Floats
@@ -119,15 +120,15 @@ class Histories:
 
     @property
     def spans(self) -> int:
-        """Between the corners."""
+        """The number of intervals between corners."""
         return int(self.time.shape[1]) - 1
 
     def lasts(self, cases: Cases, index: Cases) -> Floats:
-        """How long spans last."""
+        """The durations (k,) in s of the spans `index` (k,) of `cases` (k,)."""
         return np.asarray(self.time[cases, index + 1] - self.time[cases, index])
 
     def enter(self, system: Branches, columns: Cases, cases: Cases, index: Cases) -> tuple[Branches, Floats]:
-        """The branches with columns of these cases in these spans, and how long these last."""
+        """The branches whose columns (k,) enter the spans `index` (k,) of `cases` (k,), and the durations (k,) of these spans."""
         lasts = self.lasts(cases, index)
         start, slope = system.start.copy(), system.slope.copy()
         start[columns] = self.stretch[cases, index]
@@ -136,13 +137,13 @@ class Histories:
         return replace(system, start=start, slope=slope), lasts
 
     def smooth(self, index: Cases) -> Flags:
-        """Every corner is a kink."""
+        """False (k,): every corner is a kink."""
         return np.zeros(index.shape, dtype=bool)
 
 
 @dataclass(slots=True)
 class _Steps:
-    """Keeps every step, to look up states in later."""
+    """An observer that stores every step, to evaluate states later."""
 
     parts: list[DenseSteps] = field(default_factory=list)
     begins: list[Floats] = field(default_factory=list)
@@ -153,41 +154,43 @@ class _Steps:
         self.begins.append(stride.begin[columns] + stride.time[columns])
 
     def states(self, times: Floats, last: Floats) -> Floats:
-        """States (rows, cases, k) at `times` (cases, k) in s, up to the `last` (cases,)."""
+        """States (rows, cases, k) at `times` (cases, k) in s of integrations that lasted `last` (cases,) s."""
         steps, begin = DenseSteps.joined(self.parts), np.concatenate(self.begins)
-        # one ascending number for the steps of all cases: the case, and how far it has come
+        # one ascending sort key for the steps of all cases: the case, plus half the fraction of its duration
         key = steps.cases + 0.5 * begin / last[steps.cases]
         order = np.argsort(key, kind="stable")
         wanted = np.arange(times.shape[0])[:, None] + 0.5 * times / last[:, None]
-        found = order[np.maximum(np.searchsorted(key[order], wanted.ravel(), side="right") - 1, 0)]
-        fraction = (times.ravel() - begin[found]) / steps.step[found]
-        return steps.take(found).state(np.clip(fraction, 0.0, 1.0)).reshape(-1, *times.shape)
+        indices = order[np.maximum(np.searchsorted(key[order], wanted.ravel(), side="right") - 1, 0)]
+        fraction = (times.ravel() - begin[indices]) / steps.step[indices]
+        return steps.take(indices).state(np.clip(fraction, 0.0, 1.0)).reshape(-1, *times.shape)
 
 
 def elastic(symmetry: Symmetry, log_squared: Floats) -> tuple[Floats, Floats]:
-    """A and C (...) of a spring whose elastic stretch in axis 1 has this 2 ln lambda (...)."""
+    """A and C (...) of a spring whose elastic stretch in axis 1 has the 2 ln lambda `log_squared` (...)."""
     return np.exp(log_squared), np.exp(-symmetry.thinning * log_squared)
 
 
 def carried(
     law: SpringLaw, rate: Floats, symmetry: Symmetry | None, histories: Histories, times: Floats, stretch: Floats, rtol: float
 ) -> Floats:
-    """The nominal stress (cases, k) over the shear modulus that branches carry in axis 1 at `times` (cases, k) in s, when the
-    `stretch` is (cases, k); NaN where a branch cannot follow its history. A `rate` of 0 is that of a spring.
+    """The nominal stress (cases, k) in axis 1 of branches, over their shear moduli, at `times` (cases, k) in s.
 
-    `symmetry` is that of the load, None where axis 2 is held; `law` acts on arrays (..., 1, cases). `rtol` bounds the local
-    relative error of the viscous stretches.
+    `stretch` (cases, k) is the stretch at these times, `rate` (cases,) is 1/(3 tau) in 1/s, 0 for an elastic spring. `symmetry` is
+    that of the load, None if axis 2 is held; `law` is for arrays (..., 1, cases). `rtol` bounds the local relative error of the
+    viscous stretches. The stress is NaN where a branch cannot follow its history.
     """
     count, (rows, lasting) = rate.size, (2 if symmetry is None else 1, histories.time[:, -1])
     viscous = np.zeros((rows, count, times.shape[1]))
     flowing = np.flatnonzero(rate > 0)
     lost = np.zeros(count, dtype=bool)
     if flowing.size:
-        own = Histories(histories.time[flowing], histories.stretch[flowing])
-        start, zero = own.stretch[:, 0], np.zeros(flowing.size)
+        flowing_histories = Histories(histories.time[flowing], histories.stretch[flowing])
+        start, zero = flowing_histories.stretch[:, 0], np.zeros(flowing.size)
         system = Branches(law.take(flowing), rate[flowing], symmetry, start, zero)
         steps = _Steps()
-        ended = integrate(system, np.zeros((rows, flowing.size)), lasting[flowing], rtol=rtol, observe=steps, spans=own)
+        ended = integrate(
+            system, np.zeros((rows, flowing.size)), lasting[flowing], rtol=rtol, observe=steps, spans=flowing_histories
+        )
         lost[flowing] = ended.status != Status.COMPLETED
         if steps.parts:
             viscous[:, flowing] = steps.states(times[flowing], lasting[flowing])
@@ -197,6 +200,6 @@ def carried(
             squared = np.exp(np.stack((log_squared, np.zeros_like(log_squared))) - viscous)
             stress = law.stress(np.moveaxis(squared, 1, 2))[0].T
         else:
-            stress = law.axial_stress(symmetry, *(each.T for each in elastic(symmetry, log_squared - viscous[0]))).T
+            stress = law.axial_stress(symmetry, *(invariant.T for invariant in elastic(symmetry, log_squared - viscous[0]))).T
         stress = stress / stretch
     return np.where(np.isfinite(stress) & ~lost[:, None], stress, np.nan)

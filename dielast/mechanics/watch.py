@@ -1,8 +1,8 @@
-"""Events of films on their way, located on the stepper's dense output.
+"""Events of films, located on the dense output of the stepper.
 
-An event happens where the signal of a criterion, positive at first, falls to zero. `Watch` evaluates every signal at the end and in
-the middle of every step, and keeps the bracket of each fall; the brackets are narrowed down together, once a piece of load is
-through.
+An event is the fall to zero of the signal of a criterion, which is positive at first. `Watch` evaluates every signal in the middle
+and at the end of every step, and stores a bracket where a signal falls. All brackets of a piece of load are refined together at the
+end of the piece.
 """
 
 from __future__ import annotations
@@ -28,8 +28,11 @@ from dielast.numerics.stride import DenseSteps, Stride
 
 @dataclass(slots=True, eq=False)
 class Lookout:
-    """One criterion on the watch: its `signal`, which was `last` (cases,) when it was looked at, or its `exposure`; neither where
-    it cannot happen. Whether it was `seen` (cases,) to happen; the `brackets` within which it did; and what `happened`.
+    """The state of the search for one criterion.
+
+    `signal` is None if the criterion has a rate or cannot be met, `exposure` is None unless it has a rate. `seen` (cases,) marks
+    the cases in which the event has happened, `last` (cases,) is the signal at the last evaluation, `brackets` contain the events
+    of the present piece of load, and `happened` the events that have been located.
     """
 
     criterion: Criterion
@@ -42,7 +45,7 @@ class Lookout:
 
     @classmethod
     def of(cls, criterion: Criterion, films: WatchedFilms) -> Lookout:
-        """Of a criterion of which nothing has been seen yet."""
+        """The search for a criterion before the first step."""
         cases = films.breakdown_field.size
         signal, rate = criterion.signal(films), criterion.rate(films)
         exposure = None if rate is None else Exposure(rate, cases)
@@ -50,11 +53,12 @@ class Lookout:
 
 
 class Watch:
-    """Observes the stepper. A case ends once everything in `until` has happened, names of criteria, or anything in `ends`. Between
-    pieces of load, `begin` and `finish` are called.
+    """The observer of the stepper that looks for events. `begin` and `finish` are to be called before and after a piece of load.
 
-    A signal that falls and rises again within one step is found if a parabola through its values at the ends and in the middle of
-    the step comes near zero; that is so for one dip as wide as the step, and need not be for one much narrower.
+    A case ends once the events of all criteria named in `until`, or of any criterion named in `ends`, have happened.
+
+    A signal that falls below zero and rises again within one step is detected if a parabola through its values at the ends and in
+    the middle of the step comes close to zero: reliably for a single dip as wide as the step, not for a much narrower one.
     """
 
     def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str], ends: Sequence[str] = ()) -> None:
@@ -70,12 +74,12 @@ class Watch:
 
     @property
     def happened(self) -> dict[Criterion, EventArrays]:
-        """What happened, by criterion."""
+        """The events so far, by criterion."""
         return {lookout.criterion: lookout.happened for lookout in self.lookouts}
 
     @property
     def done(self) -> Flags:
-        """Cases (cases,) that need not go on."""
+        """Mask (cases,) of the cases that have ended."""
         none = np.zeros(self._start.shape, dtype=bool)
         seen = [[lookout.seen for lookout in self.lookouts if lookout.criterion.name == name] for name in self.until]
         done = np.all([np.any(ways, axis=0) for ways in seen], axis=0) if seen else none
@@ -84,9 +88,10 @@ class Watch:
         )
 
     def begin(self, system: Films, state: Floats, start: Floats, jumped: Flags) -> None:
-        """A piece of load begins at `start` (cases,) in s since the programme began with this state: what has already fallen
-        happens now, to films that `jumped` (cases,) to it rather than going on smoothly from the piece before, and to all at the
-        very beginning.
+        """Begin a piece of load at `start` (cases,) in s since the programme began, with this state.
+
+        Signals that are not positive are events at this time, in films that `jumped` (cases,) at the beginning of the piece, and in
+        all films at the beginning of the first piece.
         """
         self._start = start
         anew = jumped if self._begun else np.ones_like(jumped)
@@ -104,7 +109,7 @@ class Watch:
             lookout.last = np.where(anew, value, lookout.last)
 
     def __call__(self, stride: Stride) -> Flags | None:
-        """Note what falls within the step; columns whose case ends with it."""
+        """Store the brackets of signals that fall within the step; returns the mask (pool,) of columns whose case ends with it."""
         system, cases = _films(stride), stride.cases
         restarted = self.clock.follow(stride, system.load, self._start)
         exposed = {name: exposure.follow(stride, system) for name, exposure in self.exposures.items()}
@@ -117,12 +122,12 @@ class Watch:
                 halfway = self._moment(stride, stride.time + 0.5 * stride.step, stride.halfway())
                 ending = self._moment(stride, stride.until, stride.after)
             assert ending is not None
-            if restarted.size:  # by which a signal may have jumped
+            if restarted.size:  # signals depend on the clock, and jump where it restarts
                 opening = opening or self._moment(stride, stride.time, stride.before)
                 lookout.last[cases[restarted]] = lookout.signal(opening)[restarted]
             last, half, value = lookout.last[cases], lookout.signal(halfway), lookout.signal(ending)
             fallen = wanted & ~((half > 0) & (value > 0))
-            # the bottom of the parabola, where it lies within the step
+            # the minimum of the parabola, where it lies within the step
             curvature = last - 2 * half + value
             bottom = half - np.square(value - last) / (8 * np.where(curvature > 0, curvature, np.inf))
             dips = where(wanted & ~fallen & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature))
@@ -146,7 +151,7 @@ class Watch:
         return done if done.any() else None
 
     def finish(self, equations: Callable[[Cases, Load], Films]) -> None:
-        """A piece of load is through: find the times of what happened in it; `equations` are those of some cases under load."""
+        """End a piece of load: locate its events. `equations` returns the films of given cases under a load."""
         for lookout in self.lookouts:
             if not lookout.brackets:
                 continue
@@ -164,9 +169,9 @@ class Watch:
             lookout.brackets = []
 
     def note(self, lookout: Lookout, time: Floats, moment: Moment, exposed: Sequence[Floats] | None = None) -> None:
-        """Note that it happened at these times (k,) in s since the programme began, to the films of a moment.
+        """Store events at `time` (k,) in s since the programme began, of the films at a `moment`.
 
-        What adds up over time was then `exposed` (k,) each, by default what it is between two steps.
+        `exposed` are the exposures (k,) at that time, by default those at the end of the last step.
         """
         if not moment.cases.size:
             return
@@ -177,27 +182,27 @@ class Watch:
         lookout.happened.put(moment.cases, EventArrays(time, moment.field, *membrane, determinant, added))
 
     def exposed(self, cases: Cases) -> Floats:
-        """What has added up over time so far (exposures, k)."""
+        """The exposures (exposures, k) at the end of the last step."""
         return np.reshape([exposure.total[cases] for exposure in self.exposures.values()], (len(self.exposures), cases.size))
 
     def exposed_along(self, stride: Stride, columns: Cases, fraction: Floats) -> Floats:
-        """What has added up (exposures, k) at fractions (k,) of a step that was observed last."""
+        """The exposures (exposures, k) at fractions (k,) of the last step."""
         parts = [exposure.along(stride, _films(stride), columns, fraction) for exposure in self.exposures.values()]
         return np.reshape(parts, (len(self.exposures), columns.size))
 
     def stability(self, moment: Moment) -> Stability:
-        """How stable films are."""
+        """Determinant and margin (k,) of films at a moment."""
         return stability_at(moment, self.films.timescale)
 
     def moment(self, system: Films, cases: Cases, begin: Floats, time: Floats, state: Floats) -> Moment:
-        """Films with this `state`, at a `time` (k,) since a span began, which was `begin` (k,) s after the piece did."""
+        """Films in the `state`, `time` (k,) in s after a span began; the span began `begin` (k,) in s after the piece of load."""
         return Moment.of(system, cases, self.clock.age(cases, self._start[cases] + begin + time), time, state)
 
     def _moment(self, stride: Stride, time: Floats, state: Floats) -> Moment:
         return self.moment(_films(stride), stride.cases, stride.begin, time, state)
 
     def _brackets(self, stride: Stride, columns: Cases, last: Floats, value: Floats) -> Brackets:
-        """The step of some columns, over which the signal (pool,) goes from `last` to `value`."""
+        """Brackets for some columns (k,) of the step, over which the signal (pool,) goes from `last` to `value`."""
         columns = paired(columns)
         cases = stride.cases[columns]
         return Brackets(

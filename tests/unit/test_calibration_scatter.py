@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum
-from dielast.calibration.estimate import LIKE_PIECES, USUAL_ERROR, Left, estimate
+from dielast.calibration.estimate import PRIOR_FREEDOM, USUAL_ERROR, Left, estimate
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.scatter import CORRELATIONS, INTEGRALS, Curves, Scatter
@@ -58,7 +58,7 @@ def test_the_size_of_the_error_of_a_model_is_found_again() -> None:
     curves, weight = curves_of(1, place[:4]), np.ones(4)
     nothing = Left.of(curves, Scatter(np.zeros(1), 0.1, 10.0, 0.05), weight, np.eye(4) * curves.measured)
     assert nothing.size(np.zeros(4)) == pytest.approx(USUAL_ERROR, rel=1e-3)
-    assert nothing.known == pytest.approx(LIKE_PIECES)
+    assert nothing.known == pytest.approx(PRIOR_FREEDOM)
 
 
 def test_many_branches_are_smooth_where_tests_do_not_tell_them_apart() -> None:

@@ -1,4 +1,4 @@
-"""What may happen to a film, in the order in which things that happen at one moment are listed."""
+"""The registry of criteria, in the order in which simultaneous events are listed."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ CRITERIA: list[Criterion] = [
 ]
 
 
-END = "end"  # where a run stops that stops at nothing that happens
+END = "end"  # the value of `stop.at` for a run that no event stops
 
 
 def names() -> list[str]:
-    """The names of all criteria, each once."""
-    return list(dict.fromkeys(known.name for known in CRITERIA))
+    """The names of all criteria, without repetition."""
+    return list(dict.fromkeys(criterion.name for criterion in CRITERIA))
 
 
 def failures_of(materials: Sequence[Material]) -> tuple[str, ...]:
-    """The names of the criteria by which films of these materials may be lost, each once."""
-    return tuple(dict.fromkeys(known.name for known in CRITERIA if known.is_failure and known.concerns(materials)))
+    """The names of the criteria that are failures of films of these materials, without repetition."""
+    return tuple(dict.fromkeys(criterion.name for criterion in CRITERIA if criterion.is_failure and criterion.concerns(materials)))
 
 
 def named(name: str) -> Criterion:
     """The first criterion of this name; raises `InputError` if there is none."""
-    for known in CRITERIA:
-        if known.name == name:
-            return known
+    for criterion in CRITERIA:
+        if criterion.name == name:
+            return criterion
     raise InputError(f"{shown(name)}: criterion: {nearest(name, names())}")

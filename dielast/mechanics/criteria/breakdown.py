@@ -11,14 +11,14 @@ from dielast.numerics.columns import Floats
 
 
 class ElectricalBreakdown(Criterion):
-    """1 - |E|/E_EB falls to zero."""
+    """The signal 1 - |E|/E_EB, which falls to zero at breakdown."""
 
     name: ClassVar[str] = "breakdown"
     marker: ClassVar[str] = "x"  # as in the paper's Fig. 13
     hatch: ClassVar[str] = ""
 
     def signal(self, films: WatchedFilms) -> Signal | None:
-        """1 - |E|/E_EB, if a breakdown field is known: that of the film as it is at the moment, where the law says so."""
+        """1 - |E|/E_EB; None if no breakdown field is known. E_EB follows the present state of the film where its law says so."""
         if not np.any(np.isfinite(films.breakdown_field)):
             return None
 

@@ -1,9 +1,9 @@
-"""What a criterion is: a name, and a signal of a film that is positive until what it stands for happens.
+"""The interface of a criterion: a name, and a signal of a film that is positive until the event of the criterion happens.
 
 A new criterion is a subclass of `Criterion` in a module of this folder, and a line in `CRITERIA`. Its signal is a function of a
-`Moment`; of what adds up over time, the rate is, and the signal is 1 minus its integral. Everything else follows: when the signal
-first falls to zero, that is an event with its row in events.csv, its mark in
-figures and its name for `stop.at`; and, of a criterion that is a failure, a failure mode of maps.
+`Moment`. A criterion on a quantity that accumulates over time has a rate instead; its signal is 1 minus the integral of the rate.
+The rest follows: the first fall of the signal to zero is an event with a row in events.csv, a marker in figures and a name for
+`stop.at`; if the criterion is a failure, it is also a failure mode of maps.
 """
 
 from __future__ import annotations
@@ -28,13 +28,14 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
-    """Films at a moment, columns (k,) that are of `cases` (k,): `internal` is x (2, n, k), or (1, n, k) where both axes are alike,
-    Lambda and the mechanical nominal stress in Pa are (2, k), `field` (k,) is the electrical quantity that acts on the film, the
-    nominal field V/L_3 in V/m or the nominal charge density in C/m^2. `age` (k,) is how long in s the voltage, or the charge, of
-    the source has been on, since its size last began to rise.
+    """Films at a moment, in columns (k,) that belong to `cases` (k,).
 
-    Of films of an active and a passive part all this is that of the active part, but for `internal`, the viscous stretches xi
-    (2, n, P, k) of all points; the rest is in the `surroundings`.
+    `internal` is x (2, n, k), or (1, n, k) if both axes are equal; Lambda and the mechanical nominal stress in Pa are (2, k).
+    `field` (k,) is the electrical quantity that acts on the film: the nominal field V/L_3 in V/m, or the nominal charge density in
+    C/m^2. `age` (k,) is the time in s since the magnitude of the voltage or charge of the source last began to rise.
+
+    For films with a passive part, these are the quantities of the active part, except that `internal` is the viscous stretches xi
+    (2, n, P, k) of all points; `surroundings` describes the passive part.
     """
 
     points: Points
@@ -49,17 +50,17 @@ class Moment:
 
     @classmethod
     def of(cls, system: Films, cases: Cases, age: Floats, time: Floats, state: Floats) -> Moment:
-        """Films with these equations and this `state` (rows, k) at the `time` (k,) since the span of load began.
+        """Films with the equations `system` in the `state` (rows, k), at `time` (k,) in s since the span of load began.
 
-        For signals that need no springs, the rows of the border will do.
+        For signals that do not depend on the springs, the rows of the border are enough.
         """
-        # sums round by the order of numbers in memory, which must not depend on how they came here
+        # rounding of sums depends on the layout in memory, which must not depend on the caller
         state = np.ascontiguousarray(state)
         driven = system.driven(time, state)
         internal = state[None, : system.border] if isinstance(system, SymmetricPoints) else system.internal(state)
         membrane = system.membrane(state, driven)
-        around = Surroundings(system.assembly, state[system.border :]) if isinstance(system, FramedFilms) else None
-        return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2], around)
+        passive_part = Surroundings(system.assembly, state[system.border :]) if isinstance(system, FramedFilms) else None
+        return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2], passive_part)
 
     @property
     def log_area(self) -> Floats:
@@ -74,11 +75,11 @@ class Moment:
 
     @property
     def tension(self) -> Floats:
-        """The nominal stresses (2, k) in Pa that may fall to zero: those of the film, or of the passive part around it."""
+        """The nominal stresses (2, k) in Pa that may fall to zero, of the film or of the passive part around it."""
         return self.nominal_stress if self.surroundings is None else self.surroundings.tension
 
     def take(self, columns: Cases) -> Moment:
-        """Some of the columns."""
+        """The selected columns."""
         return replace(
             self,
             points=self.points.take(columns),
@@ -93,15 +94,17 @@ class Moment:
 
 
 Signal = Callable[[Moment], Floats]
-"""A number (k,) for each column of a moment, positive until it happens."""
+"""The signal (k,) of a moment, positive until the event happens."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WatchedFilms:
-    """What a criterion may ask of the films that it is to watch: what is held along each axis, the `breakdown_field` (cases,) in
-    V/m (infinite where it is of no interest), the time scale of pull-in, and the mechanical nominal stress (2, cases) in Pa of the
-    relaxed films, of which a `stress_floor` (cases,) is as good as none. `following` says how the breakdown field changes with
-    the film from then on, and `damage` how fast the film ages, where such laws are known.
+    """The data on films that criteria may use.
+
+    `controls` is what the load prescribes along each axis; `breakdown_field` (cases,) is in V/m, infinite where it is not needed;
+    `timescale` is that of pull-in; `nominal_stress` (2, cases) in Pa is the mechanical stress of the relaxed films, which counts as
+    0 up to `stress_floor` (cases,). `following` is the change of the breakdown field with the state of the film, and `damage` the
+    laws of ageing; both are None if there are no such laws.
     """
 
     controls: Controls
@@ -113,7 +116,7 @@ class WatchedFilms:
     damage: LawsOfCases[DamageLaw] | None = None
 
     def take(self, cases: Cases) -> WatchedFilms:
-        """Some of the films."""
+        """The selected films (k,)."""
         return replace(
             self,
             breakdown_field=self.breakdown_field[cases],
@@ -125,47 +128,48 @@ class WatchedFilms:
 
 
 class Criterion:
-    """One way in which something happens to a film. Criteria of one name are one thing that may happen in several ways."""
+    """A criterion for an event. Criteria with the same name describe the same kind of event (such as one for each axis)."""
 
     name: ClassVar[str]
-    """As files, figures and recipes have it."""
+    """The name in files, figures and recipes."""
 
     marker: ClassVar[str]
-    """Of its events in figures: one of the letters x, o, v, s, D, P, ^ and so on that stand for shapes there."""
+    """The shape of its events in figures, as a letter of matplotlib's markers: x, o, v, s, D, P, ^ ..."""
 
     hatch: ClassVar[str] = "...."
-    """Of the cells of a map in which it happens first; none for the commonest."""
+    """The hatch in failure maps of cells in which it happens first; empty for the most common one."""
 
     is_failure: ClassVar[bool] = True
-    """Whether the film is lost: maps find its time, and figures dim what comes after."""
+    """Whether the film is lost: maps compute its time, and figures dim the curve after it."""
 
     needs_springs: ClassVar[bool] = False
     """Whether the signal depends on the viscous stretches."""
 
     found_in_jumps: ClassVar[bool] = True
-    """Whether it is looked for on the way to a voltage applied at once that the film cannot hold."""
+    """Whether it is looked for on the way to a voltage applied at once under which there is no equilibrium."""
 
     ends_equilibria: ClassVar[bool] = False
-    """Whether it happens where such a way ends, as there is no equilibrium beyond."""
+    """Whether the event is placed at the end of that way, beyond which there is no equilibrium."""
 
     def signal(self, films: WatchedFilms) -> Signal | None:
-        """The signal of these films, None where it cannot happen to any of them, or where it has a rate."""
+        """The signal for these films; None if the event cannot happen in any of them, or if the criterion has a rate."""
         return None
 
     def rate(self, films: WatchedFilms) -> Signal | None:
-        """Of a criterion without signal: the rate (k,) in 1/s, at least 0, whose integral over time comes to 1 when it happens."""
+        """The rate (k,) in 1/s, at least 0, whose integral over time reaches 1 at the event; None if the criterion has a signal."""
         return None
 
     def concerns(self, materials: Sequence[Material]) -> bool:
-        """Whether films of these materials may fail so: maps of others have no column of it."""
+        """Whether films of these materials may have this event; if none may, maps omit it."""
         return True
 
     def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
-        """The `time` (k,) since a span of `load` began and the moment at which the signal of `films` was found to vanish, more
-        exactly.
+        """The time (k,) in s since a span of `load` began, and the moment, of a zero of the signal, located more accurately.
+
+        `time` and `moment` are those of the zero as located on the steps.
         """
         return time, moment
 
     def determinant(self, stability: Stability) -> Floats:
-        """The pull-in determinant (k,) of an event at this stability."""
+        """The pull-in determinant (k,) to record for an event with this stability."""
         return stability.determinant

@@ -1,4 +1,4 @@
-"""Damage: a film is used up by the field that it is exposed to (see `material.damage`)."""
+"""Damage: the film ages in the electric field until it fails (see `material.damage`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dielast.numerics.columns import Floats
 
 
 class Damage(Criterion):
-    """D = int dD/dt dt over the voltage programme comes to 1."""
+    """The damage D = int dD/dt dt over the voltage programme reaches 1."""
 
     name: ClassVar[str] = "damage"
     marker: ClassVar[str] = "D"
@@ -24,7 +24,7 @@ class Damage(Criterion):
         return any(material.damage is not None for material in materials)
 
     def rate(self, films: WatchedFilms) -> Signal | None:
-        """dD/dt, 0 for films without a law."""
+        """dD/dt (k,) in 1/s, 0 for films without a damage law."""
         laws = films.damage
         if laws is None:
             return None

@@ -1,1 +1,1 @@
-"""Films of which an active part moves within a passive part: on a rigid ring, or between bars."""
+"""Films with an active part within a passive part, on a rigid ring or between bars."""

@@ -1,13 +1,13 @@
 """The structures of a disc in a circular frame and of a strip between bars.
 
-The disc (undeformed radius A) stays homogeneous and equibiaxial, whatever isotropic springs it has. In the annulus around it, A < R
-< B with r(B) = l_p B, the unknown is the hoop stretch l_2 = r/R as a function of s = (A/R)^2. The radial stretch is then
-l_1 = dr/dR = l_2 - 2 s dl_2/ds. Small strains about a homogeneous state are l_2 = a + b s exactly (Lame), and large ones a short
-power series: a polynomial of degree n through its values at the rim, at the frame and at n - 1 radii between them. Its energy is
-integrated over 2 R dR/A^2 = ds/s^2 at n points, the Gauss points of the weight 1/s^2, which integrate the homogeneous state, the
-linear one, and all polynomials of degree 2n - 1 in s exactly. The error falls faster than any power of 1/n.
+The disc (undeformed radius A) stays homogeneous and equibiaxial for any isotropic springs. In the annulus around it, A < R < B with
+r(B) = l_p B, the unknown is the hoop stretch l_2 = r/R as a function of s = (A/R)^2. The radial stretch is then
+l_1 = dr/dR = l_2 - 2 s dl_2/ds. Small strains about a homogeneous state are exactly l_2 = a + b s (Lame), and large strains a short
+power series in s. So l_2 is a polynomial of degree n, given by its values at the rim, at the frame and at n - 1 radii between them.
+The energy is integrated over 2 R dR/A^2 = ds/s^2 with the n Gauss points of the weight 1/s^2, which are exact for all polynomials
+of degree 2n - 1 in s, and so for the homogeneous and the linear state. The error falls faster than any power of 1/n.
 
-In the strip an active share f of the length and a passive one are in series, the width is clamped:
+In the strip an active fraction f of the length and the passive part are in series, and the width is clamped:
 f l_a + (1 - f) l_passive = l_p1, l_2 = l_p2.
 """
 
@@ -21,13 +21,15 @@ import numpy as np
 from dielast.mechanics.passive.structure import Structure
 from dielast.numerics.columns import Floats
 
-RADII = 41  # of the annulus in a profile
-FINE = 200  # Gauss-Legendre points in ln s, of which the Gauss points of the weight 1/s^2 are made
+RADII = 41  # radii of the annulus in a profile
+FINE = 200  # Gauss-Legendre points in ln s, from which the Gauss points of the weight 1/s^2 are computed
 
 
 def disc(share: Floats, prestretch: Floats, points: int) -> Structure:
-    """Discs whose radius is this `share` (cases,) of the frame's, at a prestretch (cases,), with so many points in the annulus."""
-    parts = [_annulus(float(each), points) for each in share]
+    """Discs with a radius of `share` (cases,) times that of the frame, at a prestretch (cases,), with `points` points in the
+    annulus.
+    """
+    parts = [_annulus(float(radius_ratio), points) for radius_ratio in share]
     area, first, second, rim = (np.stack(column, axis=-1) for column in zip(*parts, strict=True))
     cases = share.size
     gather = np.zeros((2, points + 1, points, cases))
@@ -41,36 +43,38 @@ def disc(share: Floats, prestretch: Floats, points: int) -> Structure:
 
 
 def strip(share: Floats, first: Floats, second: Floats) -> Structure:
-    """Strips of which a `share` of the length is active, at prestretches of the length and of the width, all (cases,)."""
-    rest, one, none = 1 - share, np.ones_like(share), np.zeros_like(share)
-    gather = np.array([[one, -share / rest], [none, none]])[:, :, None]
-    fixed = np.array([[none, first / rest], [second, second]])
-    return Structure(np.array([one, rest / share]), gather, fixed, first[None].copy(), np.array([one, none]))
+    """Strips with an active fraction `share` of the length, and prestretches `first` of the length, `second` of the width, all
+    (cases,).
+    """
+    passive, one, none = 1 - share, np.ones_like(share), np.zeros_like(share)
+    gather = np.array([[one, -share / passive], [none, none]])[:, :, None]
+    fixed = np.array([[none, first / passive], [second, second]])
+    return Structure(np.array([one, passive / share]), gather, fixed, first[None].copy(), np.array([one, none]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spread:
-    """What the points say of places at a `radius` (r, cases), over that of the active part: the `weight` (r, P, cases) of each."""
+    """Places at a `radius` (r, cases) over that of the active part, and the `weight` (r, P, cases) of the points' values there."""
 
     radius: Floats
     weight: Floats
 
 
 def across_disc(share: Floats, points: int) -> Spread:
-    """The middle and the edge of discs, and radii of the annulus from there to the frame: the polynomial through its points."""
+    """The centre and the edge of discs, and radii of the annulus from rim to frame, by the polynomial through the points."""
     inside, outside = np.zeros((2, points + 1, share.size)), np.zeros((RADII, points + 1, share.size))
     inside[:, 0] = 1.0
     radius = np.geomspace(np.ones_like(share), 1 / share, RADII)
-    for case, each in enumerate(share.tolist()):
-        inner = each * each
-        z = (1 / np.square(radius[:, case]) - inner) / ((1 - each) * (1 + each))
-        outside[:, 1:, case] = _lagrange(_gauss(each, points)[0], z)[0]
+    for case, radius_ratio in enumerate(share.tolist()):
+        inner = radius_ratio * radius_ratio
+        z = (1 / np.square(radius[:, case]) - inner) / ((1 - radius_ratio) * (1 + radius_ratio))
+        outside[:, 1:, case] = _lagrange(_gauss(radius_ratio, points)[0], z)[0]
     ends = np.stack((np.zeros_like(share), np.ones_like(share)))
     return Spread(np.concatenate((ends, radius)), np.concatenate((inside, outside)))
 
 
 def across_strip(share: Floats) -> Spread:
-    """The middle and the edge of the active part, and both ends of the passive one."""
+    """The centre and the edge of the active part, and both ends of the passive part."""
     one, none = np.ones_like(share), np.zeros_like(share)
     weight = np.array([[one, none], [one, none], [none, one], [none, one]])
     return Spread(np.array([none, one, one, 1 / share]), weight)
@@ -78,10 +82,10 @@ def across_strip(share: Floats) -> Spread:
 
 @cache
 def _annulus(share: float, points: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Of the points of an annulus: areas over that of the disc (n,), l_1 and l_2 (n, n + 1) from the values of l_2 at the nodes,
-    and the extrapolation (n,) of a quantity to the rim.
+    """The points of an annulus: their areas over that of the disc (n,), the matrices (n, n + 1) of l_1 and l_2 at the points from
+    the values of l_2 at the nodes, and the weights (n,) that extrapolate a quantity to the rim.
     """
-    # z from 0 at the frame to 1 at the rim
+    # z is 0 at the frame and 1 at the rim
     inner = share * share
     width = (1 - share) * (1 + share)
     place, area = _gauss(share, points)
@@ -99,12 +103,12 @@ def _fine() -> tuple[Floats, Floats]:
 
 
 def _gauss(share: float, points: int) -> tuple[Floats, Floats]:
-    """Gauss points in z, s = share^2 + (1 - share^2) z, and weights (n,) of ds/s^2, by the three-term recurrence of their
-    polynomials (Golub and Welsch, Math. Comp. 23 (1969) 221).
+    """Gauss points in z, where s = share^2 + (1 - share^2) z, and weights (n,) for ds/s^2, by the three-term recurrence of the
+    orthogonal polynomials (Golub and Welsch, Math. Comp. 23 (1969) 221).
     """
     fine, weight = _fine()
     depth = -2 * np.log(share)
-    up = 0.5 * (1 + fine) * depth  # ln s over that at the frame
+    up = 0.5 * (1 + fine) * depth  # ln s minus its value at the frame
     weight = 0.5 * weight * depth * np.exp(depth - up)
     z = np.expm1(up) / np.expm1(depth)
     before, present = np.zeros(FINE), np.full(FINE, 1 / np.sqrt(weight.sum()))
@@ -119,7 +123,7 @@ def _gauss(share: float, points: int) -> tuple[Floats, Floats]:
 
 
 def _lagrange(nodes: Floats, at: Floats) -> tuple[Floats, Floats]:
-    """Values and slopes (k, n) at places (k,) of the polynomials that are 1 at one of the nodes (n,) and 0 at the others."""
+    """Values and slopes (k, n) at places (k,) of the Lagrange polynomials, which are 1 at one node (n,) and 0 at the others."""
     value, slope = np.ones((2, at.size, nodes.size))
     for one in range(nodes.size):
         others = np.delete(nodes, one)

@@ -1,20 +1,19 @@
-"""Films of an active part and a passive part as the stepper takes them: the equations of `point` at every point of a `Structure`.
+"""Films with an active and a passive part, as systems for the stepper: the equations of `point` at every point of a `Structure`.
 
-State of one film, a column: the viscous stretches xi_i of the n springs at all P points, axis 1 then axis 2, springs, points; and
-the border, which is the u unknowns of the structure, the nominal stress s_1 of the active part, and the nominal stress across it
-that may be the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim of a disc. The equations
-are
+The state of one film is a column: the viscous stretches xi_i of the n springs at all P points (axis 1 then axis 2, springs,
+points), followed by the border. The border is the u unknowns of the structure, the nominal stress s_1 of the active part, and the
+transverse nominal stress that may be the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim
+of a disc. The equations, again of index 1, are
 
     d ln xi_i/dt = (2p - q, 2q - p)_i / (6 tau)             for each spring at each point,
     0 = F_j(u, xi, E~)                                      for each unknown (`structure`),
-    0 = s_1 - dW/dl_1 at the active part, and the same for the other stress:
+    0 = s_1 - dW/dl_1 at the active part, and the same for the other stress.
 
-index 1 again. Here the state holds xi, not its logarithm: the springs of fast branches are slack, xi = l, and remain so in every
-linear combination of states, as the stretches are linear in u. With logarithms they would not, and the stiffest springs of the
-film would answer to the difference.
+Here the state holds xi, not ln xi. The springs of fast branches are relaxed, xi = l, and l is linear in u; so they stay relaxed in
+every linear combination of states. With ln xi they would not, and the stiffest springs would respond with large stresses.
 
-The springs of a point are eliminated as in `point`; what they leave, a 2x2 tangent a point, goes into the tangent
-of few rows of the structure. The nominal field is that of the active part.
+The springs of a point are eliminated as in `point`. The resulting 2x2 tangent of each point is assembled into the small tangent of
+the structure. The nominal field acts on the active part.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assembly:
-    """The `points` of the active parts (n springs, cases), those of `all_points` (n, P cases), point after point, and how they
-    move together. Arrays over the points are (..., P, cases).
+    """The `points` of the active parts (n springs, cases), `all_points` (n, P cases) point after point, and the `structure` that
+    couples them. Arrays over the points are (..., P, cases).
     """
 
     points: Points
@@ -48,12 +47,12 @@ class Assembly:
         return cls(points, points.take(np.tile(np.arange(points.stress_floor.size), structure.points)), structure)
 
     def take(self, cases: Cases) -> Assembly:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         wide = self.all_points.take(self.structure.columns(cases))
         return Assembly(self.points.take(cases), wide, self.structure.take(cases))
 
     def wide(self, narrow: Floats) -> Floats:
-        """What there is for each case (..., cases), for each point (..., P cases)."""
+        """Values of the cases (..., cases), repeated for all points (..., P cases)."""
         return np.concatenate([narrow] * self.structure.points, axis=-1)
 
     def by_point(self, values: Floats) -> Floats:
@@ -67,15 +66,18 @@ class Assembly:
         return np.asarray(elastic)
 
     def carried(self, stress: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
-        """True mechanical stresses (2, P, cases) of the springs' stresses (2, n, P cases), less the Maxwell stress in point 0."""
+        """True mechanical stresses (2, P, cases) from the stresses (2, n, P cases) of springs of unit modulus, less the Maxwell
+        stress
+        in point 0.
+        """
         carried = self.by_point(np.einsum("nm,cnm->cm", self.all_points.modulus, stress))
         if electric:
             carried[:, 0] -= self.points.maxwell_stress(2 * np.log(stretch[:, 0]), field)
         return carried
 
     def slope(self, half: Floats, carried: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
-        """ds_i/dl_j (2, 2, P, cases) of the tangent `half` (2, 2, P cases) in Lambda that the springs have together, with what the
-        present stresses and the Maxwell stress add.
+        """ds_i/dl_j (2, 2, P, cases): from `half` (2, 2, P cases), the tangent of all springs together in Lambda, and the terms of
+        the true mechanical stress `carried` (2, P, cases) and of the Maxwell stress.
         """
         slope = self.by_point(half).copy()
         slope[(0, 1), (0, 1)] -= 0.5 * carried
@@ -85,29 +87,29 @@ class Assembly:
         return slope
 
     def seen(self, nominal: Floats) -> Floats:
-        """The two stresses of the border (2, cases) of nominal stresses (2, P, cases)."""
+        """The two stresses (2, cases) of the border from nominal stresses (2, P, cases)."""
         return np.stack((nominal[0, 0], np.einsum("pc,pc->c", self.structure.rim, nominal[1])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FramedFilms(UnderLoad):
-    """Films under one smooth stretch of load: the system that the stepper integrates."""
+    """Films in one smooth span of load: the system that the stepper integrates."""
 
     assembly: Assembly
     load: Load
 
     @property
     def points(self) -> Points:
-        """Those of the active parts."""
+        """The points of the active parts."""
         return self.assembly.points
 
     @property
     def border(self) -> int:
-        """Where the rows of the border begin, from the end."""
+        """Index of the first row of the border, counted from the end of the state."""
         return -self.assembly.structure.unknowns - 2
 
     def take(self, cases: Cases) -> FramedFilms:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         return FramedFilms(self.assembly.take(cases), self.load.take(cases))
 
     def pack(self, internal: Floats, border: Floats) -> Floats:
@@ -119,31 +121,31 @@ class FramedFilms(UnderLoad):
         return state[: self.border].reshape(2, -1, self.assembly.structure.points, state.shape[1])
 
     def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
-        """Lambda and the nominal stress (2, cases each) of the active part at a `state` under the prescribed values `driven`
+        """Lambda and the nominal stress of the active part, both (2, cases), of a `state` under the prescribed values `driven`
         (3, cases).
         """
         return membrane(state[self.border :], driven, self.load.controls)
 
     def error(self, state: Floats, increment: Floats) -> Floats:
-        """Largest relative error (cases,) of stretches, stresses and viscous stretches that `increment` of a `state` amounts to."""
+        """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
         structure = self.assembly.structure
         worst = np.max(np.abs(increment[: self.border] / state[: self.border]), axis=0)
         stretch = structure.stretch(state[self.border : -2])
         moved = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
         worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * moved)
         modulus = self.points.modulus
-        # no stress is known better than the rounding of the stiffest spring's share, which is the damper's
+        # the rounding error of the stress of the stiffest spring, the damper, bounds the accuracy of every stress
         floor = modulus[0] + self.points.stress_floor * (modulus.sum(axis=0) / modulus[:-1].sum(axis=0))
         stress = np.max(np.abs(increment[-2:]) / (np.abs(state[-2:]) + floor), axis=0)
         return np.asarray(np.maximum(worst, FOLLOWER_WEIGHT * stress))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> FramedArrowhead:
-        """The equations at the start of a step of given length (cases,), ready to be solved."""
+        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
         return FramedArrowhead(self, time, state, step, gamma)
 
 
 def membrane(border: Floats, driven: Floats, controls: Controls) -> tuple[Floats, Floats]:
-    """Lambda and the nominal stress (2, cases each) of the active part with this border (u + 2, cases)."""
+    """Lambda and the nominal stress, both (2, cases), of the active part of films with this border (u + 2, cases)."""
     first = 2 * np.log(border[0])
     if controls[1] is Control.STRETCH:
         return np.stack((first, 2 * np.log(driven[1]))), border[-2:].copy()
@@ -151,11 +153,11 @@ def membrane(border: Floats, driven: Floats, controls: Controls) -> tuple[Floats
 
 
 class FramedArrowhead:
-    """One step's linear system, factorised. Its cost is linear in the springs and in the points.
+    """The linear system of one step, factorised; its cost is linear in the numbers of springs and of points.
 
-    With phi = F p (`elimination`), a spring's equations in v = 2 u_xi/xi and w = 2 u_l/l are
-    (c + h/(3 tau) F K) v = right + h/(3 tau) F K w, c = 1/gamma - h phi/(6 tau) on the diagonal. So v = w + D^-1 (right - c w), D
-    the block on the left, and its part in the stress is Q (c w - right), Q = mu K D^-1.
+    With phi = F p (`elimination`), v = 2 u_xi/xi and w = 2 u_l/l, the equations of a spring are
+    (c + h/(3 tau) F K) v = right + h/(3 tau) F K w with the diagonal c = 1/gamma - h phi/(6 tau). So v = w + D^-1 (right - c w)
+    with D the matrix on the left, and the contribution of the spring to the stress is Q (c w - right), Q = mu K D^-1.
     """
 
     def __init__(self, system: FramedFilms, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
@@ -174,13 +176,13 @@ class FramedArrowhead:
         carried = assembly.carried(self.stress, self.stretch, field, load.electric)
         self.slope = assembly.slope(half, carried, self.stretch, field, load.electric)
         self.compliance = Factors.of(structure.tangent(self.slope)).inverse()
-        self.known = np.zeros_like(self.stretch[:, 0])
+        self.load_term = np.zeros_like(self.stretch[:, 0])
         if load.electric:
             _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
-            self.known -= by_load * (step * load.slope(time)[ELECTRIC]) / self.stretch[:, 0]
+            self.load_term -= by_load * (step * load.slope(time)[ELECTRIC]) / self.stretch[:, 0]
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """u_i of a stage at `time` and `state`, in `out`; `history` is the sum over c_ij u_j, None in the first stage."""
+        """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         system, assembly = self.films, self.films.assembly
         wide, structure, border = assembly.all_points, assembly.structure, system.border
         if history is None:
@@ -200,7 +202,7 @@ class FramedArrowhead:
         nominal = assembly.carried(stress, stretch, field, system.load.electric) / stretch
         nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.springs.share, right)) / self.stretch
         if gamma_i:
-            nominal[:, 0] += gamma_i * self.known
+            nominal[:, 0] += gamma_i * self.load_term
         out[border:-2] = np.einsum("uvc,vc->uc", self.compliance, -structure.force(nominal))
         change = structure.moved(out[border:-2])
         nominal += self.slope[:, 0] * change[0]
@@ -218,14 +220,14 @@ class FramedArrowhead:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """What films at a moment have beside their active parts: all their points, and the `border` (u + 2, k) of their states."""
+    """All points of films with a passive part at a moment, and the `border` (u + 2, k) of their states."""
 
     assembly: Assembly
     border: Floats
 
     @property
     def tension(self) -> Floats:
-        """The nominal stresses (2, k) along and across that may fall to zero."""
+        """The nominal stresses (2, k) in Pa, longitudinal and transverse, that may fall to zero."""
         return self.border[-2:]
 
     def stretch(self) -> Floats:
@@ -233,31 +235,31 @@ class Surroundings:
         return self.assembly.structure.stretch(self.border[:-2])
 
     def without_damper(self) -> Surroundings:
-        """The same, whose last spring, the damper, carries nothing."""
+        """The films without stress in the last spring, the damper."""
         modulus = self.assembly.all_points.modulus.copy()
         modulus[-1] = 0.0
-        bare = replace(self.assembly, all_points=replace(self.assembly.all_points, modulus=modulus))
-        return replace(self, assembly=bare)
+        undamped = replace(self.assembly, all_points=replace(self.assembly.all_points, modulus=modulus))
+        return replace(self, assembly=undamped)
 
     def take(self, columns: Cases) -> Surroundings:
-        """Some of the columns."""
+        """The selected columns."""
         return Surroundings(self.assembly.take(columns), self.border[:, columns])
 
     def stresses(self, internal: Floats, field: Floats) -> Floats:
-        """Nominal stresses (2, P, k) at xi (2, n, P, k)."""
+        """Nominal stresses (2, P, k) in Pa at xi (2, n, P, k)."""
         stretch, law = self.stretch(), self.assembly.all_points.law
         return self.assembly.carried(law.stress(self.assembly.springs(internal, stretch)), stretch, field) / stretch
 
     def stiffness(self, held: Floats, internal: Floats, field: Floats) -> tuple[Floats, Floats]:
-        """The stiffness (k,) in Pa of the whole film as it is felt at the rim of the active part, and that of its springs alone, if
-        each holds on to `held` (n, k) in Pa of its modulus.
+        """The stiffness (k,) in Pa of the whole film at the rim of the active part, and the stiffness of its springs alone, if each
+        spring retains the modulus `held` (n, k) in Pa.
         """
         assembly, stretch = self.assembly, self.stretch()
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
-        own = np.einsum("nm,cnm->cm", assembly.wide(held), half)[SYMMETRIC]
+        spring_tangent = np.einsum("nm,cnm->cm", assembly.wide(held), half)[SYMMETRIC]
         carried = assembly.carried(stress, stretch, field)
-        whole = assembly.slope(own, np.zeros_like(carried), stretch, field, electric=False)
-        present = assembly.slope(own, carried, stretch, field)
-        both = assembly.structure.tangent(np.stack((present, whole)))
-        rim, alone = Factors.of(np.moveaxis(both, 0, 2)).rim_stiffness()
+        whole = assembly.slope(spring_tangent, np.zeros_like(carried), stretch, field, electric=False)
+        present = assembly.slope(spring_tangent, carried, stretch, field)
+        tangents = assembly.structure.tangent(np.stack((present, whole)))
+        rim, alone = Factors.of(np.moveaxis(tangents, 0, 2)).rim_stiffness()
         return rim, alone

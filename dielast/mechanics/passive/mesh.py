@@ -1,12 +1,13 @@
-"""How many points the annulus around a disc needs, from a tolerance.
+"""The number of points that the annulus around a disc needs for a given tolerance.
 
-The measure is the nominal field that holds an elastic disc, with the film's equilibrium spring alone, at a stretch that halves the
-radial stretch at its rim by the theory of small strains: a relative stretch of 1.5 for a small electrode, about as far as the film
-around it stays taut. The error of n points is the most that the field changes by with one point more, or two.
+The measure is the nominal field that holds an elastic disc, with only the equilibrium spring of the film, at a prescribed stretch.
+By the theory of small strains, this stretch halves the radial stress at the rim: a relative stretch of 1.5 for a small electrode,
+about the largest at which the film around it stays taut. The error with n points is the largest change of the field when one or two
+points are added.
 
-Around a disc with a very stiff spring, such as Ogden's with an exponent of 8 or more, the film goes slack long before that, and
-falls together next to the rim in a kink that no polynomial follows. Where no number of points resolves that, the stretch is one
-that leaves the film around the disc half of its tension.
+Around a disc with a very stiff spring, such as Ogden's with an exponent of 8 or more, the film goes slack far below that stretch,
+and collapses next to the rim in a kink that no polynomial resolves. Where no number of points is enough, a smaller stretch is used,
+which leaves the film around the disc half of its tension.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.numerics.columns import Cases, Floats
 
-LEAST, MOST = 2, 20  # points
-RESOLVED = 1e-6  # error of the field that some number of points stays below, unless there is a kink
-WIDENINGS = 0.5 ** np.arange(16)  # shares of the stretch, of which the first is taken that the springs can reach
-ITERATIONS, SETTLED = 30, 1e-9  # and the relative step by which they are through
-FEW_AND_MANY = (LEAST, LEAST + 4, LEAST + 9)  # numbers of points, with all of which a stretch is to be reached
+LEAST, MOST = 2, 20  # number of points
+RESOLVED = 1e-6  # error of the field that is reached with enough points, unless there is a kink
+WIDENINGS = 0.5 ** np.arange(16)  # fractions of the stretch to try in turn, until the springs can reach it
+ITERATIONS, SETTLED = 30, 1e-9  # of Newton's method, and its last step relative to the prestretch
+FEW_AND_MANY = (LEAST, LEAST + 4, LEAST + 9)  # numbers of points with all of which the stretch must be reached
 
 
 def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: float) -> Cases:
-    """The number of points (cases,) with which the field of each disc (see `forms.disc`) is exact to a relative `tolerance`; 0
+    """The number of points (cases,) with which the field of each disc (see `forms.disc`) is accurate to a relative `tolerance`, 0
     where no number is enough.
     """
     finest = min(tolerance, RESOLVED)
@@ -35,15 +36,17 @@ def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: 
     kinked = np.flatnonzero(~np.any(errors <= RESOLVED, axis=0))
     if kinked.size:
         errors = np.concatenate((errors, np.full((MOST - LEAST - len(errors), share.size), np.inf)))
-        instead = _errors(points.take(kinked), share[kinked], prestretch[kinked], finest, taut=True)
-        errors[: len(instead), kinked], errors[len(instead) :, kinked] = instead, np.inf
+        taut_errors = _errors(points.take(kinked), share[kinked], prestretch[kinked], finest, taut=True)
+        errors[: len(taut_errors), kinked], errors[len(taut_errors) :, kinked] = taut_errors, np.inf
     exact = errors <= tolerance
     return np.where(np.any(exact, axis=0), LEAST + np.argmax(exact, axis=0), 0)
 
 
 def _errors(points: Points, share: Floats, prestretch: Floats, finest: float, taut: bool) -> Floats:
-    """Errors (counts, cases) of the field with `LEAST` points and more, until all are below the `finest` or the points are `MOST`,
-    at stretches that the springs can reach, and that leave the film half of its tension where it is to stay `taut`.
+    """Errors (counts, cases) of the field with `LEAST` points, one more, and so on, until all are below `finest` or there are
+    `MOST`.
+
+    They hold at stretches that the springs can reach, and, if `taut`, that leave the film at least half of its tension.
     """
     squared = share * share
     tension = _pull(points, share, prestretch, prestretch, LEAST)[1] if taut else np.full(share.shape, -np.inf)
@@ -67,36 +70,37 @@ def _errors(points: Points, share: Floats, prestretch: Floats, finest: float, ta
 
 
 def _pull(points: Points, share: Floats, prestretch: Floats, stretch: Floats, count: int) -> tuple[Floats, Floats]:
-    """The Maxwell stress (cases,) in Pa that holds relaxed discs at a `stretch` (cases,), and the least nominal stress (cases,) in
-    the film around them; NaN where the springs cannot reach it.
+    """The Maxwell stress (cases,) in Pa that holds relaxed discs at a `stretch` (cases,), and the smallest nominal stress (cases,)
+    in
+    the film around them; NaN where the springs cannot reach the stretch.
     """
     structure = disc(share, prestretch, count)
     assembly = Assembly.of(points, structure)
     wide, none = assembly.all_points, np.zeros_like(share)
-    alone = wide.modulus[:1]
+    equilibrium_modulus = wide.modulus[:1]
     with np.errstate(all="ignore"):
-        # a straight line between rim and frame, in the place that a small strain is linear in
+        # initial guess: a straight line from rim to frame in z, in which small strains are linear
         unknown = structure.home + _line(count) * (stretch - prestretch)
         for _ in range(ITERATIONS):
             at = structure.stretch(unknown)
             viscous = np.repeat(at[:, None], len(wide.modulus), axis=1)
-            viscous[:, 0] = 1.0  # branches are relaxed
+            viscous[:, 0] = 1.0  # the branches are relaxed, the equilibrium spring is not
             stress, half = wide.law.tangent(assembly.springs(viscous, at))
             carried = assembly.carried(stress, at, none, electric=False)
-            own = (alone * half[:, 0])[SYMMETRIC]
+            spring_tangent = (equilibrium_modulus * half[:, 0])[SYMMETRIC]
             force = structure.force(carried / at)
-            tangent = structure.tangent(assembly.slope(own, carried, at, none, electric=False))
+            tangent = structure.tangent(assembly.slope(spring_tangent, carried, at, none, electric=False))
             step = Factors.of(tangent[1:, 1:]).solve(-force[1:])
             unknown[1:] += step
             if np.nanmax(np.abs(step), initial=0.0) <= 1e-15 * prestretch.max():
                 break
-        found = 0.5 * force[0] * stretch
+        maxwell = 0.5 * force[0] * stretch
         settled = np.max(np.abs(step), axis=0) <= SETTLED * prestretch
-        reached = settled & np.all(at > 0, axis=(0, 1)) & np.isfinite(found)
+        reached = settled & np.all(at > 0, axis=(0, 1)) & np.isfinite(maxwell)
         tension = np.min((carried / at)[:, 1:], axis=(0, 1))
-        return np.where(reached, found, np.nan), np.where(reached, tension, np.nan)
+        return np.where(reached, maxwell, np.nan), np.where(reached, tension, np.nan)
 
 
 def _line(count: int) -> Floats:
-    """z (count, 1) of the nodes from the rim to the last before the frame."""
+    """z (count, 1) of the nodes, from the rim to the last one before the frame."""
     return np.asarray(0.5 * (1 + np.cos(np.pi * np.arange(count) / count)))[:, None]

@@ -10,15 +10,18 @@ from dielast.mechanics.point_material import SYMMETRIC
 from dielast.numerics.columns import Flags, Floats
 
 ITERATIONS, HALVINGS = 60, 16
-SETTLED, BALANCED = 5e-13, 1e-8  # of the stretches: a step that ends the search, and one that leads on
+SETTLED, BALANCED = (
+    5e-13,
+    1e-8,
+)  # relative Newton steps in the stretches: one that ends the search, and one that an equilibrium may have
 LARGEST = 0.5  # relative change of a stretch in one step
 
 
 def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundings, Flags]:
-    """The equilibrium at a nominal field (k,) with viscous stretches (2, n, P, k), from where the films are, and whether (k,) it
-    was found and is stable.
+    """The equilibrium at a nominal field (k,) with viscous stretches (2, n, P, k), and whether (k,) it was found and is stable.
 
-    Newton's method on the forces F of the structure, with steps halved until they fall.
+    The search starts from the present state. Newton's method on the forces F of the structure; a step is halved until they
+    decrease.
     """
     assembly, structure = at.assembly, at.assembly.structure
 
@@ -26,9 +29,9 @@ def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundi
         stretch = structure.stretch(unknown)
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
         carried = assembly.carried(stress, stretch, field)
-        own = np.einsum("nm,cnm->cm", assembly.all_points.modulus, half)[SYMMETRIC]
+        spring_tangent = np.einsum("nm,cnm->cm", assembly.all_points.modulus, half)[SYMMETRIC]
         nominal = carried / stretch
-        return nominal, structure.force(nominal), assembly.slope(own, carried, stretch, field)
+        return nominal, structure.force(nominal), assembly.slope(spring_tangent, carried, stretch, field)
 
     with np.errstate(all="ignore"):
         unknown = at.border[:-2].copy()
@@ -44,19 +47,19 @@ def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundi
             merit, share = _merit(force), np.where(settled, 0.0, 1.0)
             for _halving in range(HALVINGS):
                 trial = unknown + share * step
-                found = equations(trial)
-                worse = ~(_merit(found[1]) < merit) & (share > 0)
+                trial_state = equations(trial)
+                worse = ~(_merit(trial_state[1]) < merit) & (share > 0)
                 if not worse.any():
                     break
                 share = np.where(worse, 0.5 * share, share)
-            settled |= (share * size <= SETTLED) | worse  # what no share improves is as good as it can be
-            unknown, (nominal, force, slope) = trial, found
+            settled |= (share * size <= SETTLED) | worse  # no fraction of the step improves the equilibrium further
+            unknown, (nominal, force, slope) = trial, trial_state
         factors = Factors.of(structure.tangent(slope))
-        left = np.max(np.abs(factors.solve(-force)), axis=0)
-        stable = settled & (left <= BALANCED) & (factors.rim_stiffness() > 0) & np.all(np.isfinite(nominal), axis=(0, 1))
+        newton_step = np.max(np.abs(factors.solve(-force)), axis=0)
+        stable = settled & (newton_step <= BALANCED) & (factors.rim_stiffness() > 0) & np.all(np.isfinite(nominal), axis=(0, 1))
     return Surroundings(assembly, np.concatenate((unknown, assembly.seen(nominal)))), stable
 
 
 def _merit(force: Floats) -> Floats:
-    """Square of the forces (k,)."""
+    """The sum of squared forces (k,)."""
     return np.asarray(np.sum(np.square(force), axis=0))

@@ -1,14 +1,14 @@
 """Material points that move together: an active part of a film and the passive part around it, between rigid supports.
 
-A film has P points of undeformed areas w, that of the active part being 1. Their stretches are linear in u unknowns: l_i = sum_j
-gather_ij u_j + fixed_i, the unknown 0 being the stretch l_1 of the active part. With W the energy of a point per undeformed
-volume (of which the electric part acts in point 0 alone), the film is in equilibrium where sum_p w W is stationary in u:
+A film has P points with undeformed areas w, relative to that of the active part. Their stretches are linear in u unknowns:
+l_i = sum_j gather_ij u_j + fixed_i, and unknown 0 is the stretch l_1 of the active part. With W the energy of a point per
+undeformed volume (its electric part acts in point 0 only), the film is in equilibrium where sum_p w W is stationary in u:
 
-    F_j = sum_p w sum_i s_i gather_ij = 0,    s_i = dW/dl_i the nominal stresses.
+    F_j = sum_p w sum_i s_i gather_ij = 0,    with the nominal stresses s_i = dW/dl_i.
 
-The tangent dF_j/du_k = sum_p w gather_ij ds_i/dl_m gather_mk is symmetric. Eliminated from the last unknown to the first, it leaves
-a pivot for each: all are positive where the equilibrium is stable, and as no part of a matrix is softer than the whole, the last
-pivot, the stiffness of the film as it is felt at the rim of the active part, is the first to fall to zero.
+The tangent dF_j/du_k = sum_p w gather_ij ds_i/dl_m gather_mk is symmetric. Elimination from the last unknown to the first leaves
+one pivot per unknown, and all are positive if the equilibrium is stable. No part of a matrix is softer than the whole, so the last
+pivot, the stiffness of the film at the rim of the active part, is the first to fall to zero.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Structure:
-    """Weights `weight` (P, cases), `gather` (2, P, u, cases) and `fixed` (2, P, cases) of the points' stretches, and `home`
-    (u, cases), the unknowns where the film is homogeneous.
+    """The coefficients of the points' stretches: `weight` w (P, cases), `gather` (2, P, u, cases) and `fixed` (2, P, cases).
 
-    `rim` (P, cases) says which mean of the points' hoop stresses may be the first to fall to zero.
+    `home` (u, cases) are the unknowns in the homogeneous state. `rim` (P, cases) are the weights in the mean of the transverse
+    stresses that may be the first to fall to zero.
     """
 
     weight: Floats
@@ -45,36 +45,37 @@ class Structure:
         return len(self.home)
 
     def take(self, cases: Cases) -> Structure:
-        """The same for some of the cases."""
-        return Structure(*(np.take(getattr(self, one.name), cases, axis=-1) for one in fields(self)))
+        """The selected cases (k,)."""
+        return Structure(*(np.take(getattr(self, field.name), cases, axis=-1) for field in fields(self)))
 
     def columns(self, cases: Cases) -> Cases:
-        """Where the points of some cases (k,) stand, (P k,), in arrays whose columns are all cases, point after point."""
+        """The indices (P k,) of the points of `cases` (k,) in arrays over the points of all cases, point after point."""
         return np.asarray((self.weight.shape[1] * np.arange(self.points)[:, None] + cases).ravel())
 
     def moved(self, change: Floats) -> Floats:
-        """What a `change` (u, cases) of the unknowns changes in the stretches, (2, P, cases)."""
+        """The change (2, P, cases) of the stretches due to a `change` (u, cases) of the unknowns."""
         return np.asarray(np.einsum("apuc,uc->apc", self.gather, change))
 
     def stretch(self, unknown: Floats) -> Floats:
-        """Stretches (2, P, cases)."""
+        """Stretches (2, P, cases) at unknowns (u, cases)."""
         return self.moved(unknown) + self.fixed
 
     def force(self, nominal: Floats) -> Floats:
-        """F (u, cases) of nominal stresses (2, P, cases)."""
+        """The forces F (u, cases) from nominal stresses (2, P, cases)."""
         return np.asarray(np.einsum("apuc,apc->uc", self.gather, self.weight * nominal))
 
     def tangent(self, slope: Floats) -> Floats:
-        """dF/du (..., u, u, cases) of ds_i/dl_j (..., 2, 2, P, cases)."""
+        """dF/du (..., u, u, cases) from ds_i/dl_j (..., 2, 2, P, cases)."""
         pushed = np.einsum("...abpc,bpvc->...apvc", self.weight * slope, self.gather)
         return np.asarray(np.einsum("apuc,...apvc->...uvc", self.gather, pushed))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Factors:
-    """A matrix (u, u, cases), or (u, u, k, cases), as U L, eliminated from the last row to the first without exchanging rows:
-    `upper` holds what was taken of later rows, `lower` the rows that were left, pivots on the diagonal. Of a symmetric matrix they
-    are those of L D L^T.
+    """A matrix (u, u, cases) or (u, u, k, cases), factorised as U L from the last row to the first, without exchange of rows.
+
+    `upper` holds the multiples of later rows that were subtracted, `lower` the remaining rows with the pivots on the diagonal. For
+    a symmetric matrix, this is L D L^T.
     """
 
     upper: Floats
@@ -82,7 +83,7 @@ class Factors:
 
     @classmethod
     def of(cls, matrix: Floats) -> Factors:
-        """Eliminate; the rows are few, and so is what is done for each."""
+        """Factorise; the loop is over the few rows of the matrix."""
         lower, upper = matrix.copy(), np.zeros_like(matrix)
         for row in range(len(matrix) - 1, 0, -1):
             np.divide(lower[:row, row], lower[row, row], out=upper[:row, row])
@@ -90,25 +91,25 @@ class Factors:
         return cls(upper, lower)
 
     def solve(self, right: Floats) -> Floats:
-        """The solution (u, cases), or solutions (u, k, cases)."""
-        found = right.copy()
+        """The solution (u, cases), or solutions (u, k, cases), for the right-hand side."""
+        solution = right.copy()
         upper, lower = (
             (np.expand_dims(self.upper, 2), np.expand_dims(self.lower, 2)) if right.ndim > 2 else (self.upper, self.lower)
         )
         for row in range(len(right) - 1, 0, -1):
-            found[:row] -= upper[:row, row] * found[row]
+            solution[:row] -= upper[:row, row] * solution[row]
         for row in range(len(right)):
             for earlier in range(row):
-                found[row] -= lower[row, earlier] * found[earlier]
-            found[row] /= lower[row, row]
-        return np.asarray(found)
+                solution[row] -= lower[row, earlier] * solution[earlier]
+            solution[row] /= lower[row, row]
+        return np.asarray(solution)
 
     def inverse(self) -> Floats:
-        """The inverse (u, u, cases): for many right sides one after another."""
+        """The inverse (u, u, cases), for many right-hand sides in turn."""
         unit = np.eye(len(self.lower))[:, :, None]
         return self.solve(np.broadcast_to(unit, self.lower.shape))
 
     def rim_stiffness(self) -> Floats:
-        """The last pivot (cases,), or (k, cases), of a symmetric matrix; negative wherever that is not positive definite."""
+        """The last pivot (cases,) or (k, cases) of a symmetric matrix; negative if the matrix is not positive definite."""
         pivots = np.einsum("uu...->u...", self.lower)
         return np.asarray(np.where(np.all(pivots[1:] > 0, axis=0), pivots[0], -np.abs(pivots[0])))
