@@ -203,9 +203,8 @@ class _State:
 
 def slopes_at(problem: Problem, at: Floats) -> Floats:
     """The derivatives (n, p) of all modelled values by the coordinates (p,)."""
-    lower, upper = problem.space.bounds
-    moves = np.ones((1, at.size), dtype=bool)
-    _, slopes = with_slopes(lambda q, _: problem.answers(q), at[None], np.zeros(1, dtype=np.intp), lower, upper, moves)
+    upper, moves = problem.space.bounds[1], np.ones((1, at.size), dtype=bool)
+    _, slopes = with_slopes(lambda q, _: problem.answers(q), at[None], np.zeros(1, dtype=np.intp), upper, moves)
     return np.asarray(slopes[0])
 
 

@@ -44,7 +44,7 @@ class Solutions:
         return int(np.argmin(self.cost))
 
 
-def with_slopes(residuals: Residuals, at: Floats, fits: Cases, lower: Floats, upper: Floats, moves: Flags) -> tuple[Floats, Floats]:
+def with_slopes(residuals: Residuals, at: Floats, fits: Cases, upper: Floats, moves: Flags) -> tuple[Floats, Floats]:
     """Residuals (k, n) and their derivatives (k, n, p) at coordinates (k, p), by forward differences, in one batch.
 
     Only parameters with `moves` (k, p) True are varied; the derivatives by the others are 0. If the model cannot be evaluated on
@@ -88,7 +88,7 @@ def minimise(
     count, size = at.shape
     free = np.ones((count, size), dtype=bool) if fixed is None else ~fixed
     every = np.arange(count)
-    here, jacobian = with_slopes(residuals, at, every, lower, upper, free)
+    here, jacobian = with_slopes(residuals, at, every, upper, free)
     cost = _costs(here)
     damping, done = np.full(count, FIRST_DAMPING), ~np.isfinite(cost)
     reached = np.zeros(count, dtype=bool)
@@ -98,7 +98,7 @@ def minimise(
             break
         step = _steps(here[running], jacobian[running], at[running], lower, upper, free[running], damping[running])
         trial = np.clip(at[running] + step, lower, upper)
-        trial_here, trial_jacobian = with_slopes(residuals, trial, running, lower, upper, free[running])
+        trial_here, trial_jacobian = with_slopes(residuals, trial, running, upper, free[running])
         trial_cost = _costs(trial_here)
         gain = cost[running] - trial_cost
         moved = np.max(np.abs(trial - at[running]), axis=1)

@@ -42,7 +42,7 @@ def parse_changed_material(content: bytes, source: str, changes: Mapping[str, An
     # laws first: they decide which constants a table takes
     for key, path in paths.items():
         if path[-1] == "law" and isinstance(values.get(path[0]), dict):
-            tried(key, partial(_restate, values, plain, path[0], str(changes[key]), changes, list(paths.values())))
+            tried(key, partial(_restate, values, plain, path[0], str(changes[key]), list(paths.values())))
     for key, path in paths.items():
         tried(key, partial(set_key, values, path, copy.deepcopy(changes[key])))
     if not problems:
@@ -53,9 +53,7 @@ def parse_changed_material(content: bytes, source: str, changes: Mapping[str, An
     raise InputError(*problems)
 
 
-def _restate(
-    values: dict[str, Any], plain: MaterialFile, section: str, law: str, changes: Mapping[str, Any], paths: list[Place]
-) -> None:
+def _restate(values: dict[str, Any], plain: MaterialFile, section: str, law: str, paths: list[Place]) -> None:
     """Prepare a table for a new law, some of whose constants are at `paths` of changes."""
     stated = getattr(plain, section, None)
     if not isinstance(stated, LawSection) or law not in stated.FAMILY or stated.law_stated() == law:

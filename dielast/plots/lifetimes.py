@@ -152,7 +152,7 @@ def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequenc
             axes.autoscale_view(scaley=False)
         log_axis(axes, "y")
         if above or below:
-            _rows(axes, voltage, films, above, below)
+            _rows(axes, voltage, films, below)
             ticks_within(axes, shown)
         if above:
             axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
@@ -202,7 +202,7 @@ def _times(axes: Axes, voltage: Array, factor: float, film: Drawn) -> None:
         axes.plot(along * factor, film.line.drawn(along), linestyle=film.dashes, linewidth=0.9, color=film.colour)
 
 
-def _rows(axes: Axes, voltage: Array, films: Sequence[Drawn], above: int, below: int) -> None:
+def _rows(axes: Axes, voltage: Array, films: Sequence[Drawn], below: int) -> None:
     """Draw a row for each film at its voltages: arrows at open bands, with the marker of the film beside the first, or markers."""
     top = foot = 0
     for film in films:

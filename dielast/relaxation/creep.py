@@ -53,16 +53,8 @@ def fit_creep(
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not show
     whether the material flows, and where it does not show the glassy compliance, so that the fastest branch is a guess.
     """
-    task = FitTask.of(
-        CREEP,
-        (reduced_time, creep_compliance),
-        branches=branches,
-        times=retardation_time,
-        equilibrium_modulus=equilibrium_modulus,
-        glassy_modulus=glassy_modulus,
-        keep=keep,
-        liquid=liquid,
-    )
+    columns = (reduced_time, creep_compliance)
+    task = FitTask.of(CREEP, columns, branches, retardation_time, equilibrium_modulus, glassy_modulus, keep, liquid)
     curve, softest, prescribed = task.curve, task.plateau, task.equilibrium
     process_time, known, total, is_open = _what_to_fit(task, flows)
     solution = _with_glassy(curve, process_time, known, total)

@@ -64,12 +64,12 @@ def fit_spectrum(
     task = FitTask.of(
         RELAXATION,
         (reduced_time, modulus),
-        branches=branches,
-        times=relaxation_time,
-        equilibrium_modulus=equilibrium_modulus,
-        glassy_modulus=glassy_modulus,
-        keep=keep,
-        liquid=liquid,
+        branches,
+        relaxation_time,
+        equilibrium_modulus,
+        glassy_modulus,
+        keep,
+        liquid,
         method=method,
         fewest=1 if method == "nnls" else 3,
     )

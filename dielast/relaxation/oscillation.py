@@ -33,14 +33,6 @@ def fit_oscillation(
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, with the storage modulus at the
     lowest frequencies as the end of the curve.
     """
-    task = FitTask.of(
-        OSCILLATION,
-        (reduced_angular_frequency, storage_modulus, loss_modulus),
-        branches=branches,
-        times=relaxation_time,
-        equilibrium_modulus=equilibrium_modulus,
-        glassy_modulus=glassy_modulus,
-        keep=keep,
-        liquid=liquid,
-    )
+    columns = (reduced_angular_frequency, storage_modulus, loss_modulus)
+    task = FitTask.of(OSCILLATION, columns, branches, relaxation_time, equilibrium_modulus, glassy_modulus, keep, liquid)
     return task.fit_moduli(PAST_ENDS)

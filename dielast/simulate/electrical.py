@@ -88,7 +88,7 @@ def nominal(points: Points, log_squared_stretch: Floats, acting: Floats) -> tupl
     return acting / capacity, acting
 
 
-def leak_of(points: Points, leakage: Leakage, log_squared_stretch: Floats, field: Floats) -> Floats:
+def leak_of(leakage: Leakage, log_squared_stretch: Floats, field: Floats) -> Floats:
     """The current through films (cases,) in A/m^2 of undeformed area at a nominal field (cases,)."""
     area = np.exp(0.5 * (log_squared_stretch[0] + log_squared_stretch[1]))
     return np.asarray(leakage.current_density(field * area) * area)
@@ -102,7 +102,7 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
     driven, slope = films.driven(time, state), load.slope(time)
     log_squared, _ = films.membrane(state, driven)
     field, charge = nominal(points, log_squared, driven[ELECTRIC])
-    leak = leak_of(points, leakage, log_squared, field)
+    leak = leak_of(leakage, log_squared, field)
     circuit = points.circuit
     if circuit is None and points.electric is FIELD:
         # of axes alike, the last row is that of both
