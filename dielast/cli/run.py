@@ -109,14 +109,22 @@ def compute(
             with working():
                 report = run_cases(cases, inputs, execution)
         except DielastError as error:
-            raise error.at(file=path) from None
-    caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
+            located = error.at(file=path)
+            for message in _messages(record):  # which may tell why it went wrong
+                located.add_note(f"warning: {message}")
+            raise located from None
+    caught = _messages(record)
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught)
     if plots:
         import logging  # which a run without figures need not load
 
         logging.getLogger("matplotlib").setLevel(logging.ERROR)  # a user need not know where its cache lies
     return contents(kind, report, summary, plots), summary, inputs, caught
+
+
+def _messages(record: Sequence[warnings.WarningMessage]) -> list[str]:
+    """The warnings of dielast, without repetitions."""
+    return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
 
 
 def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, rule: Path | None) -> None:
