@@ -66,6 +66,22 @@ def test_mistakes_are_said(recipe: str, message: str, dielast: Run, tmp_path: Pa
     assert message in dielast("validate", "r.toml").stderr
 
 
+def test_rows_of_one_time_and_stretch_are_one_with_their_mean_stress(dielast: Run, tmp_path: Path) -> None:
+    rows = ["0,1,0", *(f"{k},{1 + 0.1 * k},{1e4 * k}" for k in range(1, 9))]
+    head = "time [s],stretch,nominal_stress [Pa]"
+    (tmp_path / "once.csv").write_text("\n".join([head, *rows]))
+    (tmp_path / "again.csv").write_text("\n".join([head, *rows[:5], "5,1.5,4e4", "5,1.5,5e4", "5,1.5,6e4", *rows[6:]]))
+    done = []
+    for name in ("once", "again"):
+        (tmp_path / f"{name}.toml").write_text(HEAD + f'[[test]]\nfile = "{name}.csv"\nlabel = "test"\n' + FREE + QUICK)
+        done.append(dielast("calibrate", f"{name}.toml", "--plot", "none"))
+    assert done[0].stdout == done[1].stdout
+    line = (
+        "warning: test[0]: again.csv: line 8 repeats time and stretch of the row before, 5 s; so do 1 more: mean stresses are taken"
+    )
+    assert line in done[1].stderr.splitlines()
+
+
 def test_a_fit_needs_more_points_than_parameters(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "few.csv").write_text("time [s],stretch,nominal_stress [Pa]\n1,1.1,3e3\n2,1.2,4e3\n3,1.3,5e3\n")
     free = '[free]\n"equilibrium.shear_modulus" = {}\n"equilibrium.J_lim" = {}\n"nonequilibrium.scale" = {}\n'

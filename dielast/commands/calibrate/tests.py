@@ -20,6 +20,7 @@ from dielast.readings.specimen import mistaken, read_as, role_in
 from dielast.units import TIME
 
 MOST_POINTS = 400  # of a test that are compared: more tell nothing more
+Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
 _TRUE = ("true", "cauchy")
 
 
@@ -75,6 +76,7 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     else:
         column = test.columns.time or "time"
         time = table.column(column, "time", TIME, rows)
+        time, stretch, stress, lines = _without_repetitions(time, stretch, stress, lines, test.file)
         for row in np.flatnonzero(np.diff(time, prepend=-1e-300) <= 0)[:1]:
             before = f"{time[row - 1]:g} s" if row else "the start"
             late = f"time {time[row]:g} s does not come after {before}: the times of a test must ascend from 0 s"
@@ -95,6 +97,21 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
         began = f"the first point is at {made.time[0]:g} s and a stretch of {made.stretch[0]:g}"
         warn(f"{test.file}: {began}: a straight line from rest leads there; was it a ramp and a hold? state ramp_rate")
     return made
+
+
+def _without_repetitions(
+    time: Floats, stretch: Floats, stress: Floats, lines: Rows, file: str
+) -> tuple[Floats, Floats, Floats, Rows]:
+    """The columns with one row in the place of rows of one time and stretch, as rounded times have them: with their mean stress."""
+    again = (np.diff(time, prepend=np.nan) == 0) & (np.diff(stretch, prepend=np.nan) == 0)
+    if not again.any():
+        return time, stretch, stress, lines
+    first = int(np.flatnonzero(again)[0])
+    more = f"; so do {count - 1} more" if (count := int(np.count_nonzero(again))) > 1 else ""
+    repeated = f"line {lines[first]} repeats time and stretch of the row before, {time[first]:g} s{more}"
+    warn(f"{file}: {repeated}: mean stresses are taken")
+    row = np.cumsum(~again) - 1
+    return time[~again], stretch[~again], np.bincount(row, stress) / np.bincount(row), lines[~again]
 
 
 def begins_late(test: MeasuredTest) -> bool:

@@ -31,6 +31,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     if len({curve.temperature for curve in dataset.in_order}) == 1:
         at = dataset.in_order[0].temperature
         raise InputError(f"a master curve needs at least two temperatures, but all curves are at {at:g} degC; {ONE_TEMPERATURE}")
+    warn_of_temperature([curve.temperature for curve in dataset.in_order], "the tests are at")
     with in_keys(KEYS):
         result = build_master_curve(
             dataset.in_order,
@@ -42,7 +43,6 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             temperature_stderr=recipe.data.temperature_stderr,
             drift=recipe.data.drift or 0.0,
         )
-    warn_of_temperature(result.temperature, "the tests are at")
     warn_of_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
     drawn = None
     if uncertainty is not None:
