@@ -67,16 +67,16 @@ def test_the_work_of_a_cycle_is_the_area_of_its_loops(shape: str) -> None:
         assert table.lowest[0, cycle] == pytest.approx(history.relative_stretch_1[0][rows].min(), rel=1e-5)
 
 
-@pytest.mark.parametrize("shape", ["sine", "triangle"])
-@pytest.mark.parametrize("low", [0.0, -1500.0, 800.0])
+@pytest.mark.parametrize(("shape", "low"), [("triangle", 0.0), ("triangle", -1500.0), ("sine", 800.0), ("sine", -1500.0)])
 def test_a_waveform_is_what_many_ramps_come_to(shape: str, low: float) -> None:
     points = 2000 if shape == "sine" else 2
-    phase = np.arange(points * 3 + 1) / points
+    cycles = 2 if shape == "sine" else 3
+    phase = np.arange(points * cycles + 1) / points
     height = 0.5 * (1 - np.cos(2 * np.pi * phase)) if shape == "sine" else 1 - np.abs(2 * (phase % 1) - 1)
     track = Track(2.0 * phase, low + (2000.0 - low) * height)
-    asked = np.linspace(0.05, 6.0, 57)
+    asked = np.linspace(0.05, 2.0 * cycles, 57)
     film = {"thickness": 5e-4, "prestretch": (1.6, 1.4), "relax": 60.0, "stop_at": "end", "times": asked}
-    whole = actuate(SOFT, [VoltageStep(Waveform(low, 2000.0, 2.0, 3, shape))], **film)
+    whole = actuate(SOFT, [VoltageStep(Waveform(low, 2000.0, 2.0, cycles, shape))], **film)
     ramps = actuate(SOFT, [VoltageStep(track)], **film)
     assert whole.stretch_1[0] == pytest.approx(ramps.stretch_1[0], rel=2e-6)
     assert whole.voltage[0] == pytest.approx(ramps.voltage[0], abs=3e-3)
