@@ -42,10 +42,10 @@ def test_stated_errors_are_in_the_draws() -> None:
     flaws, score = Flaws(0.3, 0.02, 0.01), []
     time = np.geomspace(1e-2, 1e4, 4)
     truth = np.log(3 * TRUTH.spectrum.relaxation_modulus(time, TRUTH.equilibrium_modulus))
-    for seed in range(8):
+    for seed in range(6):
         curves = measure(seed, flaws=flaws)
         master = superposed(curves, flaws)
-        drawn = bootstrap_master_curve(curves, master, draws=24)
+        drawn = bootstrap_master_curve(curves, master, draws=16)
         x = np.log(drawn.smooth_abscissa)
         members = np.array([np.interp(np.log(time), x, row) for row in np.log(drawn.smooth_ordinates[:, 0])])
         own = np.interp(np.log(time), np.log(master.smooth_abscissa), np.log(master.placed_ordinates[0]))
