@@ -166,7 +166,7 @@ def test_jobs_golden_and_repeats_give_the_same_bytes(command: Run, folder: Path)
 
 
 def test_an_interrupted_map_goes_on_with_its_draws(command: Run, folder: Path) -> None:
-    recipe = MAP.replace('values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]', 'from = "2 kV"\nto = "5 kV"\npoints = 120')
+    recipe = MAP.replace('values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]', 'from = "2 kV"\nto = "5 kV"\npoints = 60')
     (folder / "m.toml").write_text(recipe + UNCERTAIN)
     options = ["failure-map", "m.toml", "--plot", "none", "-o"]
     assert command(folder, *options, "whole").returncode == 0

@@ -237,8 +237,8 @@ def test_legends_read_row_by_row_in_order(every: Figure) -> None:
     assert by_panel or numbers == sorted(numbers)
 
 
-def test_one_point_has_a_marker(tmp_path: Path) -> None:
-    (axes,) = figure_of(tmp_path, EVERY["one point"]).axes
+def test_one_point_has_a_marker() -> None:
+    (axes,) = figure_of_kind("one point").axes
     (line,) = axes.get_lines()
     assert line.get_marker() not in ("None", "", None)
     assert np.asarray(line.get_xdata()).tolist() == [3600.0]
@@ -313,11 +313,11 @@ def test_a_second_factor_makes_lines_of_its_own(tmp_path: Path) -> None:
     assert names_of(figure) == ["temperature = 0 °C", "temperature = 20 °C"]
 
 
-def test_six_bands_have_a_panel_each_and_27_films_one_for_each_pair_of_factors(tmp_path: Path) -> None:
-    figure = figure_of(tmp_path, EVERY["six bands"])
+def test_six_bands_have_a_panel_each_and_27_films_one_for_each_pair_of_factors() -> None:
+    figure = figure_of_kind("six bands")
     assert [axes.get_title("left") for axes in figure.axes] == [f"voltage = {value} kV" for value in (2.5, 2.75, 3, 3.2, 3.4, 3.5)]
     assert [sum(isinstance(own, PolyCollection) for own in axes.collections) for axes in figure.axes] == [1] * 6
-    figure = figure_of(tmp_path, EVERY["27 films"])
+    figure = figure_of_kind("27 films")
     assert len(figure.axes) == 9
     for axes in figure.axes:
         assert len(lines_of(axes)) == 3
