@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, ClassVar, Generic, TypeVar
 
 from dielast.errors import InputError, nearest, shown
@@ -115,6 +116,17 @@ class Law:
         if others := named - {constant.file_key for constant in cls.constants}:
             raise InputError(f'law "{cls.name}" does not take {" and ".join(sorted(others))}')
         return {constant.name: constant.value(stated.get(constant.file_key)) for constant in cls.constants}
+
+
+def check_table(table: str, points: tuple[str, Sequence[float]], values: tuple[str, Sequence[float]]) -> None:
+    """`InputError` unless a `table` has values at ascending points, one for each, which both come with their names."""
+    (at, places), (what, numbers) = points, values
+    if not places and not numbers:
+        raise InputError(f"a {table} needs at least one entry")
+    if len(places) != len(numbers):
+        raise InputError(f"a {table} has {len(places)} {at} but {len(numbers)} {what}: one for each is needed")
+    if any(not later > earlier for earlier, later in pairwise(places)):
+        raise InputError(f"the {at} of a {table} must ascend")
 
 
 Entry = TypeVar("Entry", bound=Any)

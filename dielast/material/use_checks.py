@@ -22,6 +22,12 @@ LONGER = 2.0  # times as long as the longest test a material may be used without
 UNTESTED = 0.1  # of the way to it, that a mode without tests may go
 
 
+def warn_of_stretches(material: Material, stretch: ArrayLike, mode: str | None) -> None:
+    """Warn of stretches (2, points) on the path of a `mode`, None for any, where the material is unstable or was not measured."""
+    warn_of_falling_tension(material, stretch, mode)
+    warn_of_range(material, stretch, mode)
+
+
 def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | None) -> None:
     """Warn of stretches (2, points) at which the tension of the equilibrium spring falls, on the path of a `mode`, None for any."""
     law, values = material.equilibrium_law, np.asarray(stretch, dtype=float)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dielast.commands.simulation.checks import warn_of_slack_frames
+from dielast.commands.simulation.checks import warn_of_setups
 from dielast.errors import DielastWarning, InputError
 from dielast.material.checks import (
     warn_of_breakdown,
@@ -209,5 +209,5 @@ def test_a_prestretch_beyond_the_breakdown_fields_takes_the_nearest_and_says_how
 
 def test_a_film_without_prestretch_in_a_frame_is_warned_of() -> None:
     with pytest.warns(DielastWarning, match="in a frame: without prestretch the voltage pushes"):
-        warn_of_slack_frames([False, True])
-    warn_of_slack_frames([False])
+        warn_of_setups([(2.0, 2.0), (1.0, 1.0)], [("frame", "frame")] * 2, 5e-4, [None] * 2)
+    warn_of_setups([(2.0, 2.0), (1.0, 1.0)], [("frame", "frame"), ("dead-load", "dead-load")], 5e-4, [None] * 2)

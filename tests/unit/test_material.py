@@ -71,7 +71,7 @@ def test_relative_permittivity_is_times_that_of_vacuum() -> None:
         ('C2 = "187.1 K"', "", 'shift: law "wlf" needs C2'),
         ('law = "wlf"', 'law = "none"', 'shift: law "none" does not take C1 and C2'),
         ("C1 = 13.7", "C1 = -13.7", "shift.C1: -13.7: a number above 0 is needed"),
-        ("prestretch = [1.7, 1.9]", "prestretch = [1.7]", "breakdown: 1 prestretches but 2 breakdown fields"),
+        ("prestretch = [1.7, 1.9]", "prestretch = [1.7]", "1 prestretches but 2 fields"),
         ("J_lim = 55.0", "J_lim = 0", "nonequilibrium.J_lim: 0: at least 1e-06 is needed"),
         ("[shift]", "[shift", "not TOML"),
     ],

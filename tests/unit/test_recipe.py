@@ -106,7 +106,10 @@ law = "wfl"
         (SPECTRUM + '[fit]\nrelaxation_time = { min = "2 s", max = "1 s" }', "min (2 s) must be below max (1 s)"),
         (SPECTRUM + '[fit]\nequilibrium_modulus = "-1 Pa"', "a stress or modulus of at least 0 Pa is needed"),
         (SPECTRUM + "fit = 3", "fit: 3: a table of keys is needed"),
-        (SPECTRUM + '[material]\nbreakdown = { prestretch = [1.9, 1.7], field = ["1 MV/m", "2 MV/m"] }', "prestretch must ascend"),
+        (
+            SPECTRUM + '[material]\nbreakdown = { prestretch = [1.9, 1.7], field = ["1 MV/m", "2 MV/m"] }',
+            "prestretches of a breakdown",
+        ),
         (SPECTRUM + "[truncate]", "truncate.keep: is needed"),
         (SPECTRUM + '[reduce]\nwindow = ["1 s", "1e300 h"]', 'reduce.window[1]: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
         (SPECTRUM.replace('"."', '"dma.csv"'), 'mastercurve: "dma.csv": a folder is needed'),

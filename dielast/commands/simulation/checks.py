@@ -7,6 +7,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
@@ -28,15 +29,7 @@ from dielast.material.checks import (
     warn_of_thickness,
 )
 from dielast.material.material import Material
-from dielast.material.use_checks import (
-    Pace,
-    fastest_branch,
-    warn_of_falling_tension,
-    warn_of_lasting,
-    warn_of_paces,
-    warn_of_range,
-    warn_of_use,
-)
+from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 
@@ -89,17 +82,15 @@ def warn_of_films(
     even = [len({*case.recipe.film.prestretch}) == 1 and len({*case.recipe.film.boundary}) == 1 for case in cases]
     _warn_of_unstable(materials, results, ["equibiaxial" if both else None for both in even])
     films = [case.recipe.film for case in cases]
+    thickness = [film.thickness for film in films]
     stated = [breakdown(case.recipe.breakdown) for case in cases]
     limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
     if any(case.recipe.stop.at is None for case in cases):
         warn_of_no_breakdown([law is not None for law in limits], materials)
-    warn_of_prestretches([film.prestretch for film in films], limits)
-    warn_of_thickness([film.thickness for film in films])
-    warn_of_slack_frames([film.boundary[0] == "frame" and max(film.prestretch) == 1 for film in films])
+    warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     highest = np.array([max(map(abs, aims(entries)), default=0.0) for entries in histories])
-    thickness = [film.thickness for film in films]
     charged = np.array([case.recipe.control == "charge" for case in cases])
     permittivity = np.array(
         [_permittivity(material, result.temperature) for material, result in zip(materials, results, strict=True)]
@@ -132,9 +123,18 @@ def warn_of_no_breakdown(known: Sequence[bool], materials: Sequence[Material]) -
         warn("no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field")
 
 
-def warn_of_slack_frames(slack: Sequence[bool]) -> None:
-    """Warn of films in a frame that are not stretched: a voltage pushes the film around the electrode together."""
-    if any(slack):
+def warn_of_setups(
+    prestretch: Sequence[tuple[float, float]],
+    boundary: Sequence[tuple[str, str]],
+    thickness: ArrayLike,
+    limits: Sequence[BreakdownLaw | None],
+) -> None:
+    """Warn of films of each prestretch and boundary and of thicknesses (any shape) in m that look as if these were in another unit,
+    whose breakdown `limits` are not known there, or that are in a frame without being stretched.
+    """
+    warn_of_prestretches(prestretch, limits)
+    warn_of_thickness(thickness)
+    if any(held[0] == "frame" and max(pair) == 1 for pair, held in zip(prestretch, boundary, strict=True)):
         buckles = "without prestretch the voltage pushes the film around the electrode together, which buckles"
         warn(f"film.prestretch: 1 in a frame: {buckles}; the result is of a film that stays flat")
 
@@ -160,8 +160,7 @@ def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResul
             if known is material and wanted == mode
         ]
         stretch = np.concatenate([np.array(stretches) for stretches in stretched], axis=1)
-        warn_of_falling_tension(material, stretch, mode)
-        warn_of_range(material, stretch, mode)
+        warn_of_stretches(material, stretch, mode)
 
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:

@@ -6,20 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_slack_frames
+from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
 from dielast.errors import warn
 from dielast.handover.breakdown_section import breakdown
-from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material, warn_of_prestretches, warn_of_thickness
+from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
 from dielast.material.material import Material
-from dielast.material.use_checks import (
-    Pace,
-    fastest_branch,
-    warn_of_falling_tension,
-    warn_of_lasting,
-    warn_of_paces,
-    warn_of_range,
-    warn_of_use,
-)
+from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.columns import Floats
 
 if TYPE_CHECKING:
@@ -49,13 +41,12 @@ def warn_of_grid(
     warn_of_lasting(material, temperature, np.full(len(temperature), horizon))
     warn_of_breakdown(field[np.isfinite(field)])
     warn_of_no_breakdown(np.isfinite(field).tolist(), [material])
-    warn_of_prestretches(recipe.film.prestretch, [breakdown(recipe.breakdown) or material.breakdown] * len(recipe.film.prestretch))
-    warn_of_thickness(recipe.film.thickness)
-    warn_of_slack_frames([recipe.film.boundary[0] == "frame" and max(pair) == 1 for pair in recipe.film.prestretch])
-    for pair in recipe.film.prestretch:
+    film, limit = recipe.film, breakdown(recipe.breakdown) or material.breakdown
+    pairs = len(film.prestretch)
+    warn_of_setups(film.prestretch, [film.boundary] * pairs, film.thickness, [limit] * pairs)
+    for pair in film.prestretch:
         mode = "equibiaxial" if pair[0] == pair[1] else None
-        warn_of_falling_tension(material, np.array(pair)[:, None], mode)
-        warn_of_range(material, np.array(pair)[:, None], mode)
+        warn_of_stretches(material, np.array(pair)[:, None], mode)
 
 
 def warn_of_design(recipe: DesignRecipe, material: Material, result: Design) -> None:

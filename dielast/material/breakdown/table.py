@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.breakdown.law import BreakdownLaw
-from dielast.material.law import Constant
+from dielast.material.law import Constant, check_table
 from dielast.numerics.arrays import Flags, Floats
 from dielast.units import FIELD
 
@@ -43,12 +43,7 @@ class Breakdown(Result, BreakdownLaw):
     )
 
     def __post_init__(self) -> None:
-        if len(self.prestretch) != len(self.field) or not self.field:
-            raise InputError(
-                f"{len(self.prestretch)} prestretches but {len(self.field)} breakdown fields: one field for each is needed"
-            )
-        if any(b <= a for a, b in zip(self.prestretch, self.prestretch[1:], strict=False)):
-            raise InputError("breakdown prestretch must ascend")
+        check_table(self.title, ("prestretches", self.prestretch), ("fields", self.field))
         if any(value <= 0 for value in self.field):
             raise InputError("a breakdown field must be positive")
 

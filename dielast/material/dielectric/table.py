@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.material.dielectric.constant import VACUUM_PERMITTIVITY
 from dielast.material.dielectric.law import DielectricLaw
-from dielast.material.law import Constant
+from dielast.material.law import Constant, check_table
 from dielast.numerics.columns import Floats
 from dielast.units import TEMPERATURE, ZERO_CELSIUS
 
@@ -44,13 +44,7 @@ class PermittivityTable(DielectricLaw):
     )
 
     def __post_init__(self) -> None:
-        if len(self.temperature) != len(self.relative_permittivity) or not self.temperature:
-            raise InputError(
-                f"a permittivity table has {len(self.temperature)} temperatures but {len(self.relative_permittivity)} relative "
-                "permittivities: one for each temperature is needed"
-            )
-        if any(b <= a for a, b in zip(self.temperature, self.temperature[1:], strict=False)):
-            raise InputError("the temperatures of a permittivity table must ascend")
+        check_table(self.title, ("temperatures", self.temperature), ("relative permittivities", self.relative_permittivity))
         if not np.all(np.isfinite(self.temperature)) or not all(1 <= value < np.inf for value in self.relative_permittivity):
             raise InputError("temperatures must be finite, and every relative permittivity at least 1")
 

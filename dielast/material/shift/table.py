@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
-from dielast.material.law import Constant
+from dielast.material.law import Constant, check_table
 from dielast.material.shift.law import ShiftLaw
 from dielast.numerics.arrays import Floats
 
@@ -43,14 +43,7 @@ class ShiftTable(Result, ShiftLaw):
     )
 
     def __post_init__(self) -> None:
-        if not self.temperature:
-            raise InputError("a shift table needs at least one temperature and its shift factor")
-        if len(self.temperature) != len(self.log10_shift):
-            raise InputError(
-                f"{len(self.temperature)} temperatures but {len(self.log10_shift)} shift factors: one for each is needed"
-            )
-        if not np.all(np.diff(self.temperature) > 0):
-            raise InputError("the temperatures of a shift table must ascend")
+        check_table(self.title, ("temperatures", self.temperature), ("shift factors", self.log10_shift))
 
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T), shifted so that it is zero at the reference temperature."""
