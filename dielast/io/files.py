@@ -226,7 +226,7 @@ def _shortest(path: Path) -> str:
 
 
 def _make_name(shown: str) -> str:
-    drive, rest = os.path.splitdrive(shown)  # whose colon make knows on systems that have drives
+    drive, rest = os.path.splitdrive(shown)  # make accepts the colon of a drive on Windows
     rest = rest.replace(os.sep, "/").replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ").replace(":", "\\:")
     return drive.replace(os.sep, "/") + rest
 
