@@ -295,4 +295,4 @@ def test_a_table_of_draws_may_leave_relaxation_times_to_the_material(folder: Pat
 def test_a_material_without_draws_is_not_uncertain(command: Run, folder: Path) -> None:
     (folder / "m.toml").write_text(MAP.replace("material.toml", "example:vhb4905.toml") + UNCERTAIN)
     said = refused(command, folder, "failure-map", "m.toml")
-    assert "example:vhb4905.toml names no draws, and nothing is said to scatter" in said
+    assert "example:vhb4905.toml names no draws, and no scatter is stated" in said

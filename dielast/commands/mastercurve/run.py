@@ -69,7 +69,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
 
 
 def _levels_off(result: MasterCurve) -> bool:
-    """Whether the smooth curve has a plateau where its equilibrium modulus is read."""
+    """Whether the smooth curve has a plateau for its equilibrium modulus."""
     log_time = result.kind.time_power * np.log10(result.smooth_abscissa)
     end = np.log10(result.smooth_ordinates[0])[log_time >= np.max(log_time) - LAST_STRETCH]
     return float(np.ptp(end)) <= PLATEAU_SLOPE * LAST_STRETCH
@@ -84,7 +84,7 @@ def tables(result: MasterCurve) -> dict[str, Table]:
 
 
 def _expansion(recipe: MasterCurveRecipe) -> dict[str, str]:
-    """The thermal expansion of a vertical shift that has one, as recipes and material files state it."""
+    """The thermal expansion of the vertical shift, if it has one, as recipes and material files state it."""
     if recipe.shift.vertical != "density-temperature" or not recipe.shift.thermal_expansion:
         return {}
     return {"thermal_expansion": f"{recipe.shift.thermal_expansion:.9g} /K"}
