@@ -13,6 +13,20 @@ from pathlib import Path
 
 Process = subprocess.Popen[str]
 DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
+# a map that has kept its first cells goes on once there is a file named go: none is finished before its test says so
+HELD = """
+import time
+from pathlib import Path
+from dielast.commands.failure_map import resume
+save = resume._save
+def save_and_wait(*given):
+    resume._save = save
+    save(*given)
+    while not Path("go").exists():
+        time.sleep(0.01)
+resume._save = save_and_wait
+from dielast.cli import main; main()
+"""
 ENDS = 600.0  # s in which whatever is started ends, however busy the machine
 
 
@@ -26,8 +40,9 @@ def until(happened: Callable[[], bool]) -> None:
 
 @contextmanager
 def half_done(folder: Path, out: str, *arguments: str) -> Iterator[Process]:
-    """A failure map of the recipe m.toml, in a session of processes of its own, that has solved some cells and not yet all."""
-    command = [*DIELAST, "failure-map", "m.toml", "-q", "--plot", "none", "-o", out, *arguments]
+    """A failure map of the recipe m.toml, in a session of processes of its own, that has kept some cells and waits for `go`."""
+    (folder / "go").unlink(missing_ok=True)
+    command = [sys.executable, "-c", HELD, "failure-map", "m.toml", "-q", "--plot", "none", "-o", out, *arguments]
     with subprocess.Popen(
         command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as run:

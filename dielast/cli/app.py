@@ -77,7 +77,7 @@ def _exit_with(action: Callable[[], int]) -> None:
         code = action()
         sys.stdout.flush()
     except (InputError, NumericsError) as error:
-        for line in error.messages:
+        for line in (*getattr(error, "__notes__", ()), *error.messages):
             print(line, file=sys.stderr)
         code = 3 if isinstance(error, NumericsError) else 2
     except KeyboardInterrupt:

@@ -110,14 +110,22 @@ def compute(
             with working():
                 report = run_cases(cases, inputs, execution)
         except DielastError as error:
-            raise error.at(file=path) from None
-    caught = list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
+            located = error.at(file=path)
+            for message in _messages(record):  # a warning may state the cause
+                located.add_note(f"warning: {message}")
+            raise located from None
+    caught = _messages(record)
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught, __version__)
     if plots:
         import logging  # imported here, as runs without figures do not need it
 
         logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages about the folder of its cache
     return contents(kind, report, summary, plots), summary, inputs, caught
+
+
+def _messages(record: Sequence[warnings.WarningMessage]) -> list[str]:
+    """The warnings of dielast, without repetitions."""
+    return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
 
 
 def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, rule: Path | None) -> None:

@@ -1,1 +1,1 @@
-"""From a checked recipe to a report: read the inputs, call the library, lay out tables, summary and figure."""
+"""The subcommands: each reads the inputs of a checked recipe, calls the library, and makes tables, summary and figures."""

@@ -1,4 +1,4 @@
-"""A subcommand as an object: all that the rest of dielast needs to know of it, and where its parts lie."""
+"""A subcommand as an object: its name, texts, files and modules."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 Run = Callable[[Sequence["Case[Any]"], "Inputs", "Execution"], "Report"]
 """Computes the cases of a recipe."""
 Reading = tuple[str, Any, Callable[[], object]]
-"""A recipe's key, what the recipe states there, and a function that reads the file named there or raises `InputError`.
+"""A key of the recipe, its value, and a function that reads the file that it names, or raises `InputError`.
 
 An empty key stands for the recipe as a whole.
 """
 Readings = Callable[[Sequence["Case[Any]"], "Inputs"], Iterator[Reading]]
-"""Lists all that `dielast validate` reads of the files that the cases name."""
+"""Lists the files that the cases name, for `dielast validate`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Command:
     help: str
     """What the command does."""
     short_help: str
-    """The same in the list of commands, in at most 61 characters."""
+    """The help in the list of commands, at most 61 characters."""
     files: tuple[str, ...]
     """Every file that the command may write, besides its figures and its summary."""
     can_share: bool = False
@@ -82,5 +82,5 @@ class Command:
         return self._text(f"{self.name}.short.toml")
 
     def _text(self, name: str) -> str:
-        # importlib.resources takes as long to load as all else that a help page needs
+        # importlib.resources would double the time of a help page
         return (Path(import_module(self.package).__path__[0]) / "starters" / name).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Read what a recipe names without running it: every mistake in a file is stated with the key that leads there."""
+"""Read the files that a recipe names without running it: a mistake in a file is stated with the key that names the file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def warnings_of(path: Path) -> list[str]:
 
 
 def mistakes(readings: Iterable[Reading]) -> list[Problem]:
-    """Every mistake in the files, with the key that leads there; what several cases state alike is read once."""
+    """Every mistake in the files, with the key that names the file; a file that several cases share is read once."""
     problems_by_key: dict[Problem, None] = {}
     seen: list[tuple[str, Any]] = []
     for key, stated, read in readings:
@@ -53,5 +53,5 @@ def mistakes(readings: Iterable[Reading]) -> list[Problem]:
 
 
 def _reached_by(key: str, problem: Problem) -> Problem:
-    """A problem of a file as one of the `key` that names the file; a problem that has a key of the recipe keeps that key."""
+    """A problem of a file, stated for the `key` that names the file; a problem with a key of the recipe keeps that key."""
     return problem.within(key=key) if key and (problem.file or not problem.key) else problem

@@ -1,4 +1,4 @@
-"""The subcommands that run recipes: one line each, everything else asks here."""
+"""The registry of the subcommands that run recipes: one line for each subcommand."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 class Commands(Mapping[str, Command]):
-    """The commands by name, in the order of a workflow; a command is imported when it is asked for."""
+    """The commands by name, in the order of a workflow; a command is imported on first use."""
 
     def __init__(self) -> None:
         self._homes: dict[str, str] = {}
 
     def register(self, name: str, home: str) -> None:
-        """Add the command that `home` holds, written `package:ATTRIBUTE`."""
+        """Add a command, stated as `package:ATTRIBUTE`."""
         self._homes[name] = home
 
     def __getitem__(self, name: str) -> Command:
@@ -53,17 +53,17 @@ COMMANDS.register("design", "dielast.commands.design:DESIGN")
 def read_cases(
     path: Path, kind: str | None = None, overrides: Sequence[str] = (), content: bytes | None = None
 ) -> tuple[Case[Any], ...]:
-    """The cases of the recipe in the file `path`, as `dielast.recipe.cases.read_cases` has them."""
+    """The cases of the recipe in the file `path`, see `dielast.recipe.cases.read_cases`."""
     from dielast.recipe import cases
 
     return cases.read_cases(COMMANDS, path, kind, overrides, content)
 
 
 def others_in(folder: Path, kind: str) -> list[str]:
-    """Other commands whose results lie in the `folder`, so that a run of this `kind` replaces their summary."""
+    """Other commands with results in the `folder`, whose summary a run of this `kind` replaces."""
     files = {path.name for path in folder.iterdir() if path.suffix and path.is_file()}
     foreign = {name for name in files if not name.startswith((f"{kind}.", "summary.")) and name not in COMMANDS[kind].files}
-    if not foreign:  # as usual: no other command needs to be imported
+    if not foreign:  # usually: avoid importing other commands
         return []
     others = {other: command for other, command in COMMANDS.items() if other != kind}
     makers = {maker_of(others, name) for name in foreign}

@@ -205,19 +205,27 @@ def _replace(part: Path, target: Path) -> None:
 
 
 def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:
-    """A make rule by which every target depends on every dependency; make accepts that a dependency has been deleted."""
-    needed = [_make_name(path) for path in dependencies]
-    rule = " ".join(_make_name(path) for path in targets) + ": " + " \\\n  ".join(needed) + "\n"
+    """A make rule by which every target depends on every dependency; make accepts that a dependency has been deleted.
+
+    Make compares names, not files: an absolute target also has the rule under its absolute name.
+    """
+    targets, needed = list(targets), [_make_name(_shortest(path)) for path in dependencies]
+    absolute = [str(path) for path in targets if path.is_absolute()]
+    named = dict.fromkeys(_make_name(name) for name in (*map(_shortest, targets), *absolute))
+    rule = " ".join(named) + ": " + " \\\n  ".join(needed) + "\n"
     return rule + "".join(f"\n{name}:\n" for name in needed)
 
 
-def _make_name(path: Path) -> str:
+def _shortest(path: Path) -> str:
+    """The path relative to the current folder if it lies inside it, else unchanged."""
     try:
         shown = os.path.relpath(path)
     except ValueError:  # a path on another drive
         shown = str(path)
-    if shown.startswith(".."):
-        shown = str(path if path.is_absolute() else shown)
+    return str(path) if shown.startswith("..") and path.is_absolute() else shown
+
+
+def _make_name(shown: str) -> str:
     drive, rest = os.path.splitdrive(shown)  # make accepts the colon of a drive on Windows
     rest = rest.replace(os.sep, "/").replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ").replace(":", "\\:")
     return drive.replace(os.sep, "/") + rest

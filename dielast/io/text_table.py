@@ -176,8 +176,10 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
         refuse_header_alone(source, [line for _, line in filled], separator)
         between = SEPARATORS.get(separator, separator)
         raise InputError(f'no row of numbers found (separator {between}, decimal mark "{decimal}")', file=source)
-    lines = [number for number, _ in filled[first:]]
-    data = rows[first:]
+    # a line that begins with # is a comment; above the numbers it may hold names
+    kept = [index for index in range(first, len(rows)) if not filled[index][1].lstrip().startswith("#")]
+    lines = [filled[index][0] for index in kept]
+    data = [rows[index] for index in kept]
     # numbers are aligned by blanks, but the names above them may be separated by tabs
     above = [split_cells(line, "\t" if separator == " " and "\t" in line else separator) for _, line in filled[:first]]
     columns = max(width, min(map(len, data)), filled_width(data[0]))

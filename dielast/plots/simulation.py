@@ -25,6 +25,7 @@ from dielast.plots.style import (
     MARKERS,
     SHADE,
     TEMPERATURES,
+    clear_ticks,
     grid,
     grid_of,
     legend_below,
@@ -108,6 +109,8 @@ def plot_cases(
             if logarithmic:
                 for axes in panels:
                     log_axis(axes, which)
+        for axes in [] if view.log[0] else panels:
+            clear_ticks(axes)
         if view.log[0] and (begins := _beginning(cases, measured, view)) is not None:
             panels[0].set_xlim(left=begins)
         _name_axes(panels, arranged.across, names)

@@ -34,6 +34,7 @@ COLUMN_WIDTH = 3.4  # inches, one column of a journal page: 86 mm
 SECONDS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "\N{MICRO SIGN}s"), (1e-9, "ns"))
 FIXED = "\N{NO-BREAK SPACE}"
 LONGEST_LABEL = 58  # characters at column width
+DIGIT = 0.636  # width of a digit over the size of the font, DejaVu Sans
 
 STYLE: Any = {
     "font.size": 8,
@@ -121,6 +122,17 @@ def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
 def spread_indices(count: int, most: int) -> list[int]:
     """At most `most` indices below `count`, evenly spread from the first to the last."""
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
+
+
+def clear_ticks(axes: Axes) -> None:
+    """Fewer ticks on a linear x axis whose numbers would run into each other."""
+    low, high = axes.get_xlim()
+    ticks = [tick for tick in axes.get_xticks() if low <= tick <= high]
+    longest = max(map(len, axes.xaxis.get_major_formatter().format_ticks(ticks)), default=0)
+    wide = (longest + 1) * DIGIT * mpl.rcParams["xtick.labelsize"] / 72  # inches
+    most = int(axes.bbox.width / axes.figure.dpi / wide) if longest else len(ticks)
+    if len(ticks) > most:
+        axes.locator_params(axis="x", nbins=max(most - 1, 1))
 
 
 def log_axis(axes: Axes, which: str) -> None:

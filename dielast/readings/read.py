@@ -106,10 +106,12 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
     deformations = {part.deformation: part for part in parts}
     for deformation, part in deformations.items():
         if deformation is None:
-            raise InputError('the export does not say what modulus it is: say test = "tension" or "shear"', file=part.table.source)
+            raise InputError(
+                'the export does not say what modulus it is: state test = "tension" or "shear"', file=part.table.source
+            )
     if len(deformations) > 1:
         tests = " and ".join(f"{deformation} ({part.table.source})" for deformation, part in deformations.items())
-        raise InputError(f'there are tests in {tests}: leave one out, or say test = "tension" or "shear"')
+        raise InputError(f'there are tests in {tests}: leave one out, or state test = "tension" or "shear"')
     return str(parts[0].deformation)
 
 

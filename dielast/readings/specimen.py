@@ -103,7 +103,7 @@ def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
 
 
 def _columns(role: str, needed: str) -> str:
-    return f"say columns.{role} = {{column}} instead, and specimen = {{{{ {needed} }}}}"
+    return f"state columns.{role} = {{column}} instead, and specimen = {{{{ {needed} }}}}"
 
 
 _A = {
@@ -117,13 +117,13 @@ _BY_GEOMETRY = "export the stress, or a modulus, which takes the geometry that t
 _INSTEAD: dict[tuple[str, str], str] = {
     ("stress", FORCE.unit): _columns("force", SECTION),
     ("strain", LENGTH.unit): _columns("extension", GAUGE),
-    ("force", STRESS.unit): "say columns.stress = {column} instead",
-    ("extension", STRAIN.unit): "say columns.strain = {column} instead",
+    ("force", STRESS.unit): "state columns.stress = {column} instead",
+    ("extension", STRAIN.unit): "state columns.strain = {column} instead",
     ("modulus", FORCE.unit): f"with a strain, {_columns('force', SECTION)}",
     ("stress", TORQUE.unit): _BY_GEOMETRY,
     ("force", TORQUE.unit): _BY_GEOMETRY,
     ("modulus", TORQUE.unit): _BY_GEOMETRY,
-    ("modulus", STIFFNESS.unit): "say columns.extension and columns.force, and the specimen",
+    ("modulus", STIFFNESS.unit): "state columns.extension and columns.force, and the specimen",
     ("stress", MASS.unit): "a force is needed, mass times 9.81 m/s^2",
     ("force", MASS.unit): "a force in N is needed, mass times 9.81 m/s^2 (or is it kgf?)",
 }

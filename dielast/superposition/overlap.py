@@ -41,7 +41,8 @@ def starting_shifts(
     while not np.all(placed):
         reachable = [int(k) for k in by_distance if not placed[k] and np.any(common[k, placed] > -TOUCH)]
         if not reachable:
-            raise _no_overlap(temperature, bottom, top, common, placed, kind)
+            rising = np.array([_slope(log_time[curve == k], log_modulus[curve == k]) > 0 for k in range(temperature.size)])
+            raise _no_overlap(temperature, bottom, top, common, placed, kind, rising)
         new = reachable[0]
         known = np.flatnonzero(placed & (common[new] > -TOUCH))
         nearest = known[np.argsort(np.abs(temperature[known] - temperature[new]), kind="stable")[:NEIGHBOURS]]
@@ -122,10 +123,24 @@ def _weighted_median(value: Floats, weight: Floats) -> float:
     return float(np.interp(0.5 * np.sum(weight), half, value[order]))
 
 
+def _slope(x: Floats, y: Floats) -> float:
+    """Of the straight line through the points, times a positive number."""
+    return float(np.sum((x - np.mean(x)) * y))
+
+
 def _no_overlap(
-    temperature: Floats, bottom: Floats, top: Floats, common: Floats, placed: Flags, kind: MeasurementKind
+    temperature: Floats, bottom: Floats, top: Floats, common: Floats, placed: Flags, kind: MeasurementKind, rising: Flags
 ) -> InputError:
-    """The error that names the two curves, one of them placed, that are nearest in modulus."""
+    """The error that names the two curves, one of them placed, that are nearest in modulus; or the curves that are no decays,
+    `rising` (m,), if these are most of them.
+    """
+    if 2 * np.count_nonzero(rising) > rising.size:
+        along, falls = ("frequency", "falls") if kind.over_frequency else ("time", "rises")
+        places = ", ".join(f"{value:g}" for value in temperature[rising])
+        return InputError(
+            f"at {places} degC the {kind.stiffness} {falls} with {along}, which no {kind.stiffness} does: "
+            "are columns mixed up, or is it another quantity?"
+        )
     inside, outside = np.flatnonzero(placed), np.flatnonzero(~placed)
     near = np.unravel_index(np.argmax(common[np.ix_(inside, outside)]), (inside.size, outside.size))
     pair = sorted((int(inside[near[0]]), int(outside[near[1]])))

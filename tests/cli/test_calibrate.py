@@ -48,7 +48,7 @@ QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
             "a field needs the undeformed",
         ),
         (HEAD + '[[test]]\nfile = "good.csv"\nramp_rate = "1 %/s"\n' + FREE, "but the first point is at 1 s"),
-        (HEAD + '[[test]]\nrecipe = "plain.toml"\n' + FREE, "[[compare]] with what was measured is needed"),
+        (HEAD + '[[test]]\nrecipe = "plain.toml"\n' + FREE, "[[compare]] with the measured points is needed"),
     ],
 )
 def test_mistakes_are_said(recipe: str, message: str, dielast: Run, tmp_path: Path) -> None:
@@ -64,6 +64,22 @@ def test_mistakes_are_said(recipe: str, message: str, dielast: Run, tmp_path: Pa
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "r").exists()
     assert message in dielast("validate", "r.toml").stderr
+
+
+def test_rows_of_one_time_and_stretch_are_one_with_their_mean_stress(dielast: Run, tmp_path: Path) -> None:
+    rows = ["0,1,0", *(f"{k},{1 + 0.1 * k},{1e4 * k}" for k in range(1, 9))]
+    head = "time [s],stretch,nominal_stress [Pa]"
+    (tmp_path / "once.csv").write_text("\n".join([head, *rows]))
+    (tmp_path / "again.csv").write_text("\n".join([head, *rows[:5], "5,1.5,4e4", "5,1.5,5e4", "5,1.5,6e4", *rows[6:]]))
+    done = []
+    for name in ("once", "again"):
+        (tmp_path / f"{name}.toml").write_text(HEAD + f'[[test]]\nfile = "{name}.csv"\nlabel = "test"\n' + FREE + QUICK)
+        done.append(dielast("calibrate", f"{name}.toml", "--plot", "none"))
+    assert done[0].stdout == done[1].stdout
+    line = (
+        "warning: test[0]: again.csv: line 8 repeats time and stretch of the row before, 5 s; so do 1 more: mean stresses are taken"
+    )
+    assert line in done[1].stderr.splitlines()
 
 
 def test_a_fit_needs_more_points_than_parameters(dielast: Run, tmp_path: Path) -> None:
@@ -82,7 +98,7 @@ def test_a_test_that_cannot_be_followed_is_named_and_the_others_are_kept(dielast
     (tmp_path / "r.toml").write_text(HEAD.replace("example:tensile/start.toml", "short.toml") + TEST + fast + FREE + QUICK)
     done = dielast("calibrate", "r.toml", "--plot", "none")
     assert done.returncode == 3
-    assert "r.toml: test fast: the material cannot follow it; it is left out" in done.stderr
+    assert "r.toml: test fast: left out, the material cannot follow it" in done.stderr
     assert parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")["test"] == ["hold"]
     electric = TEST.replace("[[test]]", '[[test]]\nvoltage = "6 kV"')
     (tmp_path / "r.toml").write_text(HEAD.replace("example:tensile/start.toml", "short.toml") + electric + FREE + QUICK)
@@ -102,7 +118,7 @@ module.profiles_of = press
     (tmp_path / "r.toml").write_text(HEAD + TEST + FREE + QUICK)
     done = dielast("calibrate", "r.toml", "--plot", "none", prelude=press, fresh=True)
     assert done.returncode == 130
-    assert "r.toml: interrupted: the best so far is written, without what would have come after it" in done.stderr
+    assert "r.toml: interrupted: the best fit so far is written, without intervals and draws" in done.stderr
     assert tomllib.loads((tmp_path / "r/summary.toml").read_text())["interrupted"] is True
     assert read_material(tmp_path / "r/material.toml").equilibrium_modulus > 0
 
@@ -113,8 +129,8 @@ def test_a_history_that_is_not_told_and_tests_beyond_the_others_are_warned_of(di
     (tmp_path / "r.toml").write_text(HEAD + TEST + late + FREE + QUICK)
     done = dielast("calibrate", "r.toml", "--plot", "none")
     assert done.returncode == 0, done.stderr
-    assert "late.csv: the first point is at 900 s and a stretch of 2: a straight line from rest leads there" in done.stderr
-    assert "test late goes on to 3.6e+04 s" in done.stderr
+    assert "late.csv: the first point is at 900 s and a stretch of 2: it is reached by a ramp from time 0" in done.stderr
+    assert "test late lasts 3.6e+04 s" in done.stderr
     (tmp_path / "r.toml").write_text(HEAD + TEST + late + 'ramp_rate = "10 %/s"\n' + FREE + QUICK)
     assert "straight line" not in dielast("calibrate", "r.toml", "--plot", "none").stderr
 

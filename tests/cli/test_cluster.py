@@ -94,7 +94,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(3000))  # far from done when its first cells are kept
+    (tmp_path / "m.toml").write_text(map_of(1700))
     with ExitStack() as stack:
         file = tmp_path / "scheduler.json"
         stack.enter_context(node("scheduler", file))
@@ -102,6 +102,7 @@ def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path
         assert dielast(*MAPPING, "-o", "here").returncode == 0
         with half_done(tmp_path, "killed", "--scheduler", str(file)) as run:
             workers[0].send_signal(signal.SIGKILL)
+            (tmp_path / "go").touch()
             assert run.communicate(timeout=ENDS)[1] == ""
             assert run.returncode == 0
         with half_done(tmp_path, "interrupted", "--scheduler", str(file)) as run:
@@ -116,6 +117,7 @@ def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path
         with half_done(tmp_path, "left", "--scheduler", str(file)) as run:
             workers[1].send_signal(signal.SIGSTOP)
             stack.close()
+            (tmp_path / "go").touch()
             said = run.communicate(timeout=ENDS)[1]
         assert said == f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
         assert run.returncode == 2
@@ -177,10 +179,11 @@ def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) 
 
 @pytest.mark.usefixtures("impatient")
 def test_a_scheduler_that_stands_still_is_given_up(tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(8000))  # far from done when its first cells are kept
+    (tmp_path / "m.toml").write_text(map_of(1700))
     file = tmp_path / "scheduler.json"
     with node("scheduler", file) as frozen, node("worker", file), half_done(tmp_path, "left", "--scheduler", str(file)) as run:
         frozen.send_signal(signal.SIGSTOP)
+        (tmp_path / "go").touch()
         said = run.communicate(timeout=ENDS)[1]
     assert said == f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
     assert run.returncode == 2

@@ -95,12 +95,13 @@ def test_a_material_made_with_a_vertical_shift_simulates_with_it(folder: Path, d
     assert simulated()[0] == pytest.approx(found * 293.15 / 353.15 * (1 + EXPANSION * 60), rel=1e-6)
 
 
-@pytest.mark.parametrize("value", ["3", '"6e-4 m"', "[]"])
-def test_a_summary_that_was_edited_is_refused_in_one_line(folder: Path, dielast: Run, value: str) -> None:
+def test_a_summary_that_was_edited_is_refused_in_one_line(folder: Path, dielast: Run) -> None:
     summary = folder / "curve/summary.toml"
-    summary.write_text(summary.read_text().replace('"0.0006 /K"', value))
-    done = dielast("spectrum", "spectrum.toml", "-o", "again", "--plot", "none")
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "curve/summary.toml" in done.stderr
-    assert "thermal_expansion" in done.stderr
+    whole = summary.read_text()
+    for value in ("3", '"6e-4 m"', "[]"):
+        summary.write_text(whole.replace('"0.0006 /K"', value))
+        done = dielast("spectrum", "spectrum.toml", "-o", "again", "--plot", "none")
+        assert done.returncode == 2
+        assert done.stderr.count("\n") == 1
+        assert "curve/summary.toml" in done.stderr
+        assert "thermal_expansion" in done.stderr

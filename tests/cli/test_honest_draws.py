@@ -82,7 +82,7 @@ def test_no_more_draws_than_there_are(dielast: Run, tmp_path: Path) -> None:
         (tmp_path / f"{name}.toml").write_text(RELAX + stated)
         done = dielast("relax", f"{name}.toml", "--plot", "none")
         assert done.returncode == 0, done.stderr
-        said = "uncertainty.draws: material.toml has 24 draws, and nothing else scatters: not 100, but these are used"
+        said = "uncertainty.draws: material.toml has 24 draws, and nothing else scatters: 24 draws are used instead of 100"
         assert (said in done.stderr) == (name == "a")
         assert told(tmp_path / name)["draws"] == told(tmp_path / name)["materials"] == (20 if name == "d" else 24)
     tables = {name: (tmp_path / name / "relax.csv").read_bytes() for name in "abcde"}

@@ -190,5 +190,5 @@ def test_draws_take_a_change_that_they_share_and_refuse_one_of_their_own(
     assert alone(tmp_path / "out/relax.csv", 0) == alone(tmp_path / "file/relax.csv", 0)
     assert "nominal_stress_1_lower [Pa]" in rows(tmp_path / "out/relax.csv")[0]
     done = run(f'{draws}[sweep]\n"equilibrium.shear_modulus" = ["20 kPa"]\n')
-    said = "r.toml: uncertainty: the equilibrium modulus of each draw of m.toml is its own, and cannot be changed by "
-    assert (done.returncode, done.stderr.strip()) == (2, said + "equilibrium.shear_modulus")
+    said = "r.toml: uncertainty: the draws of m.toml differ in the equilibrium modulus, which "
+    assert (done.returncode, done.stderr.strip()) == (2, said + "equilibrium.shear_modulus cannot change")

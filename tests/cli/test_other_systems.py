@@ -62,7 +62,7 @@ RECIPES = {
     "relax": MATERIAL.format("relax") + '[[step]]\ntable = "Messung bei 20 °C/history.csv"\n',
     "creep": MATERIAL.format("creep") + '[[step]]\nstress = "20 kPa"\nrate = "10 kPa/s"\n[[step]]\nhold = "1 min"\n',
     "actuate": MATERIAL.format("actuate") + FILM + '[[step]]\nvoltage = "4 kV"\nduration = "10 s"\n',
-    "failure-map": map_of(400).replace("example:vhb4905.toml", "Ergebnisse/spectrum/material.toml"),
+    "failure-map": map_of(200).replace("example:vhb4905.toml", "Ergebnisse/spectrum/material.toml"),
 }
 
 
@@ -115,7 +115,7 @@ def test_six_commands_give_the_same_bytes_as_on_windows(kitchen: Path, command: 
 
 
 def test_a_map_is_shared_out_as_on_macos(kitchen: Path) -> None:
-    (kitchen / "map.toml").write_text(map_of(400), encoding="utf-8")
+    (kitchen / "map.toml").write_text(map_of(200), encoding="utf-8")
     for options in (["--jobs", "2", "-o", "two"], ["-o", "one"]):
         done = elsewhere("macOS", kitchen, "failure-map", "map.toml", "--plot", "none", "-q", *options)
         assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")

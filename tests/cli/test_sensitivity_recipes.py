@@ -88,13 +88,15 @@ def test_without_draws_it_is_the_derivatives(tmp_path: Path) -> None:
 
 def test_films_that_live_on_are_left_out_and_said_to_be(tmp_path: Path) -> None:
     files = run(tmp_path, MAP.replace("30 d", "60 s") + DRAWS)
-    assert any("sensitivity: 1 of 2 cells have none: some of their draws survive" in line for line in warnings_of(files))
+    assert any("sensitivity: 1 of 2 cells have no sensitivity: some of their draws survive" in line for line in warnings_of(files))
     found = table(files)
     assert found["total [1]"][:2] == ["", ""]
     assert 0 < float(found["censored [1]"][0]) <= 1
     assert all(found["total [1]"][2:])
     files = run(tmp_path, ACTUATE.replace("30 d", "1 s"), plots=("png",))
-    assert any("sensitivity: 2 of 2 cases have none: some of their changes survive" in line for line in warnings_of(files))
+    assert any(
+        "sensitivity: 2 of 2 cases have no sensitivity: some of their changes survive" in line for line in warnings_of(files)
+    )
     assert files["sensitivity.png"].startswith(b"\x89PNG")
 
 

@@ -78,18 +78,18 @@ GIBIBYTE = 1 << 30
         (
             "relax",
             ["output.points_per_decade=10000", f"sweep={{ temperature = {MANY} }}"],
-            r"40 cases of 90200 rows need about 1.3 GB of memory, and \d+ MB are free: ask for fewer rows "
+            r"40 cases of 90200 rows need about 1.3 GB of memory, and \d+ MB are free: state fewer rows "
             r"\(output.points_per_decade or output.times\) or cases",
         ),
         (
             "actuate",
             ["output.points_per_decade=10000", f"sweep={{ temperature = {MANY} }}"],
-            r"40 cases of 360400 rows need about 6.23 GB of memory, and \d+ MB are free: ask for fewer rows .* or cases",
+            r"40 cases of 360400 rows need about 6.23 GB of memory, and \d+ MB are free: state fewer rows .* or cases",
         ),
         (
             "failure-map",
             ["voltage.points=100000", f"temperature={MANY}"],
-            r"8000000 cells need about 1.6 GB of memory, and \d+ MB are free: ask for fewer voltages, .* or draws",
+            r"8000000 cells need about 1.6 GB of memory, and \d+ MB are free: state fewer voltages, .* or draws",
         ),
     ],
 )
@@ -123,7 +123,7 @@ def test_fewer_cycles_can_be_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     wave = 'step = [{ waveform = "sine", high = 1.5, period = "1 s", cycles = 100000 }]\n'
     (tmp_path / "r.toml").write_text(f'kind = "relax"\nmaterial = "example:vhb4905.toml"\n{wave}[output]\ncycles = "all"\n')
     monkeypatch.setattr(memory, "available_memory", lambda: 1e6)
-    fewer = r"ask for fewer rows \(output.points_per_decade, output.cycles or output.times\)$"
+    fewer = r"state fewer rows \(output.points_per_decade, output.cycles or output.times\)$"
     with pytest.raises(NumericsError, match=fewer):
         check_series(read_cases(tmp_path / "r.toml"), 10, Inputs(tmp_path), 1)
 

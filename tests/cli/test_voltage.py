@@ -93,7 +93,7 @@ def test_electrode_axes_in_millimetres_are_compared(dielast: Run, tmp_path: Path
 
 
 def test_a_map_is_the_same_in_any_number_of_processes(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 500"))
+    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 250"))
     for jobs in ("1", "2"):
         done = dielast("failure-map", "m.toml", "--plot", "none", "-o", jobs, "--jobs", jobs)
         assert done.returncode == 0, done.stderr
@@ -123,14 +123,14 @@ def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> No
 
 
 def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(2400, "1 h"))
+    (tmp_path / "m.toml").write_text(map_of(400, "1 h"))
     assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
     store = tmp_path / "part/.unfinished"
     with half_done(tmp_path, "part") as process:
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=ENDS)
     assert process.returncode == 130
-    assert re.fullmatch(r"interrupted: \d+ of 14400 cells are kept: the same command goes on from there, .*anew\n", said)
+    assert re.fullmatch(r"interrupted: \d+ of 2400 cells are kept: the same command goes on from there, .*anew\n", said)
     kept = store.stat().st_size
     assert kept > 1000
     # another recipe says that it has no use for it
@@ -143,19 +143,19 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
     )
     again = dielast("failure-map", "m.toml", "--plot", "none", "-o", "part")
     assert again.returncode == 0
-    assert re.match(r"note: goes on from an interrupted run, which solved \d+ of 14400 cells\n", again.stderr)
+    assert re.match(r"note: goes on from an interrupted run, which solved \d+ of 2400 cells\n", again.stderr)
     assert not store.exists()
     for name in ("failure-map.csv", "fit.csv", "summary.toml"):
         assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
 def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(9000, "1 h"))
+    (tmp_path / "m.toml").write_text(map_of(1000, "1 h"))
     with half_done(tmp_path, "out", "--jobs", "2") as process:
         process.send_signal(signal.SIGTERM)
         _, said = process.communicate(timeout=ENDS)
         assert process.returncode == 130
-        assert re.fullmatch(r"interrupted: \d+ of 54000 cells are kept: the same command .*\n", said)
+        assert re.fullmatch(r"interrupted: \d+ of 6000 cells are kept: the same command .*\n", said)
         until(lambda: not alive(process.pid))
 
 

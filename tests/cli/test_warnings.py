@@ -173,7 +173,7 @@ def test_many_cases_that_are_given_up_for_one_reason_take_one_line(run: Run) -> 
     melt = replace(read_material(EXAMPLE), equilibrium_modulus=0.0)
     lines = run("creep", 'sweep={"step.0.force"=["0.17 N","0.2 N","0.1 N"]}', material=melt)[1]["unfinished"]
     assert lines[0].startswith("case 0: given up at 2842.")
-    assert lines[0].endswith(": without an equilibrium modulus, the film flows without end (and 2 more cases)")
+    assert lines[0].endswith(": without an equilibrium modulus the film flows without limit (and 2 more cases)")
     assert len(lines) == 1
 
 
@@ -198,3 +198,19 @@ def test_a_film_that_is_let_back_too_fast(run: Run, back: str, slack: bool) -> N
     """It follows as far as its equilibrium spring pulls, which takes its time."""
     said, _ = run("relax", f'step=[{{stretch=2.0,duration="10 s"}},{{hold="1 h"}},{back}]', "solver.rtol=1e-4")
     assert [" by which the film is pushed: a thin one goes slack" in one for one in said] == [True] * slack
+
+
+def test_warnings_before_an_error_tell_why(dielast: Callable[..., Any], tmp_path: Path) -> None:
+    """The temperatures of the example plus 273.15, under a header that says degC."""
+    table = (files("dielast") / "examples/relaxation-test.csv").read_text("utf-8").splitlines()
+    cells = [line.split(",", 1) for line in table[1:]]
+    kelvin = [table[0], *(f"{float(temperature) + 273.15},{rest}" for temperature, rest in cells)]
+    (tmp_path / "kelvin.csv").write_text("\n".join(kelvin))
+    (tmp_path / "r.toml").write_text(
+        'kind = "mastercurve"\n[data]\nfile = "kelvin.csv"\ncolumns = { temperature = "temperature", time = "time", '
+        'modulus = "relaxation_modulus" }\n[shift]\nreference_temperature = "20 degC"\n'
+    )
+    done = dielast("mastercurve", "r.toml")
+    *warned, error = done.stderr.splitlines()
+    assert (done.returncode, error.split(":")[:2]) == (2, ["r.toml", " shift.reference_temperature"])
+    assert warned[0] == "warning: the tests are at 233.15 to 333.15 degC: are they kelvin that were taken for degC?"

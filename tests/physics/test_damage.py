@@ -68,8 +68,16 @@ def test_an_elastic_film_under_dead_load_ages_at_the_field_that_it_settles_at() 
     assert event.time == pytest.approx(HOUR * (80e6 / event.true_field) ** 18.5, rel=1e-6)
 
 
-@pytest.mark.parametrize("exponent", [1.0, 3.5, 18.5, 200.0])
-@pytest.mark.parametrize("boundary", ["dead-load", ("dead-load", "clamped")])
+@pytest.mark.parametrize(
+    ("exponent", "boundary"),
+    [
+        (1.0, "dead-load"),
+        (18.5, "dead-load"),
+        (200.0, "dead-load"),
+        (3.5, ("dead-load", "clamped")),
+        (200.0, ("dead-load", "clamped")),
+    ],
+)
 def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: Any) -> None:
     """scipy's quadrature of the run's own field, up to the moment of failure, is 1."""
     programme = [VoltageStep(3.4e3, duration=UP), VoltageStep.hold(2.0), VoltageStep(0.0, duration=0.3)]
@@ -126,7 +134,7 @@ def test_breakdown_is_the_limit_of_a_large_exponent() -> None:
 
 def test_long_waveforms_add_up() -> None:
     """(1 - cos)/2 to the power of n has the mean C(2n, n)/4^n, and half a cycle does half of the damage of a whole."""
-    n, cycles = 6, 300
+    n, cycles = 6, 100
     peak = 10e3 * 1.7**2 / THICKNESS
     law = InversePower(peak, (cycles - 0.5) * comb(2 * n, n) / 4**n * 0.1, float(n))
     history = actuate(

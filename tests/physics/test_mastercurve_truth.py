@@ -62,7 +62,7 @@ def test_paper_constants_from_noisy_curves() -> None:
 def test_standard_errors_cover_the_truth(setting: Vertical) -> None:
     """95 % intervals hold the truth in 92-98 % of cases; shift factors and the constants of the law alike."""
     inside, constants = [], []
-    for seed in range(200 if setting == "none" else 60):
+    for seed in range(80 if setting == "none" else 30):
         curves = measure(TEMPERATURES if setting == "none" else TEMPERATURES[4:17:2], seed=seed)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)  # the shorter range has no plateau

@@ -80,12 +80,12 @@ def test_without_noise_the_shift_factors_are_exact(on: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "options", "repeats"),
     [
-        ({}, {}, 40),
-        ({}, {"on": "tan-delta"}, 30),
+        ({}, {}, 12),
+        ({}, {"on": "tan-delta"}, 12),
         ({}, {"on": "storage"}, 30),
-        ({"common": 0.03, "noise": 0.003}, {"on": "moduli"}, 30),
-        ({"level": 0.05}, {}, 30),
-        ({"level": 0.05}, {"vertical": "free"}, 30),
+        ({"common": 0.03, "noise": 0.003}, {"on": "moduli"}, 12),
+        ({"level": 0.05}, {}, 12),
+        ({"level": 0.05}, {"vertical": "free"}, 12),
     ],
     ids=["separate noise", "tan delta", "storage", "common noise", "specimen scatter", "vertical shifts"],
 )

@@ -50,14 +50,14 @@ def test_a_draw_depends_on_the_seed_and_its_number_alone() -> None:
     assert not np.any(other.law_parameters == few.law_parameters)
 
 
-@pytest.mark.parametrize("setting", [{}, {"offset": 0.03}, {"memory": 0.7, "points": 60}])
+@pytest.mark.parametrize("setting", [{"offset": 0.03}, {"memory": 0.7, "points": 60}])
 def test_draws_scatter_as_repeated_tests_do(setting: dict[str, float]) -> None:
-    """Noise alone, specimens that differ, and noise that lasts: within a quarter, which is what 40 repeats can tell."""
+    """Specimens that differ, and noise that lasts: within a quarter, which is what so few can tell."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        masters = [build_master_curve(measure(seed, **setting), reference_temperature=20.0) for seed in range(40)]
+        masters = [build_master_curve(measure(seed, **setting), reference_temperature=20.0) for seed in range(24)]
     repeats = [master.log10_shift_factor for master in masters]
-    spread = [np.var(drawn(list(measure(seed, **setting)), 40)[1].log10_shift_factor, axis=0) for seed in (50, 51)]
+    spread = [np.var(drawn(list(measure(seed, **setting)), 30)[1].log10_shift_factor, axis=0) for seed in (50, 51)]
     ratio = np.sqrt(np.sum(np.mean(spread, axis=0)) / np.sum(np.var(repeats, axis=0)))
     assert 0.75 < ratio < 1.33
 

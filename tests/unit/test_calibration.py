@@ -369,5 +369,5 @@ def test_tests_that_cannot_be_are_said(exact: tuple[MeasuredTest, ...]) -> None:
     tight = replace(START, equilibrium_law=Gent(3.0))
     fit = fit_material(tight, exact, MODULI, starts=1)  # a stretch of 3 is beyond it, 2 is not
     assert fit.left_out == (exact[0].name, exact[1].name)
-    with pytest.raises(NumericsError, match=r"no start can follow any of the tests; .* to a stretch of 2.95:"):
+    with pytest.raises(NumericsError, match=r"no start can follow any of the tests; .* reaches a stretch of 2.95:"):
         fit_material(replace(START, equilibrium_law=Gent(0.5)), exact, MODULI, starts=1)

@@ -59,6 +59,7 @@ def test_sound_inputs_are_not_doubted() -> None:
         warnings.simplefilter("error")
         warn_of_material(VHB)
         warn_of_material(replace(VHB, equilibrium_modulus=0.0))  # a melt
+        warn_of_law(WLF(20.0, 23.0347, 293.15))  # Arrhenius' law with 129 kJ/mol
         warn_of_curve(2e9)
         warn_of_temperature([-40.0, 60.0], "tests at")
         warn_of_temperature([130.0, 190.0], "tests at")  # polystyrene
@@ -119,6 +120,7 @@ def test_sound_inputs_are_not_doubted() -> None:
         (lambda: warn_of_law(WLF(20.0, 40.0, 187.1)), "C1 C2 is 7.48e"),
         (lambda: warn_of_law(WLF(20.0, 0.0137, 187.1)), r"C1 C2 is 2.56 K, .* in another unit"),
         (lambda: warn_of_law(WLF(20.0, 13.7, 1.871)), "C1 C2 is 25.6 K"),
+        (lambda: warn_of_law(WLF(20.0, 2e3, 293.15)), "an activation energy of 11224.6 kJ/mol"),
         (lambda: warn_of_law(WLF(20.0, 13.7, 18710.0)), "in another unit"),
         (lambda: warn_of_law(Arrhenius(20.0, 95.0)), "an activation energy of 0.095 kJ/mol"),
         (lambda: warn_of_curve(2e6, 77.0), "levels off at 77 Pa"),

@@ -89,7 +89,7 @@ def test_measured_points_of_several_curves_are_refused(tmp_path: Path, rows: str
     up, down = np.linspace(1, 3, 50), np.linspace(3, 1, 50)
     columns = {"stretch_1 [1]": np.concatenate([up, down]), Y: np.concatenate([10 * up, 5 * down])}
     table = f"stretch_1,nominal_stress_1 [Pa]\n{rows}"
-    with pytest.raises(InputError, match=r"m.csv: the measured x runs to and fro .* times: choose one curve"):
+    with pytest.raises(InputError, match=r"m.csv: the measured x reverses .* times: choose one curve"):
         match(compare(tmp_path, table, "stretch_1 [1]"), columns, Inputs(tmp_path), given(columns))
 
 
@@ -97,7 +97,7 @@ def test_unloading_is_not_measured_against_loading(tmp_path: Path) -> None:
     up = np.linspace(1, 3, 50)
     columns = {"stretch_1 [1]": up, Y: 10 * up}
     rows = "stretch_1,nominal_stress_1 [Pa]\n1.5,1\n2.5,1\n2.9,1\n2.5,1\n1.5,1\n"
-    with pytest.raises(InputError, match="runs to and fro 1 times"):
+    with pytest.raises(InputError, match="reverses 1 times"):
         match(compare(tmp_path, rows, "stretch_1 [1]"), columns, Inputs(tmp_path), given(columns))
 
 

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,6 +25,7 @@ from matplotlib.text import Text
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
+from dielast.plots.style import style
 from dielast.sharing.execution import Execution
 
 RELAX = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstretch = 2.0\n[[step]]\nhold = "1 h"\n'
@@ -100,6 +101,7 @@ EVERY = {
     "relaxation": RELAX,
     "one point": RELAX + '[output]\ntimes = ["1 h"]\n',
     "creep": CREEP + COARSE,
+    "days": CREEP.replace("1 h", "1 d") + '[[step]]\nstress = "0 kPa"\n[[step]]\nhold = "1 d"\n' + COARSE,
     "three films": FILM + COARSE + '[sweep]\n"film.prestretch" = [1.9, [3.0, 1.0], [2.0, 1.5]]\n',
     "27 films": FILM + COARSE + FACTORS,
     "six bands": FILM + COARSE + VOLTAGES + SCATTER,
@@ -179,6 +181,15 @@ def test_words_do_not_lie_over_each_other(every: Figure) -> None:
         assert every.bbox.y0 <= box.y0 < box.y1 <= every.bbox.y1
     for one, other in combinations(boxes, 2):
         assert min(one.x1, other.x1) - max(one.x0, other.x0) < 1 or min(one.y1, other.y1) - max(one.y0, other.y0) < 1
+    with style():  # on whose font the number of ticks depends
+        for axes in every.axes:
+            low, high = axes.get_xlim()
+            shown = axes.xaxis.get_tick_params()["labelbottom"]
+            labels = [
+                label for label in axes.get_xticklabels() if shown and label.get_text() and low <= label.get_position()[0] <= high
+            ]
+            ends = sorted((box.x0, box.x1) for box in (label.get_window_extent() for label in labels))
+            assert all(one[1] + 4 < other[0] for one, other in pairwise(ends))
 
 
 def test_no_marker_lies_outside_the_frame(every: Figure) -> None:
@@ -226,8 +237,8 @@ def test_legends_read_row_by_row_in_order(every: Figure) -> None:
     assert by_panel or numbers == sorted(numbers)
 
 
-def test_one_point_has_a_marker(tmp_path: Path) -> None:
-    (axes,) = figure_of(tmp_path, EVERY["one point"]).axes
+def test_one_point_has_a_marker() -> None:
+    (axes,) = figure_of_kind("one point").axes
     (line,) = axes.get_lines()
     assert line.get_marker() not in ("None", "", None)
     assert np.asarray(line.get_xdata()).tolist() == [3600.0]
@@ -302,11 +313,11 @@ def test_a_second_factor_makes_lines_of_its_own(tmp_path: Path) -> None:
     assert names_of(figure) == ["temperature = 0 °C", "temperature = 20 °C"]
 
 
-def test_six_bands_have_a_panel_each_and_27_films_one_for_each_pair_of_factors(tmp_path: Path) -> None:
-    figure = figure_of(tmp_path, EVERY["six bands"])
+def test_six_bands_have_a_panel_each_and_27_films_one_for_each_pair_of_factors() -> None:
+    figure = figure_of_kind("six bands")
     assert [axes.get_title("left") for axes in figure.axes] == [f"voltage = {value} kV" for value in (2.5, 2.75, 3, 3.2, 3.4, 3.5)]
     assert [sum(isinstance(own, PolyCollection) for own in axes.collections) for axes in figure.axes] == [1] * 6
-    figure = figure_of(tmp_path, EVERY["27 films"])
+    figure = figure_of_kind("27 films")
     assert len(figure.axes) == 9
     for axes in figure.axes:
         assert len(lines_of(axes)) == 3

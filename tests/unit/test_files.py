@@ -140,8 +140,16 @@ def test_an_input_is_not_written_over_under_another_spelling(tmp_path: Path) -> 
 
 def test_a_depfile_quotes_for_make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    text = depfile([tmp_path / "out" / "a.csv"], [tmp_path / "my data.csv", tmp_path / "r$.toml"])
+    text = depfile([Path("out/a.csv")], [tmp_path / "my data.csv", tmp_path / "r$.toml"])
     assert text == "out/a.csv: my\\ data.csv \\\n  r$$.toml\n\nmy\\ data.csv:\n\nr$$.toml:\n"
+
+
+def test_a_depfile_names_a_target_as_the_makefile_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("dielast.io.files._make_name", str)
+    assert depfile([tmp_path / "out" / "a.csv"], [Path("r.toml")]).startswith(f"out/a.csv {tmp_path}/out/a.csv: r.toml")
+    beside = tmp_path.parent / "a.csv"
+    assert depfile([beside], [beside]).startswith(f"{beside}: {beside}\n")
 
 
 def test_a_file_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -185,6 +185,12 @@ def test_no_overlap_names_both_sides() -> None:
         build(curves(-40, -35, 20, 30))
 
 
+def test_moduli_that_rise_are_no_want_of_overlap() -> None:
+    rising = [RelaxationCurve(t, TIME, 1e11 / modulus(t)) for t in (-20.0, 0.0, 20.0)]
+    with pytest.raises(InputError, match=r"at -20, 0, 20 degC the modulus rises with time, which no modulus does"):
+        build(rising)
+
+
 def test_a_curve_that_joins_no_other_is_left_out() -> None:
     """One that shares no modulus with any other, and one of two points, cost no run: they are named, with their file."""
     alone = RelaxationCurve(-40.0, TIME, modulus(-40.0), source="cold.csv")

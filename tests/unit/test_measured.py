@@ -70,9 +70,13 @@ def test_numbers_without_a_header_are_columns_by_number() -> None:
         table.column(3, "time", TIME)
 
 
-def test_blank_lines_do_not_shift_the_line_of_an_error() -> None:
-    with pytest.raises(InputError, match=r'dma.csv: line 5: column "E": "oops" is not a finite number'):
-        numbers(read("time [s],E [MPa]\n1,2\n\n2,2\n3,oops\n"))
+def test_blank_lines_and_comments_do_not_shift_the_line_of_an_error() -> None:
+    with pytest.raises(InputError, match=r'dma.csv: line 6: column "E": "oops" is not a finite number'):
+        numbers(read("time [s],E [MPa]\n1,2\n\n# 9,9: the clamp slipped\n2,2\n3,oops\n"))
+
+
+def test_a_comment_above_the_numbers_names_columns() -> None:
+    assert numbers(read("# time [s],E [MPa]\n1,2\n  # pause, of an hour, and more\n3,4\n#")) == [(1, 2e6), (3, 4e6)]
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_a_recipe_s_word_goes_before_the_export_s(tmp_path: Path) -> None:
     expect_sweeps(read(tmp_path, file=name, test="tension").measurements, 1.0)
     name = export(tmp_path, exports.sweeps(*USUAL), instrument="home made")
     with pytest.raises(
-        InputError, match=r'export.txt: the export does not say what modulus it is: say test = "tension" or "shear"'
+        InputError, match=r'export.txt: the export does not say what modulus it is: state test = "tension" or "shear"'
     ):
         read(tmp_path, file=name)
     columns = {"temperature": "Temperature", "angular_frequency": "Angular frequency", "storage": "Storage modulus"}

@@ -206,23 +206,27 @@ def test_what_lacks_is_said(tmp_path: Path, data: dict[str, Any], message: str) 
         (
             "time [s],e [%],Load [N]",
             {"strain": "e", "stress": "Load [N]"},
-            'column "Load" [N] is a force, not a stress: say columns.force = "Load [N]" instead, and specimen = { width = "6 mm", '
-            'thickness = "0.5 mm" } (data.columns.stress)',
+            'column "Load" [N] is a force, not a stress: state columns.force = "Load [N]" instead, and specimen = { width = "6 '
+            'mm", thickness = "0.5 mm" } (data.columns.stress)',
         ),
         (
             "time [s],u [mm],s [kPa]",
             {"strain": "u", "stress": "s"},
-            'column "u" [mm] is a length, not a strain: say columns.extension = "u" instead, and specimen = { gauge_length = ',
+            'column "u" [mm] is a length, not a strain: state columns.extension = "u" instead, and specimen = { gauge_length = ',
         ),
         (
             "time [s],e [%],M [mN-m]",
             {"strain": "e", "stress": "M"},
             'column "M" [mN-m] is a torque, not a stress: export the stress',
         ),
-        ("time [s],e [%],F [MPa]", {"strain": "e", "force": "F"}, 'is a stress or modulus, not a force: say columns.stress = "F"'),
-        ("time [s],u [%],F [N]", {"extension": "u", "force": "F"}, 'is a strain, not an extension: say columns.strain = "u"'),
-        ("time [s],x,F [N]", {"modulus": "F"}, "is a force, not a modulus: with a strain, say columns.force"),
-        ("time [s],x,k [N/mm]", {"modulus": "k"}, "is a stiffness, not a modulus: say columns.extension and columns.force"),
+        (
+            "time [s],e [%],F [MPa]",
+            {"strain": "e", "force": "F"},
+            'is a stress or modulus, not a force: state columns.stress = "F"',
+        ),
+        ("time [s],u [%],F [N]", {"extension": "u", "force": "F"}, 'is a strain, not an extension: state columns.strain = "u"'),
+        ("time [s],x,F [N]", {"modulus": "F"}, "is a force, not a modulus: with a strain, state columns.force"),
+        ("time [s],x,k [N/mm]", {"modulus": "k"}, "is a stiffness, not a modulus: state columns.extension and columns.force"),
         ("time [s],e [%],m [g]", {"strain": "e", "stress": "m"}, "is a mass, not a stress: a force is needed, mass times 9.81"),
     ],
 )

@@ -57,7 +57,7 @@ def test_the_error_stays_within_the_tolerance(tolerance: float, temperatures: tu
 
 
 def test_the_same_twice() -> None:
-    one, other = (reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 100.0)) for _ in range(2))
+    one, other = (reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 10.0), tolerance=0.05) for _ in range(2))
     np.testing.assert_array_equal(one.spectrum.relaxation_time, other.spectrum.relaxation_time)
     np.testing.assert_array_equal(one.spectrum.shear_modulus, other.spectrum.shear_modulus)
 
@@ -97,8 +97,8 @@ def least_error(number: int, window: tuple[float, float]) -> float:
     return least
 
 
-@pytest.mark.parametrize("window", [(1.0, 30.0), (1.0, 1000.0)])
-def test_no_exhaustive_search_finds_a_smaller_one(window: tuple[float, float]) -> None:
+def test_no_exhaustive_search_finds_a_smaller_one() -> None:
+    window = (1.0, 1000.0)
     by_search = [least_error(number, window) for number in (1, 2)]
     for number, error in enumerate(by_search, start=1):
         # what the search reaches on its grid of times with so many branches, so does the reduction

@@ -52,14 +52,14 @@ class Films(Simulation):
     warn = staticmethod(warn_of_films)
 
     def __init__(self, recipes: Sequence[ActuateRecipe]) -> None:
-        # one table holds all cases: what one of them has a column for, all have
+        # all cases share one table: a column of one case is a column of all
         self.electrical = any(recipe.electrical for recipe in recipes)
         self.has_source = any(recipe.source is not None for recipe in recipes)
         self.has_leakage = any(recipe.leakage is not None for recipe in recipes)
         self.has_area = all(recipe.film.electrode_diameter is not None for recipe in recipes)
 
     def solver(self, recipes: Sequence[ActuateRecipe], thickness_factor: Floats) -> partial[Any]:
-        """Actuates the films of the recipes."""
+        """The simulation of the films of the recipes."""
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
         share, by_share = recipe.pull_in.timescale
         leaks = [recipe.leakage for recipe in recipes]
@@ -81,7 +81,7 @@ class Films(Simulation):
             relax=recipe.film.relax,
             boundary=recipe.film.boundary,
             electrode_share=None if recipe.film.shares is None else np.array([film.shares for film in films]).ravel(),
-            # beside frames, which it is for, other boundaries may be swept
+            # other boundaries than frames may be swept as well
             mesh_rtol=recipe.solver.mesh_rtol if recipe.film.boundary[0] == "frame" else MESH_RTOL,
             force=_over_films([film.weights[0] for film in films]),
             width=_over_films([film.weights[1] for film in films]),
@@ -95,11 +95,11 @@ class Films(Simulation):
     def result(
         self, cases: Sequence[Case[ActuateRecipe]], recipe: ActuateRecipe, materials: Sequence[Material]
     ) -> partial[CaseResult]:
-        """With the events of the film."""
+        """The result of a case, with the events of the film."""
         return partial(_case, materials=materials, boundary=recipe.film.boundary, stated=_stated(recipe))
 
     def alike(self, recipe: ActuateRecipe) -> Hashable:
-        """What is done to the films, and when they fail."""
+        """Set-up of the films and criteria of failure, which cases that are solved together share."""
         profile = None if recipe.output.profile is None else tuple(recipe.output.profile)
         film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
         return (
@@ -114,11 +114,11 @@ class Films(Simulation):
         )
 
     def step_of(self, recipe: ActuateRecipe) -> type[VoltageStep] | type[ChargeStep]:
-        """Voltages, or charges."""
+        """The step of the solver: of voltage or charge."""
         return ChargeStep if recipe.control == "charge" else VoltageStep
 
     def seen(self, recipe: ActuateRecipe, columns: Columns) -> Columns:
-        """The columns, and the axes in m of an electrode that was a circle on the prestretched film, if its diameter is stated."""
+        """The columns, with the axes in m of the electrode, a circle on the prestretched film, if its diameter is stated."""
         diameter = recipe.film.electrode_diameter
         if diameter is None:
             return columns
@@ -128,13 +128,13 @@ class Films(Simulation):
     def drawn(
         self, case: Case[ActuateRecipe], sample: Sample, result: CaseResult
     ) -> tuple[Case[ActuateRecipe], Sequence[Material]]:
-        """The case that all draws solve, and the material of each, with its breakdown field."""
+        """The case that all draws solve, and the materials of the draws with their breakdown fields."""
         from dielast.commands.simulation.bounds import drawn_film
 
         return drawn_film(case, sample, result)
 
     def analysed(self, known: Sequence[Known], solve: Solve) -> list[CaseResult]:
-        """With the sensitivity of the time to failure, where it is asked for."""
+        """The results, with the sensitivity of the time to failure if the recipe states it."""
         if not any(case.recipe.sensitivity for case, *_ in known):
             return super().analysed(known, solve)
         from dielast.commands.actuate.sensitivity import with_sensitivity
@@ -142,7 +142,7 @@ class Films(Simulation):
         return with_sensitivity(known, solve)
 
     def tables(self, recipe: ActuateRecipe, results: Sequence[CaseResult]) -> dict[str, Table]:
-        """The table of events, and that of profiles."""
+        """The tables of events and profiles."""
         profiles = [result.profile for result in results if result.profile is not None]
         more = {"profile.csv": profile_table(profiles)} if profiles else {}
         if known := [result.sensitivity for result in results if result.sensitivity is not None]:
@@ -158,7 +158,7 @@ class Films(Simulation):
     def figures(
         self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
     ) -> dict[str, Callable[[], Any]]:
-        """The profile of the first film that has one at some time, and what drives the life of all."""
+        """The profile of the first film with a profile, and the sensitivity of the life of all films."""
         more = {}
         if known := [result.sensitivity for result in results if result.sensitivity is not None]:
 
@@ -178,7 +178,7 @@ class Films(Simulation):
             from dielast.commands.simulation.naming import labels, titled
             from dielast.plots.profile import plot_profile
 
-            which = labels(cases, materials)[shown]  # of a sweep
+            which = labels(cases, materials)[shown]  # named if there is a sweep
             first = cases[shown].recipe
             place = "radius / electrode radius" if first.film.boundary[0] == "frame" else "place / half the electrode's length"
             title = titled(first.title, [cases[shown]], [materials[shown]], which)
@@ -187,20 +187,20 @@ class Films(Simulation):
         return {"profile": figure, **more}
 
     def marks(self, recipe: ActuateRecipe, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
-        """The events of a film in the figure."""
+        """The events of a film for the figure."""
         from dielast.commands.simulation.pictures import FilmEvent
 
         events = result.events or ()
         return [FilmEvent(event.name, event.time, _at(event, seen, x, recipe), _at(event, seen, y, recipe)) for event in events]
 
     def headline(self, cases: Sequence[Case[ActuateRecipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
-        """The last relative stretch of each case, and the first event of each kind in the cases that it happens in."""
+        """The last relative stretch of each case, and events by name in the cases in which they happen."""
         events = [result.events or () for result in results]
         final: dict[str, list[float]] = {"relative_stretch_1 [1]": [], "relative_stretch_2 [1]": []}
         for case, result in zip(cases, results, strict=True):
             stop = result.stopped
             for header, values in final.items():
-                # a table at stated times need not hold the end
+                # a table at stated times may lack the end
                 column = result.columns[header]
                 values.append(last(column) if stop is None else _at(stop, result.columns, header, case.recipe))
         sections: dict[str, dict[str, Any]] = {
@@ -224,7 +224,7 @@ class Films(Simulation):
 
 
 def _at(event: Event, columns: Mapping[str, Floats], header: str, recipe: ActuateRecipe) -> float:
-    """The value of a column at an event: as located where the event holds it, else between the rows of the table."""
+    """The value of a column at an event: that of the event if it holds the quantity, else interpolated in the table."""
     located = {
         "time [s]": event.time,
         "voltage [V]": event.voltage,
@@ -238,7 +238,7 @@ def _at(event: Event, columns: Mapping[str, Floats], header: str, recipe: Actuat
 
 
 def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
-    """Columns that are the same whatever the material is: what the source prescribes, and does not leak."""
+    """Columns that do not depend on the material: those that the source prescribes, unless charge leaks."""
     if recipe.control == "charge":
         leaks = recipe.leakage is not None and recipe.leakage.conductivity > 0
         delivered = ("current_density [A/m^2]", "current [A]")
@@ -248,21 +248,21 @@ def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
 
 
 def _begin(axis: int, columns: Mapping[str, Floats], recipe: ActuateRecipe) -> float:
-    """The stretch that relative ones are over: the prestretch, or what a weight has made of it."""
+    """The stretch when the voltage begins: the prestretch, or the stretch under a weight."""
     if recipe.film.weights[0][axis - 1] is None or not columns["time [s]"].size:
         return recipe.film.prestretch[axis - 1]
     return float(columns[f"stretch_{axis} [1]"][0] / columns[f"relative_stretch_{axis} [1]"][0])
 
 
 def _prestretch(films: Sequence[FilmSection]) -> tuple[Floats | None, Floats | None]:
-    """The prestretch of both axes (cases,), None for one that a weight stretches."""
+    """The prestretch (cases,) of both axes, None for an axis with a weight."""
     first, second = np.array([film.prestretch for film in films]).T
     hung = films[0].weights[0]
     return None if hung[0] is not None else first, None if hung[1] is not None else second
 
 
 def _over_films(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[Floats | None, Floats | None]:
-    """A number for each axis of each film, as arrays (cases,); None along an axis without one."""
+    """Numbers of the axes of films as arrays (cases,); None for an axis without a number."""
     first, second = (None if values[0] is None else np.array(values, dtype=float) for values in zip(*pairs, strict=True))
     return first, second
 

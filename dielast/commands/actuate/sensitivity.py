@@ -20,13 +20,13 @@ from dielast.simulate.sensitivity import sensitivity_of
 
 
 def with_sensitivity(known: Sequence[Known], solve: Solve) -> list[CaseResult]:
-    """The results with the sensitivity of the time to the first failure, in cases that ask for it."""
+    """The results, with the sensitivity of the time to the first failure in cases whose recipe states it."""
     found = [result for _, _, _, result in known]
     for number, (case, material, sample, result) in enumerate(known):
         if not case.recipe.sensitivity:
             continue
         variation = variation_of(material, sample, case.recipe.uncertainty)
-        # of a run for its life alone, one row is enough
+        # a run that only gives a life needs one row
         brief = replace(result, columns={"time [s]": np.zeros(1)})
         with in_a_draw(key=SENSITIVITY if sample is None else "uncertainty", case=of_case(number, len(known))):
             one, drawn = drawn_film(case, variation.sample, brief)

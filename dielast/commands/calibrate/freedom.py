@@ -1,4 +1,4 @@
-"""`[free]` as the library takes it: values in the unit of each constant, keys as the recipe has them."""
+"""`[free]` for the library: values in the unit of each constant, keys of the recipe in errors."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from dielast.material.material import Material
 from dielast.material.numbers import kinds_of
 from dielast.units import parse
 
-FEWEST_DRAWS = 10  # that tell a standard deviation
+FEWEST_DRAWS = 10  # for a standard deviation
 
 
 def free_of(free: Mapping[str, FreeValue], materials: Mapping[str, Material], inputs: Inputs) -> dict[str, dict[str, Free]]:
-    """What is free of each material by its file: the keys that it has, of all that any of them has.
+    """The free constants of each material, by its file: those keys of `[free]` that the material has.
 
-    A prior from draws reads those of the material.
+    A prior from draws reads the draws of the material.
 
-    Raises `InputError` with a line for every key that no material has, and every value or bound that is wrong.
+    Raises `InputError` with a line for every key that no material has, and for every wrong value or bound.
     """
     wrong, found = Mistakes(), dict[str, dict[str, Free]]()
     for path, stated in free.items():
@@ -44,7 +44,7 @@ def free_of(free: Mapping[str, FreeValue], materials: Mapping[str, Material], in
 
 
 def _placed(material: Material, free: Mapping[str, Free]) -> ParameterSpace:
-    """The parameters; errors have the recipe's keys."""
+    """The parameters; errors name the keys of the recipe."""
     try:
         return parameter_space(material, free)
     except InputError as error:
@@ -64,11 +64,13 @@ def _converted(stated: FreeValue, path: str, name: str, material: Material, inpu
     """Bounds and prior in SI."""
     if stated.prior == "draws":
         if stated.relative is not None:
-            raise InputError('prior = "draws" knows its own standard deviation: leave relative out', key=f"{_key(path)}.relative")
+            raise InputError(
+                'prior = "draws" takes the standard deviation from the draws: leave relative out', key=f"{_key(path)}.relative"
+            )
         members = read_members(name, inputs, material, {})
         if len(members) < FEWEST_DRAWS:
-            said = f"{name} has {len(members)} draws, at least {FEWEST_DRAWS} are needed"
-            raise InputError(f"{said}: mastercurve with [uncertainty] and spectrum make them", key=f"{_key(path)}.prior")
+            few = f"{name} has {len(members)} draws, at least {FEWEST_DRAWS} are needed"
+            raise InputError(f"{few}: mastercurve with [uncertainty] and spectrum make them", key=f"{_key(path)}.prior")
         stated, drawn = stated.model_copy(update={"prior": None}), members
     else:
         drawn = ()

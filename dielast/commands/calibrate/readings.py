@@ -17,7 +17,7 @@ from dielast.recipe.cases import Case
 
 
 def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator[Reading]:
-    """The materials, what is free of them, and every test."""
+    """The materials, their free constants, and every test."""
     recipe = cases[0].recipe
     for name in recipe.started_from:
         key = "material" if recipe.material is not None else "materials"
@@ -36,7 +36,7 @@ def _material(name: str, inputs: Inputs) -> object:
 
 
 def _free(recipe: CalibrateRecipe, inputs: Inputs) -> None:
-    """What is free; a mistake in a material is stated with its key."""
+    """The free constants; a mistake in a material file is stated with the key that names the file."""
     try:
         materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
     except InputError:

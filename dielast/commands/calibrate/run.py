@@ -1,4 +1,4 @@
-"""`calibrate`: tests -> a material with intervals, and several laws side by side."""
+"""`calibrate`: tests -> a material with intervals, or a comparison of several laws."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 
 DRAWS = "draws.csv"
-STRETCHED = 2.0  # up to which springs must be stable where no test prescribes the stretch
+STRETCHED = 2.0  # default of fit.stable_up_to if no test prescribes the stretch
 KEPT = "the best fit so far is written, if there is one"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asked:
-    """What a recipe asks for, read: tests to fit and to predict, materials by file, and what is free of each."""
+    """The inputs of a recipe: tests to fit and to predict, materials by file, and their free constants by file."""
 
     tests: list[Experiment]
     predicted: list[Experiment]
@@ -48,7 +48,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """A law that was fitted: the file it started from, how well each test is predicted from the others, and where it is stable."""
+    """A fitted law: the file that it started from, its cross-validation, and its range of stability."""
 
     name: str
     calibration: Calibration
@@ -58,7 +58,7 @@ class Candidate:
 
 
 def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
-    """Read all that a recipe names; raises `InputError`."""
+    """Read all files that a recipe names; raises `InputError`."""
     materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
     at = next(iter(materials.values())).reference_temperature
     tests, further = read_tests(recipe.test, inputs, at, "test"), read_tests(recipe.validate_, inputs, at, "validate")
@@ -86,7 +86,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
             candidates.append(_candidate(recipe, asked, name, material, several, watch))
         except NumericsError as error:
             failures.append(f"{name}: {error}")
-        except KeyboardInterrupt:  # before there is anything of this one
+        except KeyboardInterrupt:  # before this law has a fit
             if not candidates:
                 raise
             interrupted = True
@@ -97,9 +97,9 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         raise NumericsError(*failures)
     ranked = _ranked(candidates)
     best = ranked[0].calibration
-    failures += [f"test {name}: the material cannot follow it; it is left out" for name in dict.fromkeys(best.not_followed)]
+    failures += [f"test {name}: left out, the material cannot follow it" for name in dict.fromkeys(best.not_followed)]
     if interrupted:
-        failures.append("interrupted: the best so far is written, without what would have come after it")
+        failures.append("interrupted: the best fit so far is written, without intervals and draws")
     _warn(ranked[0])
     members = best.materials
     files = {"material.toml": write_material(best.material, DRAWS if members else None)}
@@ -123,7 +123,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
 
 
 def watcher(execution: Execution) -> Watch | None:
-    """Shows how far a calibration is, and the misfit at present."""
+    """Shows the progress of a calibration, and the present misfit."""
     progress = execution.progress
     if progress is None:
         return None
@@ -166,14 +166,14 @@ def _candidate(
 
 
 def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The best first: by the error of tests predicted from the others, or by that of the fit where one has no such prediction."""
+    """The laws, the best first: by the error of cross-validation, or by that of the fit if a law lacks a cross-validation."""
     foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
     errors = foreseen if len(foreseen) == len(candidates) else [each.calibration.total(True)[0] for each in candidates]
     return [candidates[k] for k in np.argsort(errors, kind="stable")]
 
 
 def _warn(best: Candidate) -> None:
-    """Warn of what the tests do not tell, and of a law that is unstable."""
+    """Warn of parameters that the tests do not determine, and of an unstable law."""
     result = best.calibration
     fit = result.fit
     expected = dict(zip(fit.space.names, np.diag(fit.space.precision) > 0, strict=True))
@@ -183,16 +183,16 @@ def _warn(best: Candidate) -> None:
             verb = "is" if len(names) == 1 else "are"
             warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")
     if result.profiles and np.all(fit.at_bound):
-        warn("every free parameter rests on a bound: are the units and signs of the tests right, and the bounds wide enough?")
+        warn("every free parameter is at a bound: check the units and signs of the tests, and widen the bounds")
     for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False):
         if profile.verdict in (Verdict.LOWER, Verdict.UPPER):
             side, end = ("least", profile.lower) if profile.verdict is Verdict.LOWER else ("most", profile.upper)
             unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-            warn(f"of {parameter.name} these tests tell a bound only: at {side} {float(parameter.value(end)):.4g}{unit}")
+            warn(f"these tests give only a bound of {parameter.name}: at {side} {float(parameter.value(end)):.4g}{unit}")
     warn_of_tests_beyond(result)
     if fit.same_share < MANY:
         median = float(np.median(fit.start_misfit))
-        others = f"the misfit of the median one is {median:.3g} times that" if np.isfinite(median) else "many cannot be followed"
+        others = f"the median misfit is {median:.3g} times as large" if np.isfinite(median) else "many cannot follow the tests"
         warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit, {others}: raise fit.starts")
     for stability in best.stability:
         if not stability.holds:
@@ -200,17 +200,17 @@ def _warn(best: Candidate) -> None:
 
 
 def warn_of_tests_beyond(result: Calibration) -> None:
-    """Warn of tests to validate that go on for longer, or further, than any that was fitted: the model is extrapolated there."""
+    """Warn of predicted tests that are longer, or at larger stretches, than all fitted tests: the model is extrapolated."""
     known = range_of(result.fit)
     measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
     late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
     if late:
         last, longest = max(test.time[-1] for test in late), known.time[1]
-        lasting = f"goes on to {last:.4g} s, the fitted tests to {longest:.4g} s"
-        warn(f"test {late[0].name}{and_more(len(late) - 1)} {lasting}: what relaxes more slowly is not known from these")
+        lasting = f"lasts {last:.4g} s, the fitted tests at most {longest:.4g} s"
+        warn(f"test {late[0].name}{and_more(len(late) - 1)} {lasting}: slower relaxation is unknown")
     far = [test for test in measured if test.largest_invariant > known.largest_invariant * (1 + BEYOND_TESTS)]
     if far:
-        reach = f"goes to I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests to {known.largest_invariant:.4g}"
+        reach = f"reaches I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests {known.largest_invariant:.4g}"
         warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
 
 
@@ -256,7 +256,7 @@ def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
 
 
 def law_columns(ranked: Sequence[Candidate]) -> Table:
-    """One law a row, the best first."""
+    """A row for each law, the best first."""
     errors = [np.nan if each.prediction_error is None else each.prediction_error for each in ranked]
     modes = [stability.mode for stability in ranked[0].stability]
     return [

@@ -1,4 +1,4 @@
-"""Recipes of relax, creep and actuate as tests: what they compare with is what was measured."""
+"""Recipes of relax, creep and actuate as tests, with their measured points in `[[compare]]`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ KINDS = ("relax", "creep", "actuate")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedTest:
-    """One `[[compare]]` of a recipe: points `measured` less what they are at `rest`, at times (n,) in s, of the column `header`."""
+    """One `[[compare]]` of a recipe: `measured` values of the column `header`, less that at `rest`, at times (n,) in s."""
 
     name: str
     specimen: str
@@ -43,17 +43,17 @@ class SimulatedTest:
 
     @property
     def place(self) -> Floats:
-        """Where along the curve each point lies (n,)."""
+        """The path length (n,) of each point along the curve."""
         return path_length(self.time, self.measured)
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:
-        """What each material gives (materials, n), NaN where it does not come so far."""
+        """The simulated values (materials, n) less `rest`, NaN if the simulation of a material ends earlier."""
         found = np.full((len(materials), self.time.size), np.nan)
         self._solve([k for k, material in enumerate(materials) if material is not None], materials, found)
         return found
 
     def reach(self, material: Material) -> tuple[str, float]:
-        """The mode of loading, and the largest I1 to which a material comes until the last point."""
+        """The mode of loading, and the largest I1 of a material until the last point."""
         (result,) = solve_batches(self.simulation.batches([self.case], [material], self.inputs))
         until = np.asarray(result.columns["time [s]"]) <= self.time[-1]
         first, second = (np.asarray(result.columns[f"stretch_{axis} [1]"])[until] for axis in (1, 2))
@@ -68,7 +68,7 @@ class SimulatedTest:
             return
         try:
             results = solve_batches(self.simulation.batches([self.case] * len(used), used, self.inputs))
-        except DielastError:  # of one of them: it is to be known of which
+        except DielastError:  # one of the materials fails: solve them one by one
             if len(used) > 1:
                 for k in chosen:
                     self._solve([k], materials, found)
@@ -89,13 +89,15 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[
         raise InputError(f'"{kind}": a recipe of {", ".join(KINDS[:-1])} or {KINDS[-1]} is needed', key="kind", file=name)
     comparisons = cases[0].recipe.compare
     if not comparisons:
-        raise InputError("[[compare]] with what was measured is needed", file=name)
+        raise InputError("[[compare]] with the measured points is needed", file=name)
     own, found = Inputs(path.parent), []
     for index, comparison in enumerate(comparisons):
         if comparison.case >= len(cases):
-            raise InputError(f"{comparison.case}: the last case is {len(cases) - 1}", key=f"compare[{index}].case", file=name)
+            raise InputError(
+                f"{comparison.case}: cases are numbered from 0 to {len(cases) - 1}", key=f"compare[{index}].case", file=name
+            )
         if comparison.x != "time [s]":
-            raise InputError(f'"{comparison.x}": a calibration compares over time [s]', key=f"compare[{index}].x", file=name)
+            raise InputError(f'"{comparison.x}": a calibration needs x = "time [s]"', key=f"compare[{index}].x", file=name)
         recipe = cases[comparison.case].recipe
         time, values = read_points(comparison, own, getattr(recipe, "specimen", None))
         order = np.argsort(time, kind="stable")

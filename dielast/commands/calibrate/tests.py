@@ -1,4 +1,4 @@
-"""The tests of a recipe, read."""
+"""Read the tests of a recipe."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from dielast.numerics.columns import Flags, Floats
 from dielast.readings.specimen import mistaken, read_as, role_in
 from dielast.units import TIME
 
-MOST_POINTS = 400  # of a test that are compared: more tell nothing more
+MOST_POINTS = 400  # of a test that are compared: more points carry no more information
+Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
 _TRUE = ("true", "cauchy")
 
 
 def read_tests(tests: Sequence[TestData], inputs: Inputs, temperature: float, key: str) -> list[Experiment]:
-    """All tests under a `key`, those of recipes too; `temperature` in degC is that of a test that states none.
+    """All tests under a `key`, in tables and recipes; `temperature` in degC is the default.
 
     Raises `InputError` with a line for every mistake.
     """
@@ -46,7 +47,7 @@ def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: st
 
 
 def named(tests: Sequence[TestData]) -> list[str]:
-    """What each test is called: its label or its file, with a number where several are called so."""
+    """The names of the tests: label or file, with a number if several tests share it."""
     names = [test.label or _called(test) for test in tests]
     seen: dict[str, int] = {}
     for k, name in enumerate(names):
@@ -66,7 +67,7 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     lines = table.lines[rows]
     for row in np.flatnonzero(stretch <= 0)[:1]:
         line = int(lines[row])
-        wanted = "a number above 0 is needed (1 is undeformed): is the column a strain? say columns.strain"
+        wanted = "a number above 0 is needed (1 is undeformed): is the column a strain? then state columns.strain"
         raise InputError(f"stretch {stretch[row]:g}: {wanted}", file=test.file, line=line)
     if test.rate is not None:
         time = np.cumsum(np.abs(np.diff(stretch, prepend=1.0))) / test.rate
@@ -75,6 +76,7 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     else:
         column = test.columns.time or "time"
         time = table.column(column, "time", TIME, rows)
+        time, stretch, stress, lines = _without_repetitions(time, stretch, stress, lines, test.file)
         for row in np.flatnonzero(np.diff(time, prepend=-1e-300) <= 0)[:1]:
             before = f"{time[row - 1]:g} s" if row else "the start"
             late = f"time {time[row]:g} s does not come after {before}: the times of a test must ascend from 0 s"
@@ -89,16 +91,31 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
             name, time[kept], stretch[kept], stress[kept], at, test.mode, specimen, test.nominal_field, test.ramp_rate
         )
     if np.min(made.stretch) < SQUEEZED:
-        squeezed = f"a stretch of {np.min(made.stretch):.4g} squeezes the specimen (1 is undeformed)"
-        warn(f"{test.file}: {squeezed}: is the column a strain? say columns.strain")
+        squeezed = f"a stretch of {np.min(made.stretch):.4g} is compression (1 is undeformed)"
+        warn(f"{test.file}: {squeezed}: is the column a strain? then state columns.strain")
     if test.ramp_rate is None and test.rate is None and begins_late(made):
         began = f"the first point is at {made.time[0]:g} s and a stretch of {made.stretch[0]:g}"
-        warn(f"{test.file}: {began}: a straight line from rest leads there; was it a ramp and a hold? state ramp_rate")
+        warn(f"{test.file}: {began}: it is reached by a ramp from time 0; if the test was a ramp and a hold, state ramp_rate")
     return made
 
 
+def _without_repetitions(
+    time: Floats, stretch: Floats, stress: Floats, lines: Rows, file: str
+) -> tuple[Floats, Floats, Floats, Rows]:
+    """The columns with one row in the place of rows of one time and stretch, as rounded times have them: with their mean stress."""
+    again = (np.diff(time, prepend=np.nan) == 0) & (np.diff(stretch, prepend=np.nan) == 0)
+    if not again.any():
+        return time, stretch, stress, lines
+    first = int(np.flatnonzero(again)[0])
+    more = f"; so do {count - 1} more" if (count := int(np.count_nonzero(again))) > 1 else ""
+    repeated = f"line {lines[first]} repeats time and stretch of the row before, {time[first]:g} s{more}"
+    warn(f"{file}: {repeated}: mean stresses are taken")
+    row = np.cumsum(~again) - 1
+    return time[~again], stretch[~again], np.bincount(row, stress) / np.bincount(row), lines[~again]
+
+
 def begins_late(test: MeasuredTest) -> bool:
-    """Whether most of the way of a test lies before its first point, and not at once."""
+    """Whether a test covers most of its stretch in a ramp before its first point."""
     reach = float(np.max(np.abs(test.stretch - 1)))
     return test.corner_time[0] == 0 and test.corner_stretch[0] == 1 and abs(float(test.stretch[0]) - 1) > 0.5 * reach > 0
 
@@ -127,7 +144,7 @@ def _rows(table: MeasuredTable, test: TestData) -> Flags:
 
 
 def _thinned(time: Floats, stretch: Floats) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """At most so many points, evenly spread along the curve, the first and the last among them."""
+    """Rows of at most so many points, evenly spread along the curve, including the first and the last."""
     from dielast.calibration.history import corners, path_length
 
     if time.size <= MOST_POINTS:
@@ -135,7 +152,7 @@ def _thinned(time: Floats, stretch: Floats) -> np.ndarray[tuple[int], np.dtype[n
     place = path_length(time, stretch)
     wanted = np.linspace(0.0, place[-1], MOST_POINTS)
     chosen = np.searchsorted(place, wanted).clip(0, time.size - 1)
-    # the history turns where it turned
+    # keep the turning points of the history
     return np.unique(np.concatenate(([0, time.size - 1], chosen, corners(time, stretch))))
 
 

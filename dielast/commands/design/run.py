@@ -1,4 +1,4 @@
-"""`design`: the voltage that takes each film to a goal, and how long it lives under that."""
+"""`design`: the voltage that takes each film to a goal, and the life of the film under it."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
         return plot_design(result, title, interval_label([recipe]) if wanted is not None else None, share)
 
     lost = np.flatnonzero(result.reached == UNFINISHED)
-    failures = [("numerics", f"{film_of(result, film)}: given up: the numerics did not find its voltage") for film in lost.tolist()]
+    failures = [("numerics", f"{film_of(result, film)}: given up: the solver did not find its voltage") for film in lost.tolist()]
     sections = headline(result)
     if wanted is not None:
         from dielast.commands.simulation.uncertainty import uncertainty_headline
@@ -78,13 +78,13 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
 
 
 def _films(recipe: DesignRecipe) -> int:
-    """How many films there are."""
+    """The number of films."""
     film, goal = recipe.film, recipe.goal.relative_stretch or recipe.goal.area_strain or ()
     return len(recipe.temperature or (1,)) * len(film.thicknesses) * len(film.prestretch) * len(film.shares or (1,)) * len(goal)
 
 
 def _chunk(films: int, execution: Execution) -> int:
-    """How many films are searched at once: no more than leave all processes some."""
+    """The number of films in a chunk, so that all processes get some."""
     return max(1, min(CHUNK, -(-films // execution.jobs)))
 
 
@@ -95,7 +95,7 @@ def _solved(
     execution: Execution,
     of: tuple[int, int],
 ) -> list[Designed]:
-    """Chunks of films, solved; `of` is how many films were solved before, and how many there are."""
+    """The chunks of films, solved; `of` is the number of films that were solved before, and the total number."""
     solved: list[Designed] = []
     done, films = of
     with closing(share_out(solve, plan, chunks, execution)) as parts:
@@ -108,7 +108,7 @@ def _solved(
 
 
 def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> DesignPlan:
-    """The films and the goal that the recipe states; errors name the recipe's keys."""
+    """The films and the goal of the recipe; errors name the keys of the recipe."""
     share, by_share = recipe.pull_in.timescale
     film, goal = recipe.film, recipe.goal
     temperatures = recipe.temperature or [material.reference_temperature]
@@ -139,7 +139,7 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
 
 
 def _in_recipe_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float]) -> Problem:
-    """A problem of the solver, whose cases are the films of the grid, with the recipe's key."""
+    """A problem of the solver, whose cases are the films of the grid, with the key of the recipe."""
     if problem.case is None or problem.argument != "prestretch":
         return replace(problem, case=None).in_keys(GOAL_KEYS)
     place = [int(index) for index in np.unravel_index(problem.case, sizes)]
@@ -159,7 +159,7 @@ def film_of(result: Design, film: int) -> str:
 
 
 def headline(result: Design) -> dict[str, dict[str, Any]]:
-    """How many films reach the goal, what the best one is, and why others do not."""
+    """The numbers of films that reach the goal or not, and the best film."""
     reached = result.reached
     counts = {
         "films": int(reached.size),
@@ -175,7 +175,7 @@ def headline(result: Design) -> dict[str, dict[str, Any]]:
         said = f"{100 * target:g}_percent" if result.goal == AREA_STRAIN else f"{target:g}"
         goal = f"_for_{said}" if len(goals) > 1 else ""
         at = f"_at_{temperature:g}_degC" if len(temperatures) > 1 else ""
-        # films are in order, the best one first
+        # films are sorted, the best first
         first = int(np.flatnonzero((result.target == target) & (result.temperature == temperature))[0])
         sections[f"best{goal}{at}"] = _best(result, first) if reached[first] == YES else _nearest(result, first)
     return sections
@@ -194,7 +194,7 @@ def _best(result: Design, film: int) -> dict[str, Any]:
 
 
 def _nearest(result: Design, film: int) -> dict[str, Any]:
-    """The film that comes nearest to a goal that none reaches."""
+    """The film that comes nearest to a goal that no film reaches."""
     return {
         "film": "none reaches the goal",
         "nearest": film_of(result, film),

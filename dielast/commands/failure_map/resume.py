@@ -1,4 +1,4 @@
-"""Solve the cells of a map chunk by chunk, and go on where an interrupted run stopped."""
+"""Solve the cells of a map chunk by chunk, and resume an interrupted run."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
 from dielast.sharing.versions import VERSIONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
-CHUNK = 1024  # cells, about a second of work: small enough to lose little and to share evenly, large enough to be fast
+CHUNK = 1024  # cells, about a second of work: little is lost by an interrupt, and the shares of processes are even
 OTHERS = "the recipe, a file that it names, or dielast has changed"
 GOES_ON = "the same command goes on from there, a changed recipe begins anew"
 NONE_SOLVED = "no cell was solved yet; the same command begins anew"
-PAUSE = 1.0  # s from one saving to the next: a large cluster solves faster than a disk saves
+PAUSE = 1.0  # s between two saves: a large cluster solves faster than a disk saves
 
 
 def fingerprint(case: Case[RecipeBase], inputs: Inputs) -> str:
-    """A digest of all that an unfinished map must share with this map to be continued: versions, recipe and inputs."""
+    """A digest of the versions, recipe and inputs, which an unfinished map must share with this map to be resumed."""
     recipe = case.recipe
-    # whether a value is stated may matter, even where it is the default
+    # stating the default of a key may have an effect
     stated = f"{VERSIONS}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{case.of_material!r}\n{sorted(inputs.digests)}"
     return hashlib.sha256(stated.encode()).hexdigest()
 
 
 def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
-    """All cells of the plan, which the execution's folder keeps until all are solved; the execution hears how many are kept."""
+    """All cells of the plan, which are kept in the folder of the execution until all are solved."""
     store = None if execution.folder is None else execution.folder / STORE
     note, keep = execution.note or _ignore, execution.keep or _ignore
     known, changed = _load(store, key, plan)
@@ -70,13 +70,13 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
                     execution.progress(done, plan.cells, "cells")
     finally:
         save()
-    if not saved:  # too small a map to be saved on the way
+    if not saved:  # the map was too small to be saved in between
         keep(NOTHING_KEPT)
     return list(known.values())
 
 
 def _ignore(line: str) -> None:
-    """What nobody needs to hear."""
+    """Ignore a note."""
 
 
 def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:
@@ -107,9 +107,7 @@ def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
 
 
 def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells], int]:
-    """The chunks of an earlier run of the same map, by first cell, none if there are none; and the number of cells that there are
-    of another map.
-    """
+    """The chunks of an earlier run of the same map, by first cell, and the number of kept cells that belong to another map."""
     if store is None or not os.path.isfile(store):
         return {}, 0
     try:
@@ -125,12 +123,12 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             }
         chunks = set(plan.chunks(CHUNK))
         return (known if all(_belongs(cells, chunks, plan) for cells in known.values()) else {}), 0
-    except Exception:  # zipfile and numpy raise many kinds for a damaged file
-        return {}, 0  # not written by this program, or not whole: begin anew
+    except Exception:  # zipfile and numpy raise many kinds of errors for a damaged file
+        return {}, 0  # not written by dielast, or damaged: begin anew
 
 
 def _belongs(cells: Cells, chunks: set[tuple[int, int]], plan: MapPlan) -> bool:
-    """Whether these are a chunk of the map with results that it may have."""
+    """Whether the arrays are a valid chunk of the map."""
     times = np.array(list(cells.times.values()))
     lived, size = np.isnan(times), cells.status.size
     return bool(

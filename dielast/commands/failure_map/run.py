@@ -112,7 +112,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
 
 def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
-    """The map that the recipe asks for; errors name the recipe's keys."""
+    """The map of the recipe; errors name the keys of the recipe."""
     share, by_share = recipe.pull_in.timescale
     films, temperatures = recipe.film.prestretch, recipe.temperature or [material.reference_temperature]
     keys = KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
@@ -143,12 +143,12 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
 
 
 def _share(result: FailureMap, film: int) -> str:
-    """The electrode's share of a film, in an error."""
+    """The electrode share of a film, for an error."""
     return "" if result.electrode_share is None else f"electrode share {result.electrode_share[film]:g}, "
 
 
 def _in_recipe_terms(problem: Problem, films: int, shares: int, temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
-    """A problem of the solver, whose cases are the films at one temperature after the other, with the recipe's key."""
+    """A problem of the solver, whose cases are the films at one temperature after the other, with the key of the recipe."""
     if problem.case is None or problem.argument != "prestretch":
         return replace(problem, case=None).in_keys(keys)
     temperature, film = divmod(problem.case // shares, films)
@@ -157,14 +157,14 @@ def _in_recipe_terms(problem: Problem, films: int, shares: int, temperatures: Se
 
 
 def voltages(axis: VoltageAxis) -> np.ndarray:
-    """The voltages of the map's axis, in V."""
+    """The voltages of the map, in V."""
     if axis.values is not None:
         return np.array(axis.values)
     return np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
 
 
 def headline(result: FailureMap, lines: LifetimeLines) -> dict[str, dict[str, Any]]:
-    """How many cells fail in which way, and how straight the lines are."""
+    """The numbers of cells by mode of failure, and the misfit of the lifetime lines."""
     modes = result.failure_mode
     failed = result.time_to_failure[np.isfinite(result.time_to_failure)]
     fitted = [line.r_squared for line in lines if np.isfinite(line.r_squared)]

@@ -1,4 +1,4 @@
-"""What `mastercurve` writes of the draws of its curve."""
+"""Tables and summary of the draws of a master curve."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dielast.superposition.bootstrap import MasterCurveDraws
 
 
 def curve_tables(draws: MasterCurveDraws, kind: MeasurementKind) -> dict[str, Table]:
-    """The tables of the draws of a master curve by file name: shift factors, law and smooth curve of each."""
+    """The tables of the draws of a master curve by file name: shift factors, laws and smooth curves."""
     curves = [Column(*kind.reduced_abscissa, draws.smooth_abscissa)]
     for channel, (name, unit) in enumerate(kind.ordinates):
         pairs = zip(draws.number, draws.smooth_ordinates[:, channel], strict=True)

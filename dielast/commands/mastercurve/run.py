@@ -31,6 +31,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     if len({curve.temperature for curve in dataset.in_order}) == 1:
         at = dataset.in_order[0].temperature
         raise InputError(f"a master curve needs at least two temperatures, but all curves are at {at:g} degC; {ONE_TEMPERATURE}")
+    warn_of_temperature([curve.temperature for curve in dataset.in_order], "the tests are at")
     with in_keys(KEYS):
         result = build_master_curve(
             dataset.in_order,
@@ -42,7 +43,6 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             temperature_stderr=recipe.data.temperature_stderr,
             drift=recipe.data.drift or 0.0,
         )
-    warn_of_temperature(result.temperature, "the tests are at")
     warn_of_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
     drawn = None
     if uncertainty is not None:
@@ -69,7 +69,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
 
 
 def _levels_off(result: MasterCurve) -> bool:
-    """Whether the smooth curve has a plateau where its equilibrium modulus is read."""
+    """Whether the smooth curve has a plateau for its equilibrium modulus."""
     log_time = result.kind.time_power * np.log10(result.smooth_abscissa)
     end = np.log10(result.smooth_ordinates[0])[log_time >= np.max(log_time) - LAST_STRETCH]
     return float(np.ptp(end)) <= PLATEAU_SLOPE * LAST_STRETCH
@@ -84,7 +84,7 @@ def tables(result: MasterCurve) -> dict[str, Table]:
 
 
 def _expansion(recipe: MasterCurveRecipe) -> dict[str, str]:
-    """The thermal expansion of a vertical shift that has one, as recipes and material files state it."""
+    """The thermal expansion of the vertical shift, if it has one, as recipes and material files state it."""
     if recipe.shift.vertical != "density-temperature" or not recipe.shift.thermal_expansion:
         return {}
     return {"thermal_expansion": f"{recipe.shift.thermal_expansion:.9g} /K"}

@@ -1,4 +1,4 @@
-"""`relax` and `creep`: membranes under prescribed stretch, force or stress; noise on what is measured."""
+"""`relax` and `creep`: membranes under prescribed stretch, force or stress, with noise on the measured quantity."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
 
 
 class Membranes(Simulation):
-    """Tests on membranes of the kind of a recipe."""
+    """Simulations of `relax` or `creep`."""
 
     width = 10
     step = Step
@@ -42,23 +42,23 @@ class Membranes(Simulation):
         self.kind, self.measured = recipe.kind, MEASURED[recipe.kind]
 
     def solver(self, recipes: Sequence[Recipe], thickness_factor: Floats) -> partial[Any]:
-        """Simulates the mode of the recipes; how thick a membrane is makes no difference."""
+        """The simulation in the mode of the recipes; the thickness has no effect."""
         return partial(simulate, mode=recipes[0].mode)
 
     def result(self, cases: Sequence[Case[Recipe]], recipe: Recipe, materials: Sequence[Material]) -> partial[CaseResult]:
-        """With the relaxation modulus where there is one in any case."""
+        """The table of all cases, with the relaxation modulus if any case has one."""
         uniaxial = recipe.mode == "uniaxial"
         with_modulus = self.kind == "relax" and any(case.recipe.mode == "uniaxial" for case in cases)
         return partial(_case, materials=materials, creeping=self.kind == "creep", with_modulus=with_modulus, uniaxial=uniaxial)
 
     def alike(self, recipe: Recipe) -> str:
-        """The mode."""
+        """The mode, which cases that are solved together share."""
         return recipe.mode
 
     warn = staticmethod(warn_of_membranes)
 
     def as_written(self, result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
-        """The result with noise."""
+        """The columns with noise."""
         return _with_noise(result, recipe, case)
 
     def headline(self, cases: Sequence[Case[Recipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
@@ -66,7 +66,7 @@ class Membranes(Simulation):
         name, unit = self.measured.rstrip("]").split(" [")
         suffix = "" if unit == "1" else f"_{unit}"
         series = [result.columns[self.measured] for result in results]
-        rest = 0.0 if self.kind == "relax" else 1.0  # what is measured of a film that was never loaded
+        rest = 0.0 if self.kind == "relax" else 1.0  # value before loading
         return {
             self.kind: {
                 "cases": len(results),
@@ -77,7 +77,7 @@ class Membranes(Simulation):
 
 
 def _farthest(values: Floats, rest: float) -> float:
-    """The value farthest from that at `rest`; NaN for a case that never began."""
+    """The value farthest from that at `rest`; NaN for a case that has no result."""
     return float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan
 
 
@@ -92,10 +92,10 @@ def _case(
 
 
 def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
-    """Relative Gaussian noise on what the test measures: the stress in relaxation, the elongation (stretch - 1) in creep."""
+    """Relative Gaussian noise on the measured quantity: the stress in relaxation, the elongation (stretch - 1) in creep."""
     if not recipe.output.noise:
         return result
-    # a stream for each case, so that no case depends on how many there are
+    # a stream for each case, so that the noise does not depend on the number of cases
     random = stream(recipe.output.seed, "noise", case)
     columns = dict(result.columns)
     for axis in (1, 2):

@@ -1,1 +1,1 @@
-"""What the simulating commands share."""
+"""Parts that the simulating commands share."""

@@ -1,4 +1,4 @@
-"""Bounds from draws of the material: the cases of a simulation are solved again with every draw, and so are the cells of a map."""
+"""Bounds from draws of the material: the cases of a simulation, or the cells of a map, are solved again with every draw."""
 
 from __future__ import annotations
 
@@ -29,14 +29,18 @@ from dielast.simulate.map_plan import column_of
 Band = tuple[Floats, Floats, Floats]
 
 SURVIVING = "surviving [1]"
-FAILURE = "failure"  # whatever happens first
-RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")  # towards a failure; all else grows
+FAILURE = "failure"  # the first of all failures
+RUNS_DOWN = (
+    "nominal_stress_1 [Pa]",
+    "nominal_stress_2 [Pa]",
+    "stability [1]",
+)  # columns that fall towards a failure; the others rise
 LINE = (*LINE_UNITS, *POWER)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseWithDraws:
-    """A case with draws, `case` in errors: `batches` solve the draws, and give the `result` bounds of this `level`."""
+    """A case with draws, named `case` in errors: `batches` solve the draws, which give bounds of this `level` to the `result`."""
 
     members: Sequence[int]
     case: int | None
@@ -45,7 +49,7 @@ class CaseWithDraws:
     level: float
 
     def solve(self) -> list[CaseResult]:
-        """The bounded result of the case."""
+        """The result of the case with bounds."""
         with in_a_draw(key="uncertainty", case=self.case):
             drawn = solve_batches(self.batches)
         if self.result.events is None:
@@ -63,7 +67,7 @@ def bounded_cases(
     batches: Callable[[Case[Any], Sample, CaseResult], Sequence[Batch[CaseResult]]],
     execution: Execution,
 ) -> list[CaseResult]:
-    """The results with bounds, in cases that have draws; `batches` says how the draws of a case with this result are solved."""
+    """The results, with bounds in cases with draws; `batches` returns the batches that solve the draws of a case."""
     drawn: dict[int, CaseWithDraws] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
@@ -76,8 +80,8 @@ def bounded_cases(
 
 
 def drawn_film(case: Case[ActuateRecipe], sample: Sample, result: CaseResult) -> tuple[Case[ActuateRecipe], list[Material]]:
-    """The case that all draws of a film solve, and their materials: every draw has its breakdown field in its material, and gives
-    the rows of the result, the last one included.
+    """The case that all draws of a film solve, and their materials. A draw has its breakdown field in its material, and the rows of
+    the result, including the last row.
     """
     known = breakdown(case.recipe.breakdown)
     materials = []
@@ -89,23 +93,22 @@ def drawn_film(case: Case[ActuateRecipe], sample: Sample, result: CaseResult) ->
 
 
 def _asked(time: Floats) -> list[float] | None:
-    """Times at which a draw tells what a result's rows at `time` do: of two rows at one time, the second is after a jump."""
+    """Times (rows,) for the draws at the rows of a result; of two rows at one time, the second is after a jump."""
     return np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
 
 
 def _passed(time: Floats) -> Flags:
-    """Rows between two jumps at one moment, which no time tells from those after them."""
+    """Rows between two jumps at one time, which have the same time as the rows after them."""
     first, last = np.diff(time, prepend=np.nan) != 0, np.diff(time, append=np.nan) != 0
     return np.asarray(~last & (~first | (time == 0)))
 
 
 def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, failed: Sequence[bool] | None = None) -> CaseResult:
-    """The result of a case with lower and upper columns beside each that the draws differ in.
+    """The result of a case, with lower and upper bounds of each column in which the draws differ.
 
-    Of films, `failed` says which draws end because they fail. Such a draw is from then on beyond every bound on the side that it
-    failed towards: above in stretches and field, below in the stress that the film carries and in its stability. A bound that is
-    among those is infinite. A column tells the share of the draws that had not failed by each time; a draw that ends for another
-    reason is none from then on.
+    For films, `failed` says which draws end by failure. From then on, such a draw counts as above every upper bound of stretches
+    and field, and as below every lower bound of stress and stability; a bound among failed draws is infinite. A further column
+    holds the share of draws that had not failed by each time. A draw that ends for another reason is no longer counted.
     """
     time = result.columns["time [s]"]
     there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
@@ -125,7 +128,7 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
 
 
 def band(columns: Mapping[str, Floats], x: str, y: str) -> Band | None:
-    """x, lower and upper y of a bounded case, for a figure; none where x itself is uncertain."""
+    """x, lower and upper y of a case with bounds, for a figure; None if x is uncertain as well."""
     uncertain = _beside(x, "lower") in columns or _beside(y, "lower") not in columns
     if uncertain:
         return None
@@ -138,7 +141,7 @@ def _beside(header: str, which: str) -> str:
 
 
 def _stacked(columns: Sequence[Floats], rows: int) -> Floats:
-    """Columns of several draws as (draws, rows), NaN where one ended before."""
+    """A column of several draws as (draws, rows), NaN after the end of a draw."""
     table = np.full((len(columns), rows), np.nan)
     for row, values in zip(table, columns, strict=True):
         row[: min(rows, values.size)] = values[:rows]
@@ -146,10 +149,10 @@ def _stacked(columns: Sequence[Floats], rows: int) -> Floats:
 
 
 def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], level: float) -> list[BoundedEvent]:
-    """The events of a case, and those that happen in draws only.
+    """The events of a case with bounds, and the events that happen in draws only.
 
-    In a draw in which an event does not happen, it is later than all others: a time without upper bound may be beyond the end. All
-    else is that of the draws in which it happens.
+    A draw without the event counts as an infinite time, so that a time may have no upper bound. Bounds of other quantities are
+    those of the draws in which the event happens.
     """
     seen: dict[str, int] = {}
     rows: list[tuple[str, int, Event | None]] = []
@@ -170,7 +173,7 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
 
 
 def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Column]:
-    """The table of events with bounds, by case; an event that happens in draws only has bounds alone."""
+    """The table of events with bounds, by case; an event that happens in draws only has bounds only."""
     flat = [(case, event) for case, of_case in enumerate(events) for event in of_case]
     rows = [event for _, event in flat]
     central = [
@@ -188,7 +191,7 @@ def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Colu
 
 
 def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Sequence[Floats]]) -> list[Column]:
-    """The columns, those that have lower and upper bounds with these behind them."""
+    """The columns, followed by their lower and upper bounds, if they have any."""
     result = []
     for column in columns:
         pairs = zip(("lower", "upper"), bounds.get(column.name, ()), strict=False)
@@ -198,8 +201,8 @@ def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Sequence[Flo
 
 
 def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Floats, Floats]]:
-    """Lower and upper bound of each time and stretch of a map by the name of its column; infinite where a time is beyond the
-    horizon, and where a film has failed before its stretch is asked for.
+    """Lower and upper bounds of times and stretches of a map by column name; infinite for a time beyond the horizon, and for the
+    stretch of a film that has failed before.
     """
     known = np.array([each.failure_mode != "unfinished" for each in drawn])
     bounds = {}
@@ -207,7 +210,7 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Flo
         times = np.array([each.time_to_failure if name == FAILURE else each.times[name] for each in drawn])
         bounds[column_of(name)] = interval(np.where(np.isnan(times), np.where(known, np.inf, np.nan), times), level)
     for when in drawn[0].relative_stretch:
-        # a film that has failed is beyond every stretch
+        # a failed film counts as above every stretch
         failed = np.array([each.time_to_failure < each.stretch_at[when] for each in drawn])
         for axis in range(len(drawn[0].relative_stretch[when])):
             stretch = np.array([each.relative_stretch[when][axis] for each in drawn])
@@ -216,19 +219,19 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Flo
 
 
 def failure_probability(drawn: Sequence[FailureMap]) -> Floats:
-    """Share of the draws that fail within the horizon, of those whose fate is known."""
+    """Share of the draws that fail within the horizon, among those with a known result."""
     failed = np.array([np.isfinite(each.time_to_failure) for each in drawn])
     known = np.array([each.failure_mode != "unfinished" for each in drawn])
     return np.asarray(np.sum(failed, axis=0) / np.maximum(np.sum(known, axis=0), 1))
 
 
 def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], level: float) -> list[Column]:
-    """The table of a map with bounds beside each time, and the probability of failure."""
+    """The table of a map with bounds of each time, and the probability of failure."""
     failing = Column("failure_probability", "1", failure_probability(drawn).ravel())
     return [*_between_bounds(columns, map_bounds(drawn, level)), failing]
 
 
 def bounded_line_columns(columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float) -> list[Column]:
-    """The table of lifetime lines with bounds beside each number, from the lines of every draw."""
+    """The table of lifetime lines with bounds of each number, from the lines of all draws."""
     numbers = {name: np.array([[getattr(line, name) for line in lines] for lines in drawn], dtype=float) for name in LINE}
     return _between_bounds(columns, {name: interval(values, level) for name, values in numbers.items()})

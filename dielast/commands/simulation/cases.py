@@ -1,4 +1,4 @@
-"""What simulations of several cases share: their tables, their labels, comparison with measured points, their figure."""
+"""Cases of simulations: batches, materials, tables, comparisons with measured points, axes of the figure."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
     from dielast.simulate.events import Event
 
-PART = 2**14  # branches, over all cases, of a batch that is solved together: a part of a second of work
-FINE = 4000  # points along a history that a comparison over anything but time is drawn through
+PART = 2**14  # branches in a batch, over all cases: less than a second of work
+FINE = 4000  # points along a history for a comparison over another quantity than time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulationBatch:
-    """Cases whose histories are of one shape: `simulate` knows all that they take, `result` is given its history and a row of it,
-    and `in_recipe_terms` turns a problem of the solver into one of the recipe.
+    """Cases with histories of one shape: `simulate` runs them, `result` makes a result from the history and a row of it, and
+    `in_recipe_terms` translates a problem of the solver into one of the recipe.
     """
 
     members: Sequence[int]
@@ -53,18 +53,18 @@ class SimulationBatch:
 
 
 def material_of(case: Case[Any], inputs: Inputs) -> Material:
-    """The material of a case: that of its file, but for what the case states of it."""
+    """The material of a case: that of its file, with the changes that the case states."""
     name = case.recipe.material
     return parse_changed_material(inputs.read(name), name, case.of_material, case.origin)
 
 
 def material_key(case: Case[Any]) -> str:
-    """The same for cases of the same material."""
+    """A value that is equal for cases with the same material."""
     return f"{case.recipe.material}\n{as_toml(case.of_material)}"
 
 
 def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> list[Material]:
-    """The material of every case; each is read once."""
+    """The materials of the cases; a material that several cases share is read once."""
     first = {material_key(case): case for case in reversed(cases)}
     wrong = Mistakes()
     known = {key: wrong.tried(partial(material_of, case, inputs)) for key, case in reversed(first.items())}
@@ -76,26 +76,26 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
 
 
 def temperature_of(recipe: SimulationRecipe, material: Material) -> float:
-    """The temperature in degC: the recipe's, or the one at which the material's spectrum holds."""
+    """The temperature in degC: that of the recipe, or the reference temperature of the material."""
     return material.reference_temperature if recipe.temperature is None else float(recipe.temperature)
 
 
 def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[int]]:
-    """The members in parts of about equal work: small enough to be shared evenly, large enough to be fast together."""
+    """The members in parts of about equal work, small enough for even shares of processes."""
     branches = max(materials[index].spectrum.relaxation_time.size for index in members)
     size = max(PART // max(branches, 1), 1)
     return [list(members[first : first + size]) for first in range(0, len(members), size)]
 
 
 def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
-    """One material if it is that of all cases, which is then not taken apart case by case."""
+    """One material if all cases share it, which is faster than an array of materials."""
     return materials[0] if all(material is materials[0] for material in materials) else list(materials)
 
 
 def result_columns(results: Sequence[CaseResult]) -> Table:
     """The table of all cases, one below the other."""
     headers = dict.fromkeys(header for result in results for header in result.columns)
-    # what is not known of a case, as the damage of a film without [damage], is left empty
+    # a quantity that a case lacks, such as the damage of a film without [damage], is empty
     columns = [
         {header: result.columns.get(header, np.full(_rows(result.columns), np.nan)) for header in headers} for result in results
     ]
@@ -120,29 +120,29 @@ def case_result(
     pulled: bool,
     events: Sequence[Event] | None = None,
 ) -> CaseResult:
-    """One case of a history; `pulled` says whether a load can stretch the film without end."""
+    """The result of one case of a history; `pulled` says whether a load can stretch the film without limit."""
     outcome, failure = history.outcome[row], None
     if not outcome.completed:
-        # the load was applied and acted for a while
+        # the case ended after its load was applied
         flows = pulled and material.equilibrium_modulus == 0 and outcome.time > 0
-        more = ": without an equilibrium modulus, the film flows without end" if flows else ""
+        more = ": without an equilibrium modulus the film flows without limit" if flows else ""
         failure = GivenUp(outcome.time, outcome.reason + more)
     cycles = None if history.cycles is None else history.cycles.case(row)
     return CaseResult(float(history.temperature[row]), columns, failure, cycles, events)
 
 
 def failures(results: Sequence[CaseResult]) -> list[str]:
-    """A line for each reason for which cases were not finished, about the first of these cases."""
+    """A line for each reason why cases were not finished, about the first of these cases."""
     lost = [(index, result.failure) for index, result in enumerate(results) if result.failure is not None]
     lines = [(loss.reason, f"case {index}: given up at {loss.time:.6g} s: {loss.reason}") for index, loss in lost]
     return first_of_each(lines, "cases")
 
 
 def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
-    """The first line of each reason, of (reason, line), with the number of the others, which `what` names."""
+    """The first line for each reason, of (reason, line), with the number of the other lines; `what` is the plural of a case."""
     count = Counter(reason for reason, _ in lines)
     first = dict(reversed(lines))
-    named = {2: what.removesuffix("s")}  # one more than the first
+    named = {2: what.removesuffix("s")}  # the singular, for one other line
     return [first[reason] + and_more(many - 1, named.get(many, what)) for reason, many in count.items()]
 
 
@@ -152,7 +152,7 @@ def matches(
     inputs: Inputs,
     simulate: Callable[[int, Floats], Mapping[str, Floats]],
 ) -> list[Match]:
-    """The measured points of every comparison beside the case they belong to, which `simulate` gives at any times."""
+    """The measured points of every comparison with the model, which `simulate` evaluates at their times."""
     if not recipe.compare:
         return []
     from dielast.commands.simulation.compare import match
@@ -174,24 +174,24 @@ def matches(
 
 
 def check_case(index: int, comparison: Comparison, cases: int) -> None:
-    """`InputError` if there is no such case as the comparison, the recipe's `index`th, is about."""
+    """Raise `InputError` if the case of the comparison `index` of the recipe does not exist."""
     if comparison.case >= cases:
         raise InputError(f"{comparison.case}: cases are numbered from 0, and the last is {cases - 1}", key=f"compare[{index}].case")
 
 
 def one_or_list(values: Sequence[float | int]) -> Any:
-    """Headline values of the cases: one number for one case, else a list."""
+    """Headline values of the cases: a number for one case, else a list."""
     plain = [value if isinstance(value, int) else float(value) for value in values]
     return plain[0] if len(plain) == 1 else plain
 
 
 def last(values: Floats) -> float:
-    """The last of a case's values; NaN for a case that never began."""
+    """The last value of a case; NaN for a case without a result."""
     return float(values[-1]) if values.size else np.nan
 
 
 def compare_headline(matched: Sequence[Match]) -> dict[str, Any]:
-    """What is compared in which case, the misfit in its SI unit, and of how many points it is; others are left out of it."""
+    """The comparisons: column, case, misfit in its SI unit, and the number of points that it includes."""
     left_out = [entry.x.size - entry.used for entry in matched]
     compared = [entry.headers[1] for entry in matched]
     return {
@@ -207,10 +207,10 @@ def compare_headline(matched: Sequence[Match]) -> dict[str, Any]:
 def axes_of(
     cases: Sequence[Case[SimulationRecipe]], columns: Mapping[str, Floats], measured: str, time_scale: str = "log"
 ) -> tuple[str, str, tuple[str, str]]:
-    """Columns for x and y of the figure, x being a swept key perhaps, and their scales; y is by default what is `measured`.
+    """Columns for x (or a swept key) and y of the figure, and their scales; the default of y is `measured`.
 
-    `columns` are those of the first case. A history that goes on after a hold is not drawn over the logarithm of time: its later
-    steps would be one line.
+    `columns` are those of the first case. A history that continues after a hold is not drawn over log time, which would compress
+    its later steps into a line.
     """
     recipe, swept = cases[0].recipe, cases[0].settings
     stated = recipe.compare[0] if recipe.compare and recipe.plot.x is None and recipe.plot.y is None else None
@@ -226,7 +226,7 @@ def axes_of(
 
 
 def goes_on(recipe: SimulationRecipe) -> bool:
-    """Whether something happens after a hold, or after one load has been reached, or again and again."""
+    """Whether the load changes after a hold or after the first target, or is cyclic."""
     steps: Sequence[HistoryStep] = getattr(recipe, "step", ())
     aims = [step for step in steps if step.aim() is not None]
     cycles = any(getattr(step, "waveform", None) is not None for step in steps)
@@ -234,7 +234,7 @@ def goes_on(recipe: SimulationRecipe) -> bool:
 
 
 def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
-    """The table of cases: their number and each swept value, in SI where all of a key are quantities of one kind."""
+    """The table of cases: their numbers and swept values, in SI if all values of a key are quantities of one dimension."""
     columns = [Column("case", None, np.arange(len(cases)))]
     for key in cases[0].settings:
         values = [case.settings[key] for case in cases]
@@ -247,7 +247,7 @@ def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:
 
 
 def _spelled(value: Any) -> str:
-    """A recipe's value as TOML has it, text without quotes, and an absolute path without its folders."""
+    """A value of the recipe as in TOML, text without quotes, and an absolute path without its folders."""
     if isinstance(value, str):
         return Path(value).name if Path(value).is_absolute() else value
     return as_toml(value)

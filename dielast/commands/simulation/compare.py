@@ -1,4 +1,4 @@
-"""Measured points beside a simulated curve, and how far apart they are."""
+"""Measured points and a simulated curve, with their misfit."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ _MECHANICAL, _ELECTRICAL = (
     (VOLTAGE, FIELD, CHARGE, CHARGE_DENSITY, CHARGE_RATE, CHARGE_DENSITY_RATE),
 )
 DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL, ENERGY_DENSITY)}
-# columns of the result that a testing machine measures in another way
+# columns of the result -> quantities of a testing machine that give them
 QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
 
 Fine = Callable[[Floats | None], Mapping[str, Floats]]
-"""A case's columns at these times in s, or without times closely enough to draw straight lines between them."""
+"""The columns of a case at these times in s; without times, dense enough for linear interpolation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """Measured points `x`, `y` (n,) of one case in SI, and the `model` (n,) at the same x, NaN where it does not reach."""
+    """Measured points `x`, `y` (n,) of one case in SI, and the `model` (n,) at the same x, NaN outside the simulation."""
 
     label: str
     case: int
@@ -59,7 +59,7 @@ class Match:
 
     @property
     def used(self) -> int:
-        """How many of the points the model reaches: those that the misfit is about."""
+        """Number of points that the model reaches and the misfit includes."""
         return int(np.count_nonzero(np.isfinite(self.model)))
 
     @property
@@ -69,7 +69,7 @@ class Match:
 
     @property
     def rms_relative_error(self) -> float:
-        """The same over the root mean square of y."""
+        """`rms_error` over the root mean square of y."""
         reached = np.isfinite(self.model)
         level = float(np.sqrt(np.mean(self.y[reached] ** 2)))
         return self.rms_error / level if level > 0 else np.nan
@@ -83,13 +83,14 @@ def match(
     key: str = "compare[0]",
     specimen: Specimen | None = None,
 ) -> Match:
-    """The measured points of `comparison`, the recipe's `key`, beside its case, whose result has the `columns` (times,) by header.
+    """The measured points of `comparison`, at the `key` of the recipe, with the model of its case, whose `columns` (times,) are by
+    header.
 
-    `specimen` is the recipe's, for a comparison that states none.
+    `specimen` is that of the recipe, for a comparison that states none.
 
-    The model is evaluated anew where it was measured, so that the misfit does not depend on the rows of the table.
+    The model is evaluated at the measured points, so that the misfit does not depend on the rows of the table.
 
-    Raises `InputError` if columns are missing, if the simulation reaches none of the points, or if x runs to and fro.
+    Raises `InputError` if columns are missing, if the simulation reaches no point, or if x reverses more than once.
     """
     for axis, header in (("x", comparison.x), ("y", comparison.y)):
         if header not in columns:
@@ -109,10 +110,10 @@ def match(
 
 
 def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | None = None) -> tuple[Floats, Floats]:
-    """The measured x and y (n,) of a comparison in SI, extension as stretch and force as nominal stress of the `specimen`, unless
-    the comparison states its own.
+    """The measured x and y (n,) of a comparison in SI: extension and force as stretch and nominal stress, with the specimen of the
+    comparison or else `specimen`.
 
-    Raises `InputError` naming file and line, column or what `where` misses.
+    Raises `InputError` naming the file and the line, the column or the values of `where`.
     """
     table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
     rows = _rows(table, comparison)
@@ -150,7 +151,7 @@ def _axis(
 
 
 def _told_by_unit(table: MeasuredTable, wanted: str | int, axis: str, quantity: str) -> str:
-    """As what a column holds a stretch or a stress: an extension is a length, a force a force."""
+    """The quantity in a column for a stretch or a stress, such as an extension or a force."""
     unit = table.units[table.find(wanted, axis)] or (table.stated_units or {}).get(axis)
     kind = kind_of(unit) if unit is not None else None
     machine = {"stretch": ("extension", LENGTH), "stress": ("force", FORCE)}[quantity]
@@ -163,7 +164,7 @@ def _label(comparison: Comparison) -> str:
 
 
 def measured_times(x: Floats) -> Floats:
-    """The times that a simulation can be asked for."""
+    """The measured times at which a simulation can be evaluated."""
     return np.unique(x[x >= 0])
 
 
@@ -180,16 +181,16 @@ def _rows(table: MeasuredTable, comparison: Comparison) -> Flags:
 
 
 def _interpolate(comparison: Comparison, x: Floats, model_x: Floats, model_y: Floats) -> Floats:
-    """`model_y` at `x`, NaN outside; a model that turns back once, as in loading and unloading, is matched branch by branch."""
+    """`model_y` at `x`, NaN outside; a model that reverses once, as in loading and unloading, is matched branch by branch."""
     if not model_x.size:
         return np.full(x.size, np.nan)
-    turns, own_turns = _turns(model_x), _turns(x)
-    if turns > 1 or own_turns > turns:
+    turns, measured_turns = _turns(model_x), _turns(x)
+    if turns > 1 or measured_turns > turns:
         which, file = ("the simulation", None) if turns > 1 else ("the measured x", comparison.file)
         advice = "choose one curve (where)" if not comparison.where else "choose one curve (by more columns in where)"
         if comparison.x != "time [s]":
             advice += ", or compare over time"
-        raise InputError(f"{which} runs to and fro {max(turns, own_turns)} times: {advice}", file=file)
+        raise InputError(f"{which} reverses {max(turns, measured_turns)} times: {advice}", file=file)
     if not turns:
         return _one_way(x, model_x, model_y)
     rising = model_x[int(np.argmax(np.abs(model_x - model_x[0])))] > model_x[0]
@@ -199,7 +200,7 @@ def _interpolate(comparison: Comparison, x: Floats, model_x: Floats, model_y: Fl
 
 
 def _turns(x: Floats) -> int:
-    """How often x turns back by more than noise, 2 % of its range."""
+    """Number of reversals of x by more than noise, 2 % of its range."""
     least = 0.02 * float(np.ptp(x))
     count, direction, extreme = 0, 0, float(x[0])
     for value in x.tolist():

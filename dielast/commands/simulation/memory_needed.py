@@ -13,8 +13,8 @@ from dielast.sharing.memory import check_memory
 from dielast.simulate.wanted import Wanted
 
 NUMBER = 8  # bytes
-COPIES = 4.5  # of each number of a table, from the solver to the file; measured
-CELL = 200  # bytes that a cell of a map takes in each draw: three times, its mode and its outcome, and what they are made of
+COPIES = 4.5  # copies of each number of a table from the solver to the file, as measured
+CELL = 200  # bytes of a cell of a map in each draw: three times, mode and outcome, with intermediate arrays
 
 
 def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, jobs: int) -> None:
@@ -27,17 +27,17 @@ def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, jobs:
     cycling = any(getattr(step, "waveform", None) is not None for case in cases for step in case.recipe.step)
     keys = f"output.points_per_decade{', output.cycles' * cycling} or output.times"
     fewer = [f"rows ({keys})", *["cases"] * (len(cases) > 1), *["draws"] * any(draws)]
-    check_memory(NUMBER * columns * COPIES * (sum(rows) + sum(together)), what, f"ask for fewer {' or '.join(fewer)}")
+    check_memory(NUMBER * columns * COPIES * (sum(rows) + sum(together)), what, f"state fewer {' or '.join(fewer)}")
 
 
 def check_cells(cells: int, draws: int) -> None:
     """Raise `NumericsError` if the times of so many `cells` of a map, and of each of its `draws`, do not fit in memory."""
     what = f"{cells} cells{f' of {draws} draws each' if draws else ''}"
-    check_memory(float(CELL) * cells * (1 + draws), what, "ask for fewer voltages, prestretches, temperatures or draws")
+    check_memory(float(CELL) * cells * (1 + draws), what, "state fewer voltages, prestretches, temperatures or draws")
 
 
 def _rows(recipe: SimulationRecipe, inputs: Inputs, known: dict[str, int]) -> int:
-    """About how many rows the table of a case has; `known` are the points of the tables that have been read."""
+    """Estimated number of rows in the table of a case; `known` are the points of the tables that have been read."""
     if recipe.output.times is not None:
         return len(recipe.output.times)
     count, jumped = 0, False

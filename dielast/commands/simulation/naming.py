@@ -1,4 +1,4 @@
-"""What figures say in words: the swept quantities, the names of the cases, the line about material, temperature and film."""
+"""Texts of figures: swept quantities, names of cases, and the line with material, temperature and film."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from dielast.plots.quantities import UNITS, unit_for
 from dielast.plots.style import FIXED, degrees, lasting, number, typeset
 from dielast.recipe.cases import Case
 
-UNNAMED = "unnamed"  # what a material file without a name says
+UNNAMED = "unnamed"  # default name in a material file
 TIMES = " \N{MULTIPLICATION SIGN} "
 
 
 def swept(cases: Sequence[Case[Any]], materials: Sequence[Material] = ()) -> list[Swept]:
-    """The swept quantities, each in the unit in which figures show it, else in the recipe's own; a material by its name."""
+    """The swept quantities, in the units of figures or else of the recipe; materials by name."""
     factors = []
     for key, name in _short(list(cases[0].settings)).items():
         values = [case.settings[key] for case in cases]
@@ -29,7 +29,7 @@ def swept(cases: Sequence[Case[Any]], materials: Sequence[Material] = ()) -> lis
             label = f"{name} [{unit}]" if unit else name
             texts = [f"{name} = {number(value, 6)} {unit}".rstrip() for value in numbers]
             if unit == "s" and not all(str(value).rstrip().endswith("s") for value in values):
-                # stated in several units: each in the one that suits it
+                # stated in several units: take the unit of figures that suits the value
                 texts = [f"{name} = {lasting(value, 6)}" for value in numbers]
             factors.append(Swept(label, tuple(numbers), tuple(texts)))
             continue
@@ -42,20 +42,20 @@ def swept(cases: Sequence[Case[Any]], materials: Sequence[Material] = ()) -> lis
 
 
 def labels(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> list[str]:
-    """What tells each case from the others, for a legend; a material by what its name does not share with the others."""
+    """The labels of the cases for a legend; a material by the part of its name that differs from the others."""
     factors = swept(cases, materials)
     return [", ".join(one.text(case) for one in factors) for case in range(len(cases))]
 
 
 def _on_a_scale(values: Sequence[Any], known: tuple[list[float], str] | None) -> tuple[list[float], str] | None:
-    """The values as numbers in the unit of figures, none if they are plain, given those in SI units; None unless they have one."""
+    """The values as numbers in the unit of figures, with that unit; None if the key has no unit."""
     if known is None:
         return None
     numbers, unit = known
     if unit in UNITS:
         shown, factor = unit_for(unit, max(map(abs, numbers)))
         return [_exact(value * factor) for value in numbers], shown
-    # a number without a unit has none, not even its last digit
+    # the texts of plain numbers share no unit, even if they share their last digit
     texts = [value if isinstance(value, str) else "" for value in values]
     stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", text) for text in texts]
     units = {one[2] for one in stated if one is not None}
@@ -65,12 +65,12 @@ def _on_a_scale(values: Sequence[Any], known: tuple[list[float], str] | None) ->
 
 
 def _exact(value: float) -> float:
-    """A number without the rounding of a change of units."""
+    """A number without the rounding errors of a change of units."""
     return float(f"{value:.12g}")
 
 
 def _said(value: Any) -> str:
-    """A recipe's value as print has it."""
+    """A value of the recipe, for print."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
@@ -85,14 +85,14 @@ def _said(value: Any) -> str:
 
 
 def _short(keys: Sequence[str]) -> dict[str, str]:
-    """What a figure calls the keys: their last part, if that tells them apart."""
+    """Names of the keys in a figure: their last part, if these differ."""
     ends = [" ".join(key.split(".")[-2:]) if key.split(".")[-1].isdecimal() else key.split(".")[-1] for key in keys]
     short = zip(keys, ends, strict=True)
     return {key: (end if ends.count(end) == 1 else key.replace(".", " ")).replace("_", " ") for key, end in short}
 
 
 def _names(materials: Sequence[Material]) -> list[str]:
-    """The names of materials by what they do not share."""
+    """The parts of the names of materials that differ."""
     parts = [material.name.split(", ") for material in materials]
     while all(len(words) > 1 and words[0] == parts[0][0] for words in parts):
         parts = [words[1:] for words in parts]
@@ -119,7 +119,7 @@ def headed(title: str | None, names: Sequence[str], *more: str) -> str:
     """The title with a line below it: the name of the material, if all cases share it, and `more`."""
     name = _shared(names)
     parts = [part for part in (name if name != UNNAMED else "", *more) if part]
-    # a line that is too long ends between two of them
+    # a line that is too long is broken between two parts
     line = ", ".join(part.replace(" ", FIXED) for part in parts)
     return f"{title}\n{line}" if title else line
 
@@ -136,7 +136,7 @@ def _temperatures(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> 
 
 
 def _films(films: Sequence[FilmBase]) -> list[str]:
-    """Thickness and prestretch of films, how long that was held, and their boundary."""
+    """Thickness, prestretch, time at the prestretch, and boundary of films."""
     thickness = _range([1e3 * value for film in films for value in film.thicknesses], number)
     parts = [f"film {thickness} mm", _prestretched([pair for film in films for pair in film.prestretches])]
     held = [lasting(film.relax) for film in films if film.relax > 0]
@@ -159,5 +159,5 @@ def _range(values: Sequence[float], spelled: Callable[[float], str]) -> str:
 
 
 def _shared(texts: Sequence[str]) -> str:
-    """The text that all share, or nothing."""
+    """The text that all share, or empty text."""
     return texts[0] if len(set(texts)) == 1 else ""

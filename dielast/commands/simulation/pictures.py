@@ -1,4 +1,4 @@
-"""The figure of the cases of a recipe, over a column of their results or over what is swept."""
+"""The figure of the cases of a recipe, over a column of their results or over a swept key."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from dielast.recipe.cases import Case
 if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
 
-SKIPPED = 20.0  # times as far apart as their neighbours are rows with cycles between them that are left out
+SKIPPED = 20.0  # ratio of time intervals that shows that cycles between two rows are left out
 
 
 @dataclass(frozen=True, slots=True)
 class FilmEvent:
-    """An event of a film in a figure: its `name`, its time in s, and where it is, `x` and `y` in SI."""
+    """An event of a film in a figure: its `name`, its time in s, and `x` and `y` in SI."""
 
     name: str
     time: float
@@ -46,9 +46,10 @@ def picture(
     events: Sequence[Sequence[FilmEvent]] = (),
     spans: Sequence[Span | None] = (),
 ) -> Figure:
-    """The figure of the cases, each a line over a column of its results, or all joined at equal times; `axes` as of `axes_of`.
+    """The figure of the cases: a line for each case over a column of its results, or lines that join all cases at equal times.
 
-    Of `events`, those of each case, `spans` are lower and upper x, one after the other. Where x is a swept key, theirs is the time.
+    `axes` are those of `axes_of`; `events` are by case, and `spans` are their lower and upper x, one after the other. If x is a
+    swept key, the x of an event is its time.
     """
     x, y, scales = axes
     title, times = cases[0].recipe.title, cases[0].recipe.output.times
@@ -59,7 +60,7 @@ def picture(
     failed: list[int | None] = []
     for index, table in enumerate(columns):
         happened = events[index] if index < len(events) else ()
-        # the line goes through its events, however sparse the rows of the table are there
+        # the line includes the events, as the rows of the table may be sparse
         order = np.argsort(np.append(table["time [s]"], [event.time for event in happened]), kind="stable")
         extra = {x: [event.x for event in happened], y: [event.y for event in happened]}
         line = {header: np.append(table[header], values)[order] for header, values in extra.items()}
@@ -87,18 +88,18 @@ def picture(
 
 
 def _left_out(recipe: Any, time: Floats) -> Flags:
-    """The last row (times,) before cycles that the table leaves out, through which no line may go; its neighbour shows the same."""
+    """The last row (times,) before cycles that the table leaves out, where the line is broken."""
     periods = [period for step in recipe.step if (period := getattr(step, "period", None)) is not None]
     gaps = np.diff(time, append=np.inf)
     if not periods or recipe.output.times is not None or time.size < 3:
         return np.zeros(time.size, dtype=bool)
     before, after = np.append(np.inf, gaps[:-1]), np.append(gaps[1:], np.inf)
-    # a cycle has hundreds of rows, and those of a hold are not much further apart than the ones before
+    # rows of a cycle are dense, and intervals of a hold grow slowly
     return np.asarray((gaps > 0.75 * min(periods)) & (gaps > SKIPPED * np.minimum(before, after)) & np.isfinite(gaps))
 
 
 def _after(columns: Sequence[Mapping[str, Floats]], events: Sequence[Sequence[FilmEvent]], times: Sequence[float] | None) -> str:
-    """When the points of a sweep are, if that is one time for all that have not failed before."""
+    """The time of the points of a sweep, if all cases that have not failed share one."""
     if times is not None:
         return f"after {lasting(times[0])}" if len(times) == 1 else ""
     failed = {case for case, happened in enumerate(events) if any(named(event.name).is_failure for event in happened)}
@@ -108,7 +109,7 @@ def _after(columns: Sequence[Mapping[str, Floats]], events: Sequence[Sequence[Fi
 
 
 def joined(x: str, cases: Sequence[Case[Any]], columns: Sequence[Mapping[str, Floats]]) -> bool:
-    """Whether lines join cases rather than times: as the recipe says, else where a line of a case would have one x alone."""
+    """Whether lines join cases rather than times: as the recipe states, else if the line of a case would have a single x."""
     if x in cases[0].settings:
         return True
     plot, stated = cases[0].recipe.plot, cases[0].recipe.output.times
@@ -134,8 +135,8 @@ def _across_cases(
 ) -> Figure:
     """Column `y` of every case, at its end or at each of the output `times`, over `x`, a swept key or a column.
 
-    A line joins the cases in the order of that key, or of the quantity with the most values. `bands` have the rows of the
-    `columns`. A case that failed before has marks where it did in place of the points after that.
+    A line joins the cases in the order of that key, or of the quantity with most values. `bands` have the rows of the `columns`. A
+    case that failed earlier has a mark at its failure instead of points after it.
     """
     factors = swept(cases, materials)
     is_key = x in cases[0].settings
@@ -154,7 +155,7 @@ def _across_cases(
     members: list[int] = []
     marks: list[Mark] = []
     for group in groups.values():
-        # the first line of the group shows its marks
+        # marks are drawn with the first line of the group
         marks += [
             (len(series), event.name, axis.values[case] if is_key else event.x, event.y)
             for case in group
@@ -185,7 +186,7 @@ def _of(one: Swept, members: Sequence[int]) -> tuple[tuple[float, ...], tuple[st
 
 
 def _row(time: Floats, wanted: float | None, failed: float | None) -> int | None:
-    """The row of a case at a time, or its last one; None if it was not reached, or the film had failed by then."""
+    """The row of a case at a time, or its last row; None if the time was not reached, or if the film had failed by then."""
     if not time.size or (failed is not None and (wanted is None or wanted >= failed)):
         return None
     if wanted is None:

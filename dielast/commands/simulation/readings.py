@@ -43,7 +43,7 @@ def simulation_readings(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs)
 
 
 def _read_draws(case: Case[Any], inputs: Inputs) -> None:
-    """The draws of the material; a mistake in the material itself is stated with the material's key."""
+    """The draws of the material; a mistake in the material file itself is reported by the reading of the material."""
     try:
         material = material_of(case, inputs)
     except InputError:

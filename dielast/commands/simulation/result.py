@@ -1,4 +1,4 @@
-"""The result of one case of a simulation: its table, its cycles and events, and what draws say of them."""
+"""The result of one case of a simulation: its table, cycles and events, with bounds from draws."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BoundedEvent:
-    """An event of a case, None where it happens in draws only, with the bounds of its `numbers` by name, and how likely it is."""
+    """An event of a case (None if it happens in draws only), with bounds of its numbers by name, and its probability."""
 
     name: str
     event: Event | None
@@ -25,13 +25,13 @@ class BoundedEvent:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Lower and upper bound of the time, infinite where it may never come."""
+        """Lower and upper bound of the time, infinite if the event may never happen."""
         return self.lower["time"], self.upper["time"]
 
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """The `time` in s up to which a case was finished, and the `reason` for which it was not finished further."""
+    """The `time` in s up to which a case was solved, and the `reason` why it ended."""
 
     time: float
     reason: str
@@ -39,10 +39,10 @@ class GivenUp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
-    """One case: the `columns` (times,) of its table by header, up to where it was finished, the `failure` that ended it early, and
-    the columns (cycles,) of its `cycles` by header, if it has a waveform; of a film also its `events`, which draws give bounds, and
-    its `profile` and the `sensitivity` of its life, if they were asked for. `stated` are the headers of columns that are the same
-    in every draw.
+    """One case: the `columns` (times,) of its table by header, up to the solved time; the `failure` of the solver that ended it
+    early; with a waveform, the columns (cycles,) of its `cycles` by header. A film also has `events`, with bounds from draws, and,
+    if the recipe states them, a `profile` and the `sensitivity` of its life. `stated` are the headers of columns that are equal in
+    all draws.
     """
 
     temperature: float

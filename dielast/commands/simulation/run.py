@@ -1,4 +1,4 @@
-"""How every command that simulates histories runs the cases of a recipe together; each says what sets it apart."""
+"""Run the cases of a recipe together, for all commands that simulate histories."""
 
 from __future__ import annotations
 
@@ -42,36 +42,36 @@ if TYPE_CHECKING:
 
 Columns = Mapping[str, Floats]
 Known = tuple[Case[Any], Material, Sample | None, CaseResult]
-"""A case, its material, its draws if it has some, and its result."""
+"""A case, its material, its draws or None, and its result."""
 Solve = Callable[[Case[Any], Sequence[Material], Floats], list[CaseResult]]
-"""Solves a case of each of several materials, with a factor (materials,) on the thickness."""
+"""Solves a case for several materials, with a factor (materials,) on the thickness."""
 
 
 class Simulation(ABC):
-    """What sets the simulations of a command apart."""
+    """The parts of a simulation that depend on the command."""
 
     measured: str
-    """What the figure shows unless the recipe says otherwise."""
+    """Default column of the figure."""
     width: int
     """Numbers in a row of the table."""
     time_scale = "log"
 
     step: type[Step] | type[ElectricalStep]
-    """What the solver takes."""
+    """Type of a step of the solver."""
 
     @abstractmethod
     def solver(self, recipes: Sequence[Any], thickness_factor: Floats) -> partial[Any]:
-        """The library's function with what it takes of recipes of one shape, beside what all simulations take; `thickness_factor`
-        (cases,) is one on the thickness of each film.
+        """The library's function with the arguments that are particular to this command, from recipes of one shape;
+        `thickness_factor` (cases,) is a factor on the thickness of each film.
         """
 
     @abstractmethod
     def result(self, cases: Sequence[Case[Any]], recipe: Any, materials: Sequence[Material]) -> partial[CaseResult]:
-        """What makes the result of a case, given a history and a row of it; the recipe is that of one of the `cases`."""
+        """A function that makes the result of a case from a history and a row of it, for recipes such as that of `cases`."""
 
     @abstractmethod
     def alike(self, recipe: Any) -> Hashable:
-        """What the recipes of cases must share to be solved together, beside steps of one shape and one output."""
+        """A value that cases must share to be solved together, besides steps of one shape and one output."""
 
     @abstractmethod
     def warn(
@@ -92,7 +92,7 @@ class Simulation(ABC):
     ) -> list[SimulationBatch]:
         """The cases in batches of those that can be solved together."""
         factor = np.ones(len(cases)) if thickness_factor is None else thickness_factor
-        # a case that stands in the list many times, once for each draw, is read once
+        # a case is repeated in the list for each draw; its steps are read once
         known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
         programmes = [known[id(case)] for case in cases]
         groups: dict[Hashable, list[int]] = {}
@@ -122,23 +122,23 @@ class Simulation(ABC):
         return batches
 
     def step_of(self, recipe: Any) -> type[Step] | type[ElectricalStep]:
-        """What the solver takes of a recipe."""
+        """The steps of a recipe for the solver."""
         return self.step
 
     def as_written(self, result: CaseResult, recipe: Any, case: int) -> CaseResult:
-        """The result of a case as the tables have it."""
+        """The columns of a case for the tables."""
         return result
 
     def seen(self, recipe: Any, columns: Columns) -> Columns:
-        """The columns of a case that a comparison and the figure have."""
+        """The columns of a case for comparisons and figures."""
         return columns
 
     def drawn(self, case: Case[Any], sample: Sample, result: CaseResult) -> tuple[Case[Any], Sequence[Material]]:
-        """The case that all draws solve, and the material of each."""
+        """The case that all draws solve, and the materials of the draws."""
         return case, sample.materials
 
     def analysed(self, known: Sequence[Known], solve: Solve) -> list[CaseResult]:
-        """The results with what takes further runs of each case."""
+        """The results, completed by further runs of the cases."""
         return [result for _, _, _, result in known]
 
     def tables(self, recipe: Any, results: Sequence[CaseResult]) -> dict[str, Table]:

@@ -1,4 +1,4 @@
-"""`sensitivity = true`: what the tables, the summary and warnings say of what drives the life of films."""
+"""`sensitivity = true`: tables, summary and warnings on what drives the life of films."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SENSITIVITY = "sensitivity"
 
 
 def variation_of(material: Material, sample: Sample | None, stated: Uncertainty | None) -> Variation:
-    """The films to be solved: with draws, exchanges between them, else the material with one number after the other changed."""
+    """The films to solve: with draws, exchanges of sources between them; else the material with one constant changed at a time."""
     try:
         return variation_for(material, sample, 1 if stated is None else stated.seed)
     except InputError as error:
@@ -39,7 +39,7 @@ def _one_below_the_other(values: Sequence[Any]) -> Any:
 
 
 def headline_of(results: Sequence[Sensitivity]) -> dict[str, dict[str, Any]]:
-    """The section of a summary: of how many films the sensitivity is known."""
+    """The section of the summary: the numbers of films with and without a sensitivity."""
     what, films, left_out = _counted(results)
     return {SENSITIVITY: {what: films, "left_out": left_out}}
 
@@ -49,12 +49,12 @@ def warn_of_left_out(results: Sequence[Sensitivity]) -> None:
     what, films, left_out = _counted(results)
     if left_out:
         runs = "draws" if isinstance(results[0], LifeShares) else "changes"
-        none = f"{left_out} of {films} {what} have none: some of their {runs} survive, fail at once, or were not finished"
-        warn(f"{none}; a longer time or a higher voltage leaves fewer out", key=SENSITIVITY)
+        none = f"{left_out} of {films} {what} have no sensitivity: some of their {runs} survive, fail at once, or were not finished"
+        warn(f"{none}; state a longer time or a higher voltage", key=SENSITIVITY)
 
 
 def _counted(results: Sequence[Sensitivity]) -> tuple[str, int, int]:
-    """What the films of the results are called, how many there are, and how many of them the sensitivity is not known of."""
+    """The plural name of the films of the results, their number, and the number of films without a sensitivity."""
     films = results[0].films
     what = "cases" if films[0].name == "case" else "cells"
     return what, sum(len(result.films[0].values) for result in results), sum(result.left_out for result in results)

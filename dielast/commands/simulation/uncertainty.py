@@ -1,4 +1,4 @@
-"""The draws that `[uncertainty]` asks for, and what a summary and a legend say of them."""
+"""The draws for `[uncertainty]`, and their texts in summaries and legends."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from dielast.material.scatter import Sample, draw_sample, fewest_draws
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
 
-BESIDE = 1.1  # factor by which a material may miss the range of its draws: more is not noise
+BESIDE = 1.1  # factor by which a material may lie outside the range of its draws by chance
 
 
 def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
-    """The draws of the material of a case; raises `InputError` if there is nothing that could differ between them."""
+    """The draws of the material of a case; raises `InputError` if nothing differs between them."""
     name, uncertainty = case.recipe.material, case.recipe.uncertainty
     members = read_members(name, inputs, material, case.of_material)
     if members and len(members) < (fewest := fewest_draws(uncertainty.level)):
         raise InputError(
-            f"the {len(members)} draws of {name} do not tell an interval of level {uncertainty.level:g}: at least {fewest} are "
+            f"the {len(members)} draws of {name} are too few for an interval of level {uncertainty.level:g}: at least {fewest} are "
             "needed",
             key="uncertainty.level",
         )
@@ -42,24 +42,24 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
         raise InputError(missing, key="uncertainty.breakdown_field")
     if not members and not scatter:
         raise InputError(
-            f"{name} names no draws, and nothing is said to scatter: mastercurve with [uncertainty] and then spectrum write a "
+            f"{name} names no draws, and no scatter is stated: mastercurve with [uncertainty] and then spectrum write a "
             "material with draws",
             key="uncertainty",
         )
     draws = uncertainty.draws
     if not scatter and draws > len(members):
-        # the same again tells nothing more
+        # a draw that is used again adds no information
         if "draws" in uncertainty.model_fields_set:
-            less = f"{name} has {len(members)} draws, and nothing else scatters: not {draws}, but these are used"
+            less = f"{name} has {len(members)} draws, and nothing else scatters: {len(members)} draws are used instead of {draws}"
             warn(less, key="uncertainty.draws")
         draws = len(members)
     return draw_sample(members or (material,), draws, seed=uncertainty.seed, **scatter)
 
 
 def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping[str, Any]) -> tuple[Material, ...]:
-    """The draws of the `material`, that in a material file but for `changes`; none if the file names no table of draws.
+    """The draws of the `material`, which is that of a material file with `changes`; empty if the file names no table of draws.
 
-    Raises `InputError` for a change of what the draws have each for itself.
+    Raises `InputError` for a change of constants that differ between the draws.
     """
     content = inputs.read(name)
     file = draws_file(content, name)
@@ -78,17 +78,17 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
             )
             if changed
         ]
-        # a draw of a calibration has all constants of a law
+        # the draws of a calibration have all constants of a law
         sections = {path.partition(".")[0] for path in further_constants(inputs.read(table))}
         drawn += [f"[{section}]" for section in sorted(sections & {key.partition(".")[0] for key in changes})]
         if drawn:
-            what = f"{' and '.join(drawn)} of each draw of {name} {'is' if len(drawn) == 1 else 'are'} its own"
-            raise InputError(f"{what}, and cannot be changed by {', '.join(changes)}", key="uncertainty")
+            what = f"the draws of {name} differ in {' and '.join(drawn)}"
+            raise InputError(f"{what}, which {', '.join(changes)} cannot change", key="uncertainty")
     return parse_draws(inputs.read(table), table, material)
 
 
 def _differ(one: Spectrum, other: Spectrum) -> bool:
-    """Whether two spectra have other times or moduli."""
+    """Whether two spectra differ in times or moduli."""
     pairs = ((one.relaxation_time, other.relaxation_time), (one.shear_modulus, other.shear_modulus))
     return not all(np.array_equal(first, second) for first, second in pairs)
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
 from dielast.material.law import Constant
+from dielast.material.shift.arrhenius import GAS_CONSTANT, Arrhenius
 from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor, reduced_chi_square
 from dielast.material.shift.law import ShiftLaw
 from dielast.numerics.arrays import Floats
@@ -21,6 +22,7 @@ SMALLEST_C2 = 50.0  # K, about the coldest temperature: that of most polymers at
 ASSUMED_C2 = 25  # values of an assumed C2 that are tried
 POORLY_KNOWN = 0.25  # relative standard error of C2 beyond which it is warned of
 BEFORE_POLE = 0.98  # of the distance to a pole: the pole lies outside of the measured temperatures
+SAME_LAW = 1e-8  # of C2 with which WLF is Arrhenius' law: the digits of a material file
 SETTLED = 1e-14  # relative change of the constants with which the search ends
 
 
@@ -67,6 +69,8 @@ class WLF(ShiftLaw):
     def warning(self) -> str:
         """Constants that no polymer has."""
         product, (low, high) = self.C1 * self.C2, FREE_VOLUME
+        if np.isclose(self.C2, self.reference_temperature + ZERO_CELSIUS, rtol=SAME_LAW):  # no free volume: it is Arrhenius' law
+            return Arrhenius(self.reference_temperature, product * GAS_CONSTANT * float(np.log(10))).warning()
         if low <= product <= high:
             return ""
         natural = high < product <= high * np.log(10)
