@@ -22,7 +22,6 @@ from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.criteria import names
 from dielast.mechanics.load import ChargeStep, VoltageStep
-from dielast.mechanics.stability import TimeScale
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -61,7 +60,6 @@ class Films(Simulation):
     def solver(self, recipes: Sequence[ActuateRecipe], thickness_factor: Floats) -> partial[Any]:
         """The simulation of the films of the recipes."""
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
-        share, by_share = recipe.pull_in.timescale
         leaks = [recipe.leakage for recipe in recipes]
         leakage = Leakage(
             [0.0 if leak is None else leak.conductivity for leak in leaks],
@@ -86,7 +84,7 @@ class Films(Simulation):
             force=_over_films([film.weights[0] for film in films]),
             width=_over_films([film.weights[1] for film in films]),
             breakdown_field=breakdown(recipe.breakdown),
-            pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            pull_in_timescale=recipe.pull_in.criterion,
             stop_at=recipe.stop.at,
             with_end=recipe.output.times is None,
             profile=recipe.output.profile,

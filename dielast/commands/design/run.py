@@ -20,7 +20,6 @@ from dielast.errors import Problem, in_keys, placed
 from dielast.handover.breakdown_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.mechanics.stability import TimeScale
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution, share_out
@@ -109,7 +108,6 @@ def _solved(
 
 def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> DesignPlan:
     """The films and the goal of the recipe; errors name the keys of the recipe."""
-    share, by_share = recipe.pull_in.timescale
     film, goal = recipe.film, recipe.goal
     temperatures = recipe.temperature or [material.reference_temperature]
     targets = len(goal.relative_stretch or goal.area_strain or ())
@@ -117,21 +115,12 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
     with placed(partial(_in_recipe_terms, sizes=sizes, temperatures=temperatures)):
         return plan_design(
             material,
-            FilmSetup(
-                np.array(film.thicknesses),
-                np.array(film.prestretch),
-                film.prestretch_rate,
-                film.relax,
-                film.boundary,
-                None if film.shares is None else np.array(film.shares),
-                recipe.solver.mesh_rtol,
-                *film.weights,
-            ),
+            FilmSetup(**film.setup(recipe.solver.mesh_rtol)),
             Goal.of(goal.at, goal.relative_stretch, goal.area_strain),
             horizon=goal.horizon,
             temperature=np.array(temperatures),
             breakdown_field=breakdown(recipe.breakdown),
-            pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            pull_in_timescale=recipe.pull_in.criterion,
             rtol=recipe.solver.rtol,
             sample=sample,
             drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,

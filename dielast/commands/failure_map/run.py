@@ -19,7 +19,6 @@ from dielast.errors import Problem, placed
 from dielast.handover.breakdown_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.mechanics.stability import TimeScale
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
@@ -113,7 +112,6 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
 def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
     """The map of the recipe; errors name the keys of the recipe."""
-    share, by_share = recipe.pull_in.timescale
     films, temperatures = recipe.film.prestretch, recipe.temperature or [material.reference_temperature]
     keys = KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
     shares = len(recipe.film.shares or (1,))
@@ -121,24 +119,16 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
         return plan_failure_map(
             material,
             voltage=voltages(recipe.voltage),
-            prestretch=np.array(films),
-            thickness=recipe.film.thickness,
             horizon=recipe.horizon,
             temperature=np.array(temperatures),
-            prestretch_rate=recipe.film.prestretch_rate,
-            relax=recipe.film.relax,
             ramp=recipe.voltage.ramp,
-            boundary=recipe.film.boundary,
-            electrode_share=None if recipe.film.shares is None else np.array(recipe.film.shares),
-            mesh_rtol=recipe.solver.mesh_rtol,
-            force=recipe.film.weights[0],
-            width=recipe.film.weights[1],
             breakdown_field=breakdown(recipe.breakdown),
-            pull_in_timescale=TimeScale.fraction(share) if by_share else TimeScale.fixed(share),
+            pull_in_timescale=recipe.pull_in.criterion,
             stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
             rtol=recipe.solver.rtol,
             sample=sample,
             drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set or recipe.uncertainty is None else None,
+            **recipe.film.setup(recipe.solver.mesh_rtol),
         )
 
 

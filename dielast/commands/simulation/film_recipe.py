@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from math import nan
 from sys import float_info
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
@@ -14,6 +14,9 @@ from dielast.errors import InputError, nearest, shown
 from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time
 from dielast.simulate.film_setup import MESH_RTOL
 from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
+
+if TYPE_CHECKING:
+    from dielast.mechanics.stability import TimeScale
 
 BOUNDARIES = ("dead-load", "clamped")
 PASSIVE = ("frame", "strip")
@@ -81,7 +84,7 @@ def _timescale(value: Any) -> tuple[float, bool]:
     )
 
 
-TimeScale = Annotated[
+StatedTimeScale = Annotated[
     tuple[float, bool], PlainValidator(_timescale), WithJsonSchema({"type": "string", "examples": ["1 %", "0 s", "0.1 s"]})
 ]
 
@@ -89,12 +92,20 @@ TimeScale = Annotated[
 class PullInSection(Section):
     """The pull-in criterion: det H = 0, each branch weighted by the part of its stress that outlasts the time scale."""
 
-    timescale: TimeScale = Field(
+    timescale: StatedTimeScale = Field(
         default_factory=lambda: (0.01, True),
         description="Time over which a disturbance must grow: a time, or a share of the time since the magnitude of the voltage "
         'last began to rise, after a hold or a fall. "0 s" is the criterion det H = 0 without any relaxation.',
         json_schema_extra={"default": "1 %"},
     )
+
+    @property
+    def criterion(self) -> TimeScale:
+        """The time scale as the criterion takes it."""
+        from dielast.mechanics.stability import TimeScale  # which takes its time to load
+
+        number, is_share = self.timescale
+        return TimeScale.fraction(number) if is_share else TimeScale.fixed(number)
 
 
 def _shares(value: Any) -> tuple[float, ...]:

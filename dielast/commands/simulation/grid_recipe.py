@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any, TypeVar
 
+import numpy as np
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
 from dielast.commands.simulation.film_recipe import (
@@ -68,6 +69,21 @@ class GridFilm(FilmBase):
     def prestretches(self) -> tuple[tuple[float, float], ...]:
         """The prestretch of axes 1 and 2 of each film."""
         return self.prestretch
+
+    def setup(self, mesh_rtol: float) -> dict[str, Any]:
+        """The arguments of `FilmSetup` for the films."""
+        force, width = self.weights
+        return {
+            "thickness": np.array(self.thickness),
+            "prestretch": np.array(self.prestretch),
+            "prestretch_rate": self.prestretch_rate,
+            "relax": self.relax,
+            "boundary": self.boundary,
+            "electrode_share": None if self.shares is None else np.array(self.shares),
+            "mesh_rtol": mesh_rtol,
+            "force": force,
+            "width": width,
+        }
 
 
 class GridSolver(FilmSolver):
