@@ -9,34 +9,43 @@ from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, stretched
 from dielast.numerics.columns import Flags, Floats
 
-ITERATIONS = 200
+ITERATIONS, HALVINGS = 200, 60
+FEW, SELDOM = 12, 3  # of them, where the equilibrium is to be nearby: Newton's method then takes about 5, without any halving
 SETTLED = 1e-12  # in Lambda; what is left is then squared away by the last Newton step
 BALANCED = 1e-8  # in Lambda; a Newton step larger than this leads on
 
 
 def jump(
-    points: Points, controls: tuple[Control, Control], target: Floats, internal: Floats, log_squared_stretch: Floats
+    points: Points,
+    controls: tuple[Control, Control],
+    target: Floats,
+    internal: Floats,
+    log_squared_stretch: Floats,
+    nearby: float | None = None,
 ) -> tuple[Floats, Floats, Flags]:
     """Lambda and nominal stress (2, cases) under the `target` (3, cases), and whether a stable equilibrium was found (cases,).
 
     `internal` is x (2, n, cases), `log_squared_stretch` the Lambda (2, cases) to start from. Newton's method on the nominal
-    stresses, whose tangent is positive wherever the springs' energy is convex, with steps halved until the imbalance falls.
+    stresses, whose tangent is positive wherever the springs' energy is convex, with steps halved until the imbalance falls. An
+    equilibrium `nearby`, no further away in Lambda, is given up as soon as the search leaves that range, or takes long.
     """
+    iterations, halvings = (ITERATIONS, HALVINGS) if nearby is None else (FEW, SELDOM)
     driven = stretched(controls)
     with np.errstate(all="ignore"):
         log_squared = np.where(driven, 2 * np.log(np.where(driven, target[:2], 1.0)), log_squared_stretch)
         pull = np.where(driven, 0.0, target[:2])
         carried, imbalance, tangent = _equations(points, driven, pull, target[ELECTRIC], internal, log_squared)
-        settled = np.zeros(log_squared.shape[1], dtype=bool)
-        for _ in range(ITERATIONS):
+        settled, lost = np.zeros((2, log_squared.shape[1]), dtype=bool)
+        begin = log_squared
+        for _ in range(iterations):
             step = _solve(tangent, -imbalance)
             step *= 1 / np.maximum(1.0, np.max(np.abs(step), axis=0))
             settled |= np.all(np.abs(step) <= SETTLED, axis=0)
-            if np.all(settled | ~np.all(np.isfinite(step), axis=0)):
+            if np.all(settled | lost | ~np.all(np.isfinite(step), axis=0)):
                 break
             merit = _merit(imbalance, log_squared)
-            share = np.where(settled, 0.0, 1.0)
-            for _halving in range(60):
+            share = np.where(settled | lost, 0.0, 1.0)
+            for _halving in range(halvings):
                 trial = log_squared + share * step
                 found = _equations(points, driven, pull, target[ELECTRIC], internal, trial)
                 worse = ~(_merit(found[1], trial) < merit) & (share > 0)
@@ -45,11 +54,15 @@ def jump(
                 share = np.where(worse, 0.5 * share, share)
             settled |= share * np.max(np.abs(step), axis=0) <= SETTLED
             log_squared, (carried, imbalance, tangent) = trial, found
+            if nearby is not None:
+                size = np.max(np.abs(step), axis=0)
+                settled |= worse & (size <= BALANCED)  # no share of it improves what is as good as it can be
+                lost |= (worse & (size > BALANCED)) | (np.max(np.abs(log_squared - begin), axis=0) > nearby)
         determinant = tangent[0, 0] * tangent[1, 1] - tangent[0, 1] * tangent[1, 0]
         settled &= np.all(
             np.abs(_solve(tangent, -imbalance)) <= BALANCED, axis=0
         )  # or else the search got stuck where there is no root
-        stable = settled & (determinant > 0) & (tangent[0, 0] > 0) & np.all(np.isfinite(carried), axis=0)
+        stable = settled & ~lost & (determinant > 0) & (tangent[0, 0] > 0) & np.all(np.isfinite(carried), axis=0)
         nominal = np.where(driven, carried * np.exp(-0.5 * log_squared), target[:2])
     return log_squared, nominal, stable
 

@@ -2,9 +2,10 @@
 
 A trial of an argument tells the value of the function; or only that it has passed zero before it ended; or that it ended short of
 zero. Values rise with the argument. Where there is a root, inverse interpolation in the square of the argument closes in on it from
-the values known (Neville's scheme, up to four of them), within the bracket that the trials make; where values end short of zero,
-the bracket is about the edge, and trials close in on that by the times at which they ended. A voltage that is to reach a stretch at
-a time is such an argument: the stretch begins with its square, and beyond some voltage the film fails before.
+the values known (Neville's scheme, up to four of them), within the bracket that the trials make, which at least halves every other
+round; where values end short of zero, the bracket is about the edge, and trials close in on that by the times at which they ended.
+A voltage that is to reach a stretch at a time is such an argument: the stretch begins with its square, and beyond some voltage the
+film fails before.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from dielast.numerics.arrays import Flags, Floats, Index
 ENDED, PASSED, SHORT = 0, 1, 2  # a trial that came to its end, one that ended beyond zero, one that ended short of it
 OPEN, FOUND, EDGE, LOW, FAR = range(5)  # not known yet; a root; none before the edge; none above 0; none up to FURTHEST
 FURTHEST = 1e3  # times the largest argument tried first, up to which a root is looked for
+NARROWEST = 1e-11  # a bracket, relative, beyond which rounding decides
 NEAREST = 4  # values that an interpolation takes
 GROWTH = 1.5  # of the argument from one round to the next, at most, while all values are below zero
 DOWNWARDS = np.array((0.0, 0.5, 0.75, 0.93))  # of the lowest argument beyond zero, while no value is below zero
@@ -33,31 +35,39 @@ class EdgedRoots:
     `lasted` over how long they were to last, (k, trials) each; NaN is no trial.
 
     A root is found where a value is no larger than `tolerance` (k,), an edge where the bracket about it is narrower than `gap`
-    (relative). `slope` (k,) is what the square of the argument changes by with the value, where it is known beforehand.
+    (relative), and if `to_edge` the highest value before it is as exact as a root. `slope` (k,) is what the square of the argument
+    changes by with the value, where it is known beforehand.
     """
 
     first: Floats
     tolerance: Floats
     gap: float = 1e-4
     slope: Floats | None = None
+    to_edge: bool = False
     argument: Floats = field(init=False)
     value: Floats = field(init=False)
     kind: Floats = field(init=False)
     lasted: Floats = field(init=False)
+    slow: Flags = field(init=False)
+    """Columns (k,) whose brackets the last trials did not halve."""
 
     def __post_init__(self) -> None:
         none = np.empty((len(self.first), 0))
         self.argument = self.value = self.kind = self.lasted = none
+        self.slow = np.zeros(len(self.first), dtype=bool)
 
     def note(self, columns: Index, argument: Floats, value: Floats, kind: Index, lasted: Floats) -> None:
-        """The outcome of trials (t,) of some columns, one or several each, in order of columns."""
-        count = len(self.first)
+        """The outcome of trials (t,) of some columns, one or several each, in order of columns; the value of one that ended short
+        is that at which it ended.
+        """
+        count, width_before = len(self.first), self.above - self.below
         place = np.arange(columns.size) - np.searchsorted(columns, columns)
         width = int(place.max(initial=-1)) + 1
         for name, entries in (("argument", argument), ("value", value), ("kind", kind), ("lasted", lasted)):
             more = np.full((count, width), np.nan)
             more[columns, place] = entries
             setattr(self, name, np.concatenate((getattr(self, name), more), axis=1))
+        self.slow = self.above - self.below > 0.5 * width_before
 
     @property
     def below(self) -> Floats:
@@ -83,7 +93,8 @@ class EdgedRoots:
         tried_nothing = np.any((self.argument == 0) & ~((self.kind == ENDED) & (self.value < 0)), axis=1)
         narrow = high - low <= self.gap * high
         furthest = np.max(np.where(np.isnan(self.argument), 0.0, self.argument), axis=1, initial=0.0)
-        conditions = [best <= self.tolerance, tried_nothing & self.passes, tried_nothing | (narrow & ~self.passes)]
+        edged = narrow & ~self.passes & (self._limited(low, high) if self.to_edge else True)
+        conditions = [best <= self.tolerance, tried_nothing & self.passes, tried_nothing | edged]
         far = np.isnan(high) & (furthest >= FURTHEST * self.first.max(axis=1))
         return np.select([*conditions, far], [FOUND, LOW, EDGE, FAR], OPEN)
 
@@ -128,6 +139,7 @@ class EdgedRoots:
             rows.append((is_open & ~has_low & has_high, downwards))
             between = is_open & has_low & has_high
             rows.append((between & self.passes & known, inside[:, None]))
+            rows.append((between & self.passes & known & self.slow, 0.5 * (low + high)[:, None]))
             rows.append((between & self.passes & ~known, _sections(low, high, WITHIN)))
             edge = self._edge(low, high)
             near = edge[:, None] + CLOSER * (high - low)[:, None]
@@ -153,6 +165,19 @@ class EdgedRoots:
         lasted, shorter = np.take_along_axis(np.where(np.isinf(self.lasted), np.nan, self.lasted), order, axis=1).T
         edge = first - lasted * (second - first) / (shorter - lasted)
         return np.where((edge > low) & (edge < high), edge, np.nan)
+
+    def _limited(self, low: Floats, high: Floats) -> Flags:
+        """Whether the value at the lower end of brackets (k,) about an edge is as high as any, to the tolerance.
+
+        It is where a trial at the upper end ended at that value; and where it has hardly risen since the bracket was four times as
+        wide: even of a value with a vertical tangent, which rises with the root of the distance, less than twice that is then left.
+        """
+        values, width = np.where(self.kind == ENDED, self.value, np.nan), high - low
+        here = _largest(np.where(self.argument == low[:, None], values, -np.inf))
+        before = _largest(np.where(self.argument <= (high - 4 * width)[:, None], values, -np.inf))
+        short = np.where((self.kind == SHORT) & (self.argument == high[:, None]), np.abs(self.value - here[:, None]), np.inf)
+        met = np.fmin.reduce(short, axis=1, initial=np.inf) <= self.tolerance
+        return np.asarray(met | (here - before <= 0.5 * self.tolerance) | (width <= NARROWEST * high))
 
     def _over(self) -> Flags:
         """Trials (k, trials) that came to zero; one that passed it beyond a trial that ended short tells nothing about less."""
