@@ -20,6 +20,7 @@ ENDED, PASSED, SHORT = 0, 1, 2  # a trial that came to its end, one that ended b
 OPEN, FOUND, EDGE, LOW, FAR = range(5)  # not known yet; a root; none before the edge; none above 0; none up to FURTHEST
 FURTHEST = 1e3  # times the largest argument tried first, up to which a root is looked for
 NARROWEST = 1e-11  # a bracket, relative, beyond which rounding decides
+ALIKE = 5.0  # tolerances: how far what trials tell from both sides of an edge may differ, as their errors grow towards it
 NEAREST = 4  # values that an interpolation takes
 GROWTH = 1.5  # of the argument from one round to the next, at most, while all values are below zero
 DOWNWARDS = np.array((0.0, 0.5, 0.75, 0.93))  # of the lowest argument beyond zero, while no value is below zero
@@ -115,8 +116,15 @@ class EdgedRoots:
 
     @property
     def highest(self) -> Floats:
-        """The highest value below zero (k,), NaN where there is none."""
-        return _largest(np.where(self.kind == ENDED, np.where(self.value < 0, self.value, -np.inf), -np.inf))
+        """The highest value below zero (k,), NaN where there is none; that of the edge itself, where trials came to it."""
+        value = _largest(np.where(self.kind == ENDED, np.where(self.value < 0, self.value, -np.inf), -np.inf))
+        if not self.to_edge:
+            return value
+        ended, lasted = self._shortest(self.value), self._shortest(self.lasted)
+        with np.errstate(all="ignore"):  # values at which trials ended, up to one that lasts just long enough
+            there = ended[0] - lasted[0] * (ended[1] - ended[0]) / (lasted[1] - lasted[0])
+        there = np.where(np.isfinite(lasted[0]), there, ended[0])
+        return np.where((np.abs(there - value) <= ALIKE * self.tolerance) & (self.state == EDGE), there, value)
 
     def trials(self) -> tuple[Index, Floats]:
         """Columns (t,) and arguments (t,) of the next trials, none for columns that need none."""
@@ -157,14 +165,22 @@ class EdgedRoots:
         """Where trials are expected to last just long enough (k,), by the two that came nearest to that; NaN where they do not
         tell, or not within brackets (k,).
         """
-        ended = np.where(self.kind == SHORT, self.argument, np.inf)
-        order = np.argsort(ended, axis=1, kind="stable")[:, :2]
-        if order.shape[1] < 2:
-            return np.full(low.size, np.nan)
-        first, second = np.take_along_axis(ended, order, axis=1).T
-        lasted, shorter = np.take_along_axis(np.where(np.isinf(self.lasted), np.nan, self.lasted), order, axis=1).T
+        (first, second), (lasted, shorter) = self._shortest(self.argument), self._shortest(self.lasted)
+        lasted, shorter = (np.where(np.isinf(each), np.nan, each) for each in (lasted, shorter))
         edge = first - lasted * (second - first) / (shorter - lasted)
         return np.where((edge > low) & (edge < high), edge, np.nan)
+
+    def _shortest(self, of: Floats) -> Floats:
+        """What is known `of` trials (k, trials), for the two smallest arguments (2, k) of trials that ended short; NaN without."""
+        argument = np.concatenate(
+            (np.where(self.kind == SHORT, self.argument, np.inf), np.full((len(self.first), 2), np.inf)), axis=1
+        )
+        order = np.argsort(argument, axis=1, kind="stable")[:, :2]
+        values = np.concatenate((of, np.full((len(of), 2), np.nan)), axis=1)
+        chosen = np.where(
+            np.isfinite(np.take_along_axis(argument, order, axis=1)), np.take_along_axis(values, order, axis=1), np.nan
+        )
+        return np.asarray(chosen.T)
 
     def _limited(self, low: Floats, high: Floats) -> Flags:
         """Whether the value at the lower end of brackets (k,) about an edge is as high as any, to the tolerance.

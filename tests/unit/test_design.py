@@ -61,7 +61,7 @@ def test_an_elastic_film_without_prestress(law: Any) -> None:
     if isinstance(law, NeoHookean):
         beyond = design(material, relative_stretch=1.3, **film)
         assert (beyond.reached[0], beyond.failure_mode[0], beyond.because[0]) == (FAILS_FIRST, "pull-in", "pull-in")
-        assert beyond.largest[0] == pytest.approx(2 ** (1 / 3), rel=MET)  # though the stretch has a vertical tangent there
+        assert beyond.largest[0] == pytest.approx(2 ** (1 / 3), rel=1e-5)  # though the stretch has a vertical tangent there
         assert np.isnan(beyond.voltage[0])
 
 
@@ -98,7 +98,7 @@ def test_an_elastic_film_fails_at_once_or_not_at_all(film: dict[str, Any]) -> No
         assert result.because[row] == "breakdown"
         first = np.argmax(field > 8e7)
         broken = np.interp(8e7, field[first - 1 : first + 1], stretch[first - 1 : first + 1])
-        assert result.largest[row] == pytest.approx(broken / pre, rel=MET)
+        assert result.largest[row] == pytest.approx(broken / pre, rel=1e-5)
 
 
 @pytest.mark.parametrize("film", [{"prestretch": 1.8}, {"prestretch": 1.9, "boundary": "frame", "electrode_share": 0.3}])
@@ -106,7 +106,7 @@ def test_an_elastic_film_fails_at_once_or_not_at_all(film: dict[str, Any]) -> No
 def test_how_far_a_film_comes_does_not_depend_on_where_it_was_to_come(film: dict[str, Any], material: Any) -> None:
     result = design(material, relative_stretch=[2.4, 2.7, 3.0], **GOAL, **film)
     assert set(result.reached) == {FAILS_FIRST}
-    assert result.largest == pytest.approx(np.full(3, result.largest[0]), rel=MET)
+    assert result.largest == pytest.approx(np.full(3, result.largest[0]), rel=1e-6)
 
 
 def test_a_goal_in_a_range_of_stretches_that_hardly_differ_in_voltage_is_reached() -> None:
