@@ -131,15 +131,14 @@ class Arrowhead:
         self.inverse[0, 1], self.inverse[1, 0] = -matrix[0, 1], -matrix[1, 0]
         self.inverse /= determinant
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
-        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """u_i of a stage at `time` and `state`, in `out`; `history` is the sum over c_ij u_j, None in the first stage."""
         system = self.system
         points, load = system.points, system.load
         driven = system.driven(time, state)
         log_squared, nominal = system.membrane(state, driven)
         stress = self.stress if history is None else points.law.stress(points.springs(system.internal(state), log_squared))
-        increment = np.empty_like(state)
-        border = increment[-2:]
+        border = out[-2:]
         right = flow_of(stress, self.flow)
         if history is not None:
             right += history[: system.border].reshape(right.shape)
@@ -150,17 +149,17 @@ class Arrowhead:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.known
-        self._solve(residual, border, increment, time, state, history, gamma_i)
+        self._solve(residual, border, out, time, state, history, gamma_i)
         moved = border.copy()
         for axis, control in enumerate(load.controls):
             if control is Control.STRETCH:
                 np.multiply(self.prescribed_change[axis], gamma_i, out=moved[axis])
         moved = moved[:, None]
         right -= moved * (1 / self.gamma)
-        internal = increment[: system.border].reshape(right.shape)
+        internal = out[: system.border].reshape(right.shape)
         self.springs.solve(right, out=internal)
         internal += moved
-        return increment
+        return out
 
     def _drive(self, by_load: Floats, change: Floats) -> None:
         """Add what the rate of the electrical quantity puts on the right-hand side, with the Maxwell stress's derivatives in it."""

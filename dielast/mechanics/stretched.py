@@ -66,8 +66,8 @@ class AxialStep:
     def _at(self, time: Floats, state: Floats) -> Floats:
         return self.system.log_squared(time) - state
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
-        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """u_i of a stage at `time` and `state`, in `out`; `history` is the sum over c_ij u_j, None in the first stage."""
         stress = self.stress
         if history is not None:
             stress = self.system.law.axial_stress(self.symmetry, *elastic(self.symmetry, self._at(time, state)))
@@ -76,8 +76,7 @@ class AxialStep:
             right += history
         if gamma_i:
             right += gamma_i * self.change
-        right *= self.inverse
-        return right
+        return np.multiply(self.inverse, right, out=out)
 
 
 class PlanarStep:
@@ -95,7 +94,7 @@ class PlanarStep:
         elastic[0] += self.system.log_squared(time)
         return np.exp(elastic, out=elastic)
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """As in `AxialStep`."""
         stress = self.stress if history is None else self.system.law.stress(self._squared(time, state))
         right = flow_of(stress, self.flow)
@@ -105,7 +104,8 @@ class PlanarStep:
             right += gamma_i * self.change
         increment = np.empty_like(right)
         self.springs.solve(right, increment)
-        return increment[:, 0]
+        out[:] = increment[:, 0]
+        return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)

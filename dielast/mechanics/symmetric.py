@@ -98,9 +98,10 @@ class SymmetricArrowhead:
         log_squared, nominal = system._axis(state, driven)
         self.stress, tangent = points.law.axial_tangent(symmetry, *system.strain(state, log_squared))
         self.flow = (symmetry.flow * step) * points.rate
-        inverse = self.flow * tangent
-        inverse += 1 / gamma
+        self.follows = self.flow * tangent  # how far a spring follows the stretch within the step, a share
+        inverse = self.follows + 1 / gamma
         self.inverse = np.divide(1.0, inverse, out=inverse)
+        self.follows *= inverse
         tangent *= inverse
         tangent *= points.modulus
         self.share = tangent
@@ -128,13 +129,11 @@ class SymmetricArrowhead:
             self.known -= tangent * self.prescribed_change
             self.border = -1 / stretch
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
-        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """u_i of a stage at `time` and `state`, in `out`; `history` is the sum over c_ij u_j, None in the first stage."""
         system, points = self.system, self.system.points
         driven = system.driven(time, state)
         log_squared, nominal = system._axis(state, driven)
-        increment = np.empty_like(state)
-        internal = increment[: system.border]
         if history is None:
             stress = self.stress
             right = stress * self.flow
@@ -149,13 +148,13 @@ class SymmetricArrowhead:
             residual += points.equibiaxial_maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.known
-        residual = self._solve(residual, increment, time, state, history, gamma_i)
-        increment[-1] = residual
+        residual = self._solve(residual, out, time, state, history, gamma_i)
+        out[-1] = residual
         moved = residual if self.prescribed_change is None else gamma_i * self.prescribed_change
-        right -= moved * (1 / self.gamma)
-        np.multiply(self.inverse, right, out=internal)
-        internal += moved
-        return increment
+        right *= self.inverse
+        np.multiply(self.follows, moved, out=out[: system.border])
+        out[: system.border] += right
+        return out
 
     def _drive(self, by_load: Floats, change: Floats) -> None:
         """Add what the rate of the electrical quantity puts on the right-hand side, with the Maxwell stress's derivative in it."""

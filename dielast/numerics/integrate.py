@@ -201,9 +201,8 @@ class _Pool:
         """
         probe = 1e-18 * duration
         gamma = self.method.gamma
-        moved = system.linearise(np.zeros_like(duration), state, probe, gamma).increment(
-            np.zeros_like(duration), state, None, gamma
-        )
+        zero = np.zeros_like(duration)
+        moved = system.linearise(zero, state, probe, gamma).increment(zero, state, None, gamma, np.empty(state.shape))
         rate = system.error(state, moved) / (gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
@@ -217,11 +216,12 @@ class _Pool:
         many = np.repeat(columns, PROBED.size + 1)
         system, state, zero = system.take(many), np.take(state, many, axis=1), np.zeros(many.size)
         steps = (wanted[:, None] * np.append(PROBED, 1e-18)).ravel()
-        moved = system.linearise(zero, state, steps, self.method.gamma).increment(zero, state, None, self.method.gamma)
+        gamma = self.method.gamma
+        moved = system.linearise(zero, state, steps, gamma).increment(zero, state, None, gamma, np.empty(state.shape))
         moved = moved.reshape(state.shape[0], columns.size, -1)
         moved = moved - moved[..., -1:]  # what the state lacks to consistency
         moved[..., 1:] -= 0.1 * moved[..., :-1]
-        error = system.error(state, moved.reshape(state.shape) / self.method.gamma).reshape(columns.size, -1)
+        error = system.error(state, moved.reshape(state.shape) / gamma).reshape(columns.size, -1)
         busy = ~(error[:, 1:-1] <= FIRST_MOVE * self.rtol)
         finest = np.where(busy.any(axis=1), PROBED.size - 1 - np.argmax(busy[:, ::-1], axis=1), 0)
         return np.where(finest < PROBED.size - 1, wanted * PROBED[np.maximum(finest - 1, 0)], 0.0)

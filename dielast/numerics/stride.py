@@ -15,7 +15,8 @@ from dielast.numerics.system import System
 def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats) -> Floats:
     """States (rows, pool) a `step` (pool,) after a `state`; writes the `increments` (stages, rows, pool) that lead there."""
     equations = system.linearise(time, state, step, method.gamma)
-    increments[0] = equations.increment(time, state, None, method.gamma_i[0])
+    times = time + method.alpha[:, None] * step
+    equations.increment(time, state, None, method.gamma_i[0], increments[0])
     stage = state
     for i in range(1, method.stages):
         if method.adds_last[i]:
@@ -24,7 +25,7 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
         else:
             stage, history = np.einsum("bs,srm->brm", method.ac[i][:, :i], increments[:i])
             stage += state
-        increments[i] = equations.increment(time + method.alpha[i] * step, stage, history, method.gamma_i[i])
+        equations.increment(times[i], stage, history, method.gamma_i[i], increments[i])
     return np.asarray(stage + increments[-1])
 
 

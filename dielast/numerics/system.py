@@ -10,8 +10,10 @@ from dielast.numerics.columns import Cases, Flags, Floats
 class Linearised(Protocol):
     """The linear system of one step."""
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
-        """u_i (rows, cases) of the stage at `time` and `state`; `history` is sum c_ij u_j, None in the first stage."""
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """u_i (rows, cases) of the stage at `time` and `state`, written to the contiguous array `out`; `history` is sum c_ij u_j,
+        None in the first stage.
+        """
 
 
 class System(Protocol):

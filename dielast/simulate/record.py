@@ -18,6 +18,7 @@ from dielast.simulate.wanted import Wanted
 
 ROWS = 6
 DIGITS = 1e-8  # of a time; no table tells rows apart that are closer
+ROWS_AT_A_LOOK = np.arange(8)  # after the next one: a step often passes several
 AFTER = 1e-13  # of the duration of a piece: a row so soon after another shows what has jumped
 
 
@@ -150,17 +151,9 @@ class Recorder:
 
     def __call__(self, stride: Stride) -> None:
         """Write what lies within the step."""
-        columns = np.flatnonzero(stride.accepted)
-        case, end = stride.cases[columns], stride.elapsed[columns]
-        row, last = self._next[case], self._relative.shape[1] - 1
-        due_rows: list[tuple[Cases, Cases]] = []
-        while (due := (row <= last) & (self._relative[case, np.minimum(row, last)] <= end)).any():
-            columns, case, row, end = columns[due], case[due], row[due], end[due]
-            due_rows.append((columns, row))
-            row = row + 1
-            self._next[case] = row
-        if due_rows:
-            pooled, rows = (paired(np.concatenate(parts)) for parts in zip(*due_rows, strict=True))
+        pooled, rows = self._due(stride)
+        if pooled.size:
+            pooled, rows = paired(pooled), paired(rows)
             case = stride.cases[pooled]
             moment = self._relative[case, rows] - stride.begin[pooled]
             assert isinstance(stride.system, Films)
@@ -175,6 +168,21 @@ class Recorder:
         if self.electric is not None:
             done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
             self.electric.follow(stride, done)
+
+    def _due(self, stride: Stride) -> tuple[Cases, Cases]:
+        """Columns and rows (k,) of the output times within the step."""
+        columns, size = np.flatnonzero(stride.accepted), self._relative.shape[1]
+        due = [(columns[:0], columns[:0])]
+        while columns.size:
+            case = stride.cases[columns]
+            rows = self._next[case, None] + ROWS_AT_A_LOOK
+            within = (rows < size) & (self._relative[case[:, None], np.minimum(rows, size - 1)] <= stride.elapsed[columns, None])
+            passed = np.count_nonzero(within, axis=1)
+            due.append((np.repeat(columns, passed), rows[within]))
+            self._next[case] += passed
+            columns = columns[passed == ROWS_AT_A_LOOK.size]
+        first, second = zip(*due, strict=True)
+        return np.concatenate(first), np.concatenate(second)
 
     def _write(
         self,

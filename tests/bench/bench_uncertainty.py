@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bench_solver import branch_stages, floor
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from synthetic import TRUTH
@@ -107,6 +108,9 @@ def main() -> None:
     slow, fast = by_command(members, options.draws, options.rounds)
     print(f"{'a command for each draw':28}{slow:9.2f} s   (scaled)")
     print(f"{'one command':28}{fast:9.2f} s   ratio {slow / fast:.1f}")
+    stages = branch_stages(lambda: solve_map(plan_failure_map(TRUTH, sample=sample, **MAP)))
+    least = stages * floor(len(TRUTH.spectrum) + 2, 1000)[0]
+    print(f"{'arithmetic of its branches':28}{least:9.2f} s   ratio {slow / least:.1f}")
     off = [np.abs(one.time_to_failure / other.time_to_failure - 1) for one, other in zip(few, drawn, strict=False)]
     print(f"largest difference of a time to failure: {np.nanmax(off):.2%}")
     low, high = interval(np.array([each.time_to_failure for each in drawn]), 0.9)

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from bench_solver import seconds, vhb
+from bench_solver import branch_stages, floor, seconds, vhb
 
 from dielast.material.material import Breakdown, Material
 from dielast.simulate.actuate import VoltageStep, actuate
@@ -215,6 +215,12 @@ def main() -> None:
         own = clock(lambda: lifetimes(solid, side, side)) / side**2
         print(f"  Radau at {peer_rtol:g}, mean of {len(picks)} cells: {other * 1e3:.0f} ms a cell", end="   ")
         print(f"ratio {other / own:.0f}   (reach >= 300)")
+        stages = branch_stages(lambda: lifetimes(solid, side, side)) / side**2
+        arithmetic, bare = floor(32, 1000)
+        print(
+            f"  bound: {stages:.0f} branch-stages a cell; their arithmetic alone, {arithmetic * 1e9:.1f} ns each, would give"
+            f" {other / stages / arithmetic:.0f}; an exponential and two multiplications each, {other / stages / bare:.0f}"
+        )
     except ImportError:
         print("  scipy: not installed")
     if arguments.linear:

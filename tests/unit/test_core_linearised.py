@@ -127,9 +127,9 @@ def compare(system: LoadedPoints | SymmetricPoints, border: int, equations: Call
     later, past = state * random.uniform(0.9, 1.1, state.shape), random.uniform(-0.1, 0.1, state.shape)
     linear = system.linearise(time, state, h, GAMMA)
     stages = (
-        (linear.increment(time, state, None, 0.3), time, state, np.zeros_like(past), 0.3),
-        (linear.increment(time + 0.5 * h, later, past, -0.7), time + 0.5 * h, later, past, -0.7),
-        (linear.increment(time + h, later, past, 0.0), time + h, later, past, 0.0),
+        (linear.increment(time, state, None, 0.3, np.empty(state.shape)), time, state, np.zeros_like(past), 0.3),
+        (linear.increment(time + 0.5 * h, later, past, -0.7, np.empty(state.shape)), time + 0.5 * h, later, past, -0.7),
+        (linear.increment(time + h, later, past, 0.0, np.empty(state.shape)), time + h, later, past, 0.0),
     )
     for found, at, stage, history, gamma_i in stages:
         for case in range(CASES):

@@ -41,10 +41,10 @@ class Linear:
         self.system, self.step, self.gamma = system, step, gamma
         self.in_time = system.w * (system.k * np.cos(system.w * time) - system.w * np.sin(system.w * time))
 
-    def increment(self, time: Array, state: Array, history: Array | None, gamma_i: float) -> Array:
+    def increment(self, time: Array, state: Array, history: Array | None, gamma_i: float, out: Array) -> Array:
         k, w, h = self.system.k, self.system.w, self.step
         right = h * (-k * (state - np.sin(w * time)) + w * np.cos(w * time)) + h**2 * gamma_i * self.in_time
-        return (right + (0.0 if history is None else history)) / (1 / self.gamma + h * k)
+        return np.divide(right + (0.0 if history is None else history), 1 / self.gamma + h * k, out=out)
 
 
 class Notes:

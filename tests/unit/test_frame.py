@@ -413,6 +413,7 @@ def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: A
         right += 0.0 if history is None else mass * history
         wanted = np.linalg.solve(np.diag(mass / gamma) - step * jacobian, right)
         given = None if history is None else np.stack((history, history), axis=1)
-        found = linearised.increment(np.full(2, begin + later), np.stack((there, there), axis=1), given, gamma_i)[:, 0]
+        there_twice = np.stack((there, there), axis=1)
+        found = linearised.increment(np.full(2, begin + later), there_twice, given, gamma_i, np.empty(there_twice.shape))[:, 0]
         assert found[:-2] == pytest.approx(wanted[:-2], rel=1e-6, abs=1e-7)
         assert found[-2:] == pytest.approx(wanted[-2:], rel=1e-6, abs=1e-6 * np.abs(wanted[-2:]).max())

@@ -74,13 +74,16 @@ class Linear:
         self.slope = 3 * state[1] ** 2 + 1
         self.rates = -np.sin(time), -(3 * np.sin(time) ** 2 + 1) * np.cos(time)
 
-    def increment(self, time: np.ndarray, state: np.ndarray, history: np.ndarray | None, gamma_i: float) -> np.ndarray:
+    def increment(
+        self, time: np.ndarray, state: np.ndarray, history: np.ndarray | None, gamma_i: float, out: np.ndarray
+    ) -> np.ndarray:
         y, z = state
         algebraic = z**3 + z - np.sin(time) ** 3 - np.sin(time) + self.step * gamma_i * self.rates[1]
         u_z = -algebraic / self.slope
         right = self.step * (-self.k * (y - z) + np.cos(time)) + self.step**2 * gamma_i * self.rates[0]
         right = right if history is None else right + history[0]
-        return np.stack(((right + self.step * self.k * u_z) / (1 / self.gamma + self.step * self.k), u_z))
+        out[:] = (right + self.step * self.k * u_z) / (1 / self.gamma + self.step * self.k), u_z
+        return out
 
 
 def solve_with_fixed_steps(count: int, stiffness: float) -> tuple[float, float]:
@@ -94,7 +97,9 @@ def solve_with_fixed_steps(count: int, stiffness: float) -> tuple[float, float]:
         for i in range(RODAS5P.stages):
             stage = state + sum((a * u for a, u in zip(RODAS5P.a[i], increments, strict=False)), np.zeros((2, 1)))
             history = sum((c * u for c, u in zip(RODAS5P.c[i], increments, strict=False)), np.zeros((2, 1))) if i else None
-            increments.append(linear.increment(time + RODAS5P.alpha[i] * step, stage, history, RODAS5P.gamma_i[i]))
+            increments.append(
+                linear.increment(time + RODAS5P.alpha[i] * step, stage, history, RODAS5P.gamma_i[i], np.empty((2, 1)))
+            )
         after = stage + increments[-1]
         one = np.zeros(1, int)
         made = time, step, time + step, state, after, np.array(increments), one, 0 * time, 0 * time + 1, time + step
@@ -155,8 +160,10 @@ def test_a_solution_that_ceases_to_exist_is_reported_where_it_does() -> None:
         def __init__(self, state: np.ndarray, step: np.ndarray, gamma: float) -> None:
             self.matrix, self.step = 1 / gamma - step * 2 * state, step
 
-        def increment(self, time: np.ndarray, state: np.ndarray, history: np.ndarray | None, gamma_i: float) -> np.ndarray:
-            return (self.step * state**2 + (0.0 if history is None else history)) / self.matrix
+        def increment(
+            self, time: np.ndarray, state: np.ndarray, history: np.ndarray | None, gamma_i: float, out: np.ndarray
+        ) -> np.ndarray:
+            return np.divide(self.step * state**2 + (0.0 if history is None else history), self.matrix, out=out)
 
     result = integrate(Explosion(np.ones(2)), np.array([[1.0, 0.1]]), np.array([5.0, 5.0]), rtol=1e-8)
     assert result.status.tolist() == [Status.STEP_VANISHED, Status.COMPLETED]

@@ -179,8 +179,8 @@ class FramedArrowhead:
             _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
             self.known -= by_load * (step * load.slope(time)[ELECTRIC]) / self.stretch[:, 0]
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float) -> Floats:
-        """u_i of a stage at `time` and `state`, with the sum over c_ij u_j as `history` (None in the first stage)."""
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """u_i of a stage at `time` and `state`, in `out`; `history` is the sum over c_ij u_j, None in the first stage."""
         system, assembly = self.films, self.films.assembly
         wide, structure, border = assembly.all_points, assembly.structure, system.border
         if history is None:
@@ -201,20 +201,19 @@ class FramedArrowhead:
         nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.springs.share, right)) / self.stretch
         if gamma_i:
             nominal[:, 0] += gamma_i * self.known
-        increment = np.empty_like(state)
-        increment[border:-2] = np.einsum("uvc,vc->uc", self.compliance, -structure.force(nominal))
-        change = structure.moved(increment[border:-2])
+        out[border:-2] = np.einsum("uvc,vc->uc", self.compliance, -structure.force(nominal))
+        change = structure.moved(out[border:-2])
         nominal += self.slope[:, 0] * change[0]
         nominal += self.slope[:, 1] * change[1]
-        increment[-2:] = assembly.seen(nominal) - state[-2:]
+        out[-2:] = assembly.seen(nominal) - state[-2:]
         moved = (2 * change / self.stretch).reshape(2, 1, -1)
         right -= self.hold * moved
-        internal = increment[:border].reshape(right.shape)
+        internal = out[:border].reshape(right.shape)
         self.springs.solve(right, out=internal)
         internal += moved
         internal *= self.viscous
         internal *= 0.5
-        return increment
+        return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
