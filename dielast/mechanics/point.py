@@ -156,6 +156,7 @@ class Arrowhead:
                 np.multiply(self.prescribed_change[axis], gamma_i, out=moved[axis])
         moved = moved[:, None]
         right -= moved * (1 / self.gamma)
+        assert out.flags.c_contiguous  # or else what is written to another shape of it is lost
         internal = out[: system.border].reshape(right.shape)
         self.springs.solve(right, out=internal)
         internal += moved
