@@ -70,8 +70,8 @@ def actuate(
     over prestretch (the square root of the product of both axes); the material's by default; without any, there is no breakdown.
     `stop_at` names the event that ends a run, such as "breakdown", "pull-in" or "loss-of-tension", or is "end" for the whole
     programme; by default breakdown, or the first failure if no breakdown field is known. A run to breakdown, or by default, also
-    ends where a passive part loses tension. The history of a run that ends at an event ends with the state at that event if `with_end`,
-    by default unless `times` are given. `profile` are times in s at which films with a passive part have `profiles`.
+    ends where a passive part loses tension. The history of a run that ends at an event ends with the state at that event if
+    `with_end`, by default unless `times` are given. `profile` are times in s at which films with a passive part have `profiles`.
 
     The circuit: a source of voltage may have a `source_resistance` in ohm to an electrode of `electrode_area` in m^2 on the
     undeformed film, and the film may have a `leakage`. Charge, current and energies are computed with either of them, with

@@ -56,15 +56,15 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
     return replace(film, condition=after)
 
 
-def moved_at_once(moment: Moment, target: Floats) -> tuple[Moment, Flags]:
+def moved_at_once(moment: Moment, target: Floats, nearby: float | None = None) -> tuple[Moment, Flags]:
     """The films of a moment under the `target` (3, k) with every viscous stretch frozen, and whether (k,) they are in stable
-    equilibrium, by `jump` or `settle`.
+    equilibrium, by `jump` or `settle`, which explain `nearby`.
     """
     if moment.surroundings is None:
         before, controls = moment.log_squared_stretch, moment.controls
-        log_squared, nominal, stable = jump(moment.points, controls, target, moment.internal, before)
+        log_squared, nominal, stable = jump(moment.points, controls, target, moment.internal, before, nearby)
         return replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2]), stable
-    around, stable = settle(moment.surroundings, moment.internal, target[2])
+    around, stable = settle(moment.surroundings, moment.internal, target[2], nearby)
     log_squared, nominal = membrane(around.border, target, moment.controls)
     there = replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2], surroundings=around)
     return there, stable
@@ -149,7 +149,7 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
 
     log_squared, nominal = begin.log_squared_stretch.copy(), begin.nominal_stress.copy()
     border = None if begin.surroundings is None else begin.surroundings.border.copy()
-    reached, share = np.zeros(count), np.ones(count)
+    reached, share, smooth = np.zeros(count), np.ones(count), np.zeros(count, dtype=bool)
     events = {
         criterion: replace(
             begin,
@@ -170,9 +170,10 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         from_here = replace(start.take(going), log_squared_stretch=log_squared[:, going])
         if border is not None and from_here.surroundings is not None:
             from_here = replace(from_here, surroundings=replace(from_here.surroundings, border=border[:, going]))
-        there, stable = moved_at_once(from_here, load)
+        there, stable = moved_at_once(from_here, load, MAX_MOVE)
         moved, stress = there.log_squared_stretch, there.nominal_stress
-        near = stable & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= MAX_MOVE)
+        apart = np.max(np.abs(moved - log_squared[:, going]), axis=0)
+        near = stable & (apart <= MAX_MOVE)
         located = share[going] < 2 * SMALLEST_SHARE  # located as accurately as the load can be divided
         falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)
         for criterion, signal in signals.items():
@@ -189,7 +190,10 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         log_squared[:, columns], nominal[:, columns], reached[columns] = moved[:, near], stress[:, near], next_share[near]
         if border is not None and there.surroundings is not None:
             border[:, columns] = there.surroundings.border[:, near]
-        share[going] = np.where(met, 1.0, np.where(near, share[going], 0.5 * share[going]))
+        # what follows a steep place may be taken in larger shares again
+        larger = near & smooth[going] & (apart <= 0.5 * MAX_MOVE)
+        smooth[going] = near
+        share[going] = np.where(met, 1.0, np.where(near, np.where(larger, 2.0, 1.0), 0.5) * share[going])
         going = np.flatnonzero((reached < 1) & (share >= SMALLEST_SHARE))
     ends = where((reached > 0) & (reached < 1))
     if ends.size and border is None:  # locate the end of the equilibrium exactly

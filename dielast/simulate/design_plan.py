@@ -20,7 +20,7 @@ from dielast.simulate.film_grid import FilmGrid, Group
 from dielast.simulate.goal import Goal, voltage_about
 from dielast.simulate.lives import live
 
-ROUNDS = 8  # of trials, at most
+ROUNDS = 100  # of trials, at most: a bracket is halved every other round
 MET = 1e-4  # accuracy of a goal, in the logarithm of the stretch or of the area
 CLOSE = 0.2  # fraction of that accuracy at which a search ends
 SHARE = 1e-3  # the same as a fraction of the way to the goal, if that is smaller
@@ -105,12 +105,14 @@ class Designed:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trials:
     """Trials (t,) of voltages on columns of films: the `voltage`, or the voltage at which a film failed as it was applied at once;
-    `value`, the distance to the goal; `kind`, the outcome (see `edged_roots`); `time` in s and `mode` of the first event.
+    `value`, the distance to the goal; `ended`, the same where the film failed; `kind`, the outcome (see `edged_roots`); `time` in
+    s and `mode` of the first event.
     """
 
     columns: Cases
     voltage: Floats
     value: Floats
+    ended: Floats
     kind: Cases
     time: Floats
     mode: Names
@@ -124,7 +126,7 @@ def solve_films(plan: DesignPlan, first: int, end: int) -> Designed:
     part = _part(group, columns)
     pair = paired(np.arange(films.size))
     expected, limited = voltage_about(_part(part, pair), goal.take(pair), plan.grid.controls)
-    search = EdgedRoots(expected[: films.size, None] * SPREAD, _tolerance(goal, group.rtol))
+    search = EdgedRoots(expected[: films.size, None] * SPREAD, _tolerance(goal, group.rtol), to_edge=True)
     beyond = limited[: films.size]
     short, rounds = _search(plan, part, goal, search, beyond)
     state = np.where(beyond, FAR, search.state)
@@ -194,7 +196,8 @@ def _search(
         trials = _tried(plan, part, goal, columns, voltage, goal.at)
         rounds += 1
         with np.errstate(divide="ignore"):
-            search.note(columns, trials.voltage, trials.value, trials.kind, np.log(trials.time / goal.at))
+            value = np.where(trials.kind == SHORT, trials.ended, trials.value)
+            search.note(columns, trials.voltage, value, trials.kind, np.log(trials.time / goal.at))
         for trial in np.flatnonzero(trials.kind == SHORT).tolist():
             column, volts = int(columns[trial]), float(trials.voltage[trial])
             if column not in lowest or volts < lowest[column][0]:
@@ -228,5 +231,6 @@ def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: F
     failed_at = np.abs(end.field) * part.thickness[columns]
     halfway = (end.time == 0) & (failed_at < voltage * (1 - ROUNDING))
     voltage = np.where(halfway, failed_at, voltage)
-    passed = (halfway | (end.time > 0)) & (goal.missed(lives.relative_stretch(end)) >= 0)
-    return _Trials(columns, voltage, value, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)
+    ended = goal.missed(lives.relative_stretch(end))
+    passed = (halfway | (end.time > 0)) & (ended >= 0)
+    return _Trials(columns, voltage, value, ended, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)
