@@ -158,7 +158,7 @@ class _Wanted:
     def over(
         cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Floats, dense: int, felt: float
     ) -> _Wanted:
-        """At `dense` times per decade; means begin where the integral of G exceeds the fraction `felt` of its value for the longest."""
+        """At `dense` times per decade; means begin where the integral of G exceeds `felt` times its value for the longest."""
         count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
         time = (np.geomspace(*window, max(count, 3)) / 10 ** log10_shift[:, None]).reshape(-1)
         starts, ends = [], []
