@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, in_a_draw
+from dielast.material.arguments import real_numbers
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import failures_of
@@ -65,7 +66,7 @@ class FilmGrid:
 
 def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
     """An axis of a grid `of` films."""
-    array = np.atleast_1d(np.asarray(values, dtype=float))
+    array = np.atleast_1d(real_numbers(values, name))
     if array.ndim != 1 or not array.size:
         raise InputError(f"the {name} axis of a {of} must be a list of numbers, and not empty", argument=name)
     if not np.all(np.isfinite(array)):
@@ -75,7 +76,7 @@ def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
 
 def prestretches_of(prestretch: Prestretch, of: str = "map") -> Floats:
     """The prestretch of axes 1 and 2 (prestretches, 2) of an axis of numbers, or of pairs."""
-    pairs = np.asarray(prestretch, dtype=float)
+    pairs = real_numbers(prestretch, "prestretch")
     pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
     pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:

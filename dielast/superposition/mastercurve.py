@@ -16,6 +16,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from dielast.errors import InputError, shown, warn
+from dielast.material.arguments import real_number
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve, is_temperature
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
@@ -82,7 +83,9 @@ def build_master_curve(
     mostly zero or negative, and for groups of curves that do not overlap. Warns of each temperature whose shift the data do not
     determine, of points far off the master curve, and of results that look wrong.
     """
-    reference = float(reference_temperature)
+    if isinstance(curves, Measurement):
+        raise InputError("a list of curves is needed", argument="curves")
+    reference = real_number(reference_temperature, "reference_temperature")
     if not is_temperature(reference):
         raise InputError(f"{reference:g} degC is not a temperature above absolute zero", argument="reference_temperature")
     if not 0 <= temperature_stderr < np.inf:
