@@ -24,7 +24,7 @@ def real_numbers(values: Any, name: str) -> Floats:
             array = np.array([_number(value) for value in array.ravel()]).reshape(array.shape)
         if array.dtype.kind in NO_NUMBERS and array.size:
             raise InputError(f"{shown(values)}: {needed}, not {NO_NUMBERS[array.dtype.kind]}", argument=name)
-        if np.ma.is_masked(array):
+        if np.any(getattr(array, "mask", False)):  # numpy.ma takes its time to load
             raise InputError(f"some values are masked: leave them out ({name}.compressed())", argument=name)
         return np.asarray(array, dtype=float)
     except (TypeError, ValueError) as error:

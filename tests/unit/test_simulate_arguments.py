@@ -102,3 +102,10 @@ def test_arguments_of_a_wrong_type_are_input_errors() -> None:
     for function, given, named, message in wrong:
         with pytest.raises(InputError, match=message):
             function(*given, **named)
+
+
+def test_a_long_hold_after_a_short_ramp_has_rows_in_every_decade() -> None:
+    history = relax(VHB, [Step(stretch=1.5, duration=1e-8), Step(duration=1e9)], points_per_decade=2)
+    held = history.time[0][history.time[0] > 1.001e-8] - 1e-8
+    assert held[0] < 1e-10
+    assert np.diff(np.log10(held)).max() < 1.0
