@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.io.result import Result
+from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DamageLaw
@@ -49,6 +50,9 @@ class Material(Result):
     equilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     nonequilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     calibrated: CalibratedRange | None = None
+
+    def __post_init__(self) -> None:
+        real_number(self.equilibrium_modulus, "equilibrium_modulus")
 
     @property
     def reference_temperature(self) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.io.result import Result, freeze
 from dielast.io.table import plural, spoken
+from dielast.material.arguments import real_number, real_numbers
 from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
@@ -61,10 +62,14 @@ class Measurement(Result):
         return replace(self, **dict(zip(self.names(), columns, strict=True)))
 
     def __post_init__(self) -> None:
-        where, kind = f"{self.temperature:g} degC", type(self).KIND
+        where, kind = f"{real_number(self.temperature, 'temperature'):g} degC", type(self).KIND
         if not is_temperature(self.temperature):
             raise InputError(f"temperature {where} is not a temperature above absolute zero")
-        arrays = {name: np.array(getattr(self, name), dtype=float).reshape(-1) for name in self.names()}
+        arrays = {name: np.array(real_numbers(getattr(self, name), name)) for name in self.names()}
+        for name, values in arrays.items():
+            if values.ndim > 1:
+                raise InputError(f"{where}: {plural(name)} of shape {values.shape}: a list of numbers is needed")
+            arrays[name] = values.reshape(-1)
         abscissa, *others = arrays
         for name in others:
             if arrays[name].size != arrays[abscissa].size:

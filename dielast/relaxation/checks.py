@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, and_more, warn
 from dielast.io.table import plural, spoken
+from dielast.material.arguments import real_numbers
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.ends import End
@@ -30,7 +31,7 @@ NEAR_END = 10**0.1  # a curve determines processes up to a tenth of a decade bey
 def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Floats]:
     """Abscissa and ordinates of a master curve, arrays (n,) by ascending abscissa; `InputError` unless positive and equally long."""
     names = [(spoken(name), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
-    arrays = [np.asarray(values, dtype=float) for values in columns]
+    arrays = [real_numbers(values, name) for (name, _), values in zip(names, columns, strict=True)]
     abscissa = arrays[0]
     for (name, _), values in zip(names, arrays, strict=True):
         if values.ndim != 1 or values.shape != abscissa.shape:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.arguments import real_number
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
@@ -204,9 +205,10 @@ def plan_failure_map(
     if shares is not None:
         pairs, shares = np.repeat(pairs, of_each, axis=0), np.tile(shares, len(pairs))
     temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
-    if not (np.isfinite(horizon) and horizon > 0):
+    thickness = real_number(thickness, "thickness")
+    if not 0 < real_number(horizon, "horizon") < np.inf:
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
-    if not 0 <= ramp <= horizon:
+    if not 0 <= real_number(ramp, "ramp") <= horizon:
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
     stretch_times = _stretch_times(stretch_at, horizon)
     if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, in_a_draw
+from dielast.material.arguments import real_numbers
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import failures_of
@@ -67,7 +68,7 @@ class FilmGrid:
 
 def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
     """The values as an axis (n,) of a grid; `InputError` unless they are a list of finite numbers. `of` names the grid."""
-    array = np.atleast_1d(np.asarray(values, dtype=float))
+    array = np.atleast_1d(real_numbers(values, name))
     if array.ndim != 1 or not array.size:
         raise InputError(f"the {name} axis of a {of} must be a list of numbers, and not empty", argument=name)
     if not np.all(np.isfinite(array)):
@@ -77,7 +78,7 @@ def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
 
 def prestretches_of(prestretch: Prestretch, of: str = "map") -> Floats:
     """The prestretches (n, 2) of axes 1 and 2, from a list of numbers (equibiaxial) or of pairs."""
-    pairs = np.asarray(prestretch, dtype=float)
+    pairs = real_numbers(prestretch, "prestretch")
     pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
     pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
+from dielast.material.arguments import real_number, real_numbers
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.columns import Floats
@@ -86,10 +87,10 @@ class FilmSetup(Result):
 
     def check(self) -> None:
         """`InputError` for a thickness that is not positive, or a relaxation time that is negative."""
-        for value in np.atleast_1d(np.asarray(self.thickness, dtype=float)).tolist():
+        for value in np.atleast_1d(real_numbers(self.thickness, "thickness")).tolist():
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{value:g} m: it must be positive", argument="thickness")
-        if not (np.isfinite(self.relax) and self.relax >= 0):
+        if not 0 <= real_number(self.relax, "relax") < np.inf:
             raise InputError(f"{self.relax:g} s: it must not be negative", argument="relax")
 
     @property

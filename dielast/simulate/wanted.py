@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.errors import InputError, shown
+from dielast.material.arguments import real_numbers
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.course import Piece
 from dielast.numerics.columns import Cases, Floats
@@ -58,7 +59,7 @@ def check_tolerance(rtol: float) -> None:
 
 def _given_times(times: object, cases: int) -> Floats:
     """Output times as an array (cases, k); `InputError` unless they are finite, not negative and never decrease."""
-    array = np.atleast_2d(np.asarray(times, dtype=float))
+    array = np.atleast_2d(real_numbers(times, "times"))
     if array.ndim != 2 or array.shape[0] not in (1, cases) or not array.size:
         raise InputError(f"one list for all cases, or one for each of {cases} cases, is needed", argument="times")
     if not np.all(np.isfinite(array)) or np.any(array < 0):

@@ -16,6 +16,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from dielast.errors import InputError, shown, warn
+from dielast.material.arguments import real_number
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve, is_temperature
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
@@ -84,7 +85,9 @@ def build_master_curve(
     implausible results. Raises `InputError` for an unknown option, fewer than two temperatures, curves of several kinds, a curve
     that is mostly zero or negative, and groups of curves that do not overlap.
     """
-    reference = float(reference_temperature)
+    if isinstance(curves, Measurement):
+        raise InputError("a list of curves is needed", argument="curves")
+    reference = real_number(reference_temperature, "reference_temperature")
     if not is_temperature(reference):
         raise InputError(f"{reference:g} degC is not a temperature above absolute zero", argument="reference_temperature")
     if not 0 <= temperature_stderr < np.inf:
