@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
+import subprocess
 import tempfile
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from processes import PYTHON
 
 # the same examples every time where a result must not be a matter of luck; new ones wherever else the tests run
 settings.register_profile("ci", derandomize=True)
@@ -45,6 +48,20 @@ def shared_data() -> Callable[[str], Path]:
         return path
 
     return find
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[str]:
+    """The address of server.py: a short one, since a socket's has at most some hundred characters."""
+    with tempfile.TemporaryDirectory(prefix="dielast") as folder, socket.socket(socket.AF_UNIX) as listener:
+        address = f"{folder}/server"
+        listener.bind(address)
+        listener.listen()
+        program = [*PYTHON, str(Path(__file__).with_name("server.py")), str(listener.fileno())]
+        with subprocess.Popen(program, stdin=subprocess.PIPE, pass_fds=[listener.fileno()]) as process:
+            yield address
+            assert process.stdin is not None
+            process.stdin.close()
 
 
 SLOW = Path(__file__).with_name("slow.txt")

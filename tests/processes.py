@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 Process = subprocess.Popen[str]
+PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
 DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
 # a map that has kept its first cells goes on once there is a file named go: none is finished before its test says so
 HELD = """

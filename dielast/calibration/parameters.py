@@ -8,10 +8,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.material.numbers import SCALE, Kind, Numbers, kinds_of, material_of, numbers_of
@@ -132,30 +133,11 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
     """
     if not free:
         raise InputError("nothing is free: state the constants to fit", argument="free")
-    numbers, kinds = numbers_of(material), kinds_of(material)
-    parameters: list[Parameter] = []
-    for path, known in free.items():
-        match = _KEY.fullmatch(path)
-        section, key = (match["section"], match["key"]) if match else ("", "")
-        if key not in kinds.get(section, {}):
-            there = [f"{name}.{constant}" for name, constants in kinds.items() for constant in constants]
-            raise InputError(f"the material has no such constant; it has {', '.join(there)}", key=path)
-        kind, value = kinds[section][key], numbers[section].get(key)
-        if not isinstance(value, list):
-            parameters.append(_parameter(section, key, None, kind, known, value, _size(material, section, kind), path))
-            continue
-        index = None if match is None or match["index"] is None else int(match["index"])
-        if index is not None and index >= len(value):
-            raise InputError(f"there are {len(value)} entries, counted from 0", key=path)
-        for k, number in enumerate(value):
-            if index in (None, k):
-                between = _between(value, k) if key == "relaxation_time" else known
-                bounds = known if known.min is not None or known.max is not None else between
-                parameters.append(_parameter(section, key, k, kind, bounds, number, _size(material, section, kind), path))
+    wrong = Mistakes()
+    parameters = [one for path, known in free.items() for one in wrong.tried(partial(_parameters, material, path, known)) or ()]
     names = [parameter.name for parameter in parameters]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError("is free twice", key=name)
+    wrong += [Problem("is free twice", key=name) for name in dict.fromkeys(names) if names.count(name) > 1]
+    wrong.refuse()
     if f"nonequilibrium.{SCALE}" in names and any(name.startswith("nonequilibrium.shear_modulus") for name in names):
         raise InputError("a factor on all moduli and single moduli are free: free one of the two", key=f"nonequilibrium.{SCALE}")
     centre, precision = np.zeros(len(parameters)), np.zeros(len(parameters))
@@ -169,6 +151,29 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
         members = next(known.draws for known in free.values() if known.draws)
         centre[drawn], whole[np.ix_(drawn, drawn)] = _moments(members, [parameters[k] for k in drawn])
     return ParameterSpace(material, tuple(parameters), centre, whole)
+
+
+def _parameters(material: Material, path: str, known: Free) -> list[Parameter]:
+    """The parameter that a path leads to, or those of a list."""
+    numbers, kinds = numbers_of(material), kinds_of(material)
+    match = _KEY.fullmatch(path)
+    section, key = (match["section"], match["key"]) if match else ("", "")
+    if key not in kinds.get(section, {}):
+        there = [f"{name}.{each}" for name, own in kinds.items() for each in own]
+        raise InputError(f"the material has no such constant; there are {', '.join(there)}", key=path)
+    kind, value = kinds[section][key], numbers[section].get(key)
+    if not isinstance(value, list):
+        return [_parameter(section, key, None, kind, known, value, _size(material, section, kind), path)]
+    index = None if match is None or match["index"] is None else int(match["index"])
+    if index is not None and index >= len(value):
+        raise InputError(f"there are {len(value)} entries, counted from 0", key=path)
+    found = []
+    for k, each in enumerate(value):
+        if index in (None, k):
+            between = _between(value, k) if key == "relaxation_time" else known
+            own = known if known.min is not None or known.max is not None else between
+            found.append(_parameter(section, key, k, kind, own, each, _size(material, section, kind), path))
+    return found
 
 
 def _free_of(free: Mapping[str, Free], parameter: Parameter) -> Free:

@@ -1,4 +1,4 @@
-"""What a material was calibrated for: how its specimens were stretched, how far, how long and at which temperatures."""
+"""The range of a calibration: modes, largest stretch, times and temperatures of its tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks that warn of legal inputs that look like a mistake: a modulus in the wrong unit, a temperature on the wrong scale.
+"""Warnings of legal constants that look like mistakes: a modulus in the wrong unit, a temperature on the wrong scale.
 
 A warning says what the input looks like. None of these inputs is an error: a real material may have such constants.
 """
@@ -18,19 +18,19 @@ from dielast.units import ZERO_CELSIUS
 
 SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
 GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds
-RELAXING = 0.01  # of the equilibrium modulus: branches that add up to less cannot be seen beside it
-TAUT = 0.03  # room to the limit of stretch, 1 at rest: chains that have less are taut and break
+RELAXING = 0.01  # of the equilibrium modulus: branches with a smaller sum do not show
+TAUT = 0.03  # distance to the limit of stretch, 1 at rest: with less, chains are taut and break
 COLDEST, HOTTEST = -150.0, 300.0  # degC, where polymers are measured
 LOOKS_LIKE_KELVIN = 200.0  # degC: higher readings are most likely in kelvin
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
 LARGEST_PERMITTIVITY = 1e3  # relative
-UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the stress goes with its square, 1e-5 of that at breakdown, and 1000 times
-LEAKIEST = 30.0  # fields E_c of a leak: the conductivity grows 1e13 times
+UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the electrostatic stress is 1e-5 and 1000 times that at breakdown
+LEAKIEST = 30.0  # fields E_c of leakage: the conductivity grows by a factor 1e13
 THINNEST, THICKEST, THICKEST_SPECIMEN = 1e-6, 1e-2, 0.1  # m
 _SHEAR = re.compile(r"^\|?g(?![a-z])|^g(p|pp|prime|stor|loss)\b|^j(?![a-z])|\bshear\b|scher|schub")  # names, in lower case
 _STRAIN = re.compile(r"\bstrain|dehnung(?!sverh)|elongation|^[εϵ]")
 UNSEEN = 1e-5  # strain that no extensometer resolves
-SQUEEZED = 0.7  # stretch: who squeezes a film farther has typed a strain
+SQUEEZED = 0.7  # stretch: a smaller value is probably a strain
 
 
 def warn_of_material(material: Material) -> None:
@@ -43,7 +43,7 @@ def warn_of_material(material: Material) -> None:
         warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
     if 0 < branches < RELAXING * rest:
         beside = f"beside an equilibrium modulus of {rest:g} Pa"
-        warn(f"the branches add up to {branches:.3g} Pa {beside}, so that nothing relaxes: are they in another unit?")
+        warn(f"the branches add up to {branches:.3g} Pa {beside}, so that relaxation does not show: are they in another unit?")
     for law, whose in ((material.equilibrium_law, "equilibrium"), (material.nonequilibrium_law, "nonequilibrium")):
         if reason := law.warning(whose):
             warn(reason)
@@ -66,7 +66,7 @@ def warn_of_breakdown(field: ArrayLike) -> None:
 
 
 def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[BreakdownLaw | None]) -> None:
-    """Warn of prestretches, one pair a film, outside of those that breakdown fields are `known` for."""
+    """Warn of prestretches, a pair for each film, outside the range of the breakdown law."""
     films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, known, strict=True)]
     outside = [(pair, value, law) for pair, value, law in films if law is not None and not law.is_known_at(value)]
     if not outside:
@@ -78,7 +78,7 @@ def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Seque
 
 
 def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
-    """Warn of thicknesses (m, any shape) that no film has; `whose` they are, and the `thickest` (m) of these."""
+    """Warn of thicknesses (m, any shape) that no film or specimen (`whose`) has; `thickest` (m) is the limit."""
     values = np.atleast_1d(np.asarray(thickness, dtype=float))
     for value in values[(values < THINNEST) | (values > thickest)][:1]:
         known = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
@@ -86,8 +86,8 @@ def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float
 
 
 def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike = False) -> None:
-    """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields, those of a
-    voltage, or of a charge where films are `charged`.
+    """Warn if the `highest` true fields (V/m) of films before they deform are all far from their `breakdown` fields; the fields are
+    those of a charge for films that are `charged`, else of a voltage.
     """
     field, limit = np.broadcast_arrays(np.abs(np.asarray(highest, dtype=float)), np.asarray(breakdown, dtype=float))
     if not np.any(field):
@@ -105,15 +105,15 @@ def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike =
 
 
 def warn_of_leak(true_field: ArrayLike, scale: ArrayLike) -> None:
-    """Warn of true fields (V/m) that are so many times the `scale` E_c (V/m) of a leak that nobody has measured it there."""
+    """Warn of true fields (V/m) far above the `scale` E_c (V/m) of leakage, where its law was not measured."""
     ratio = float(np.max(np.abs(np.asarray(true_field, dtype=float)) / np.asarray(scale, dtype=float), initial=0.0))
     if ratio > LEAKIEST:
-        grown = f"the true field comes to {ratio:.3g} times the leak's, by which the conductivity grows e^{ratio:.3g} times"
+        grown = f"the true field reaches {ratio:.3g} times leakage.field, so that the conductivity grows by a factor e^{ratio:.3g}"
         warn(f"{grown}: is leakage.field in another unit?")
 
 
 def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
-    """Warn of temperatures (degC, any shape) that look as if they were on another scale; `what` says whose they are."""
+    """Warn of temperatures (degC, any shape) that look as if they were on another scale; `what` begins the message."""
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
     if not values.size:
         return
@@ -121,15 +121,15 @@ def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
     span = f"{coldest:g}" if coldest == hottest else f"{coldest:g} to {hottest:g}"
     if hottest < COLDEST:
         kelvin = f"{coldest + ZERO_CELSIUS:g}" + ("" if coldest == hottest else f" to {hottest + ZERO_CELSIUS:g}")
-        warn(f"{what} {span} degC, which is {kelvin} K: are they degC that were taken for kelvin?")
+        warn(f"{what} {span} degC, which is {kelvin} K: was the value in degC, but stated as kelvin?")
     elif coldest > LOOKS_LIKE_KELVIN:
-        warn(f"{what} {span} degC: are they kelvin that were taken for degC?")
+        warn(f"{what} {span} degC: was the value in kelvin, but stated as degC?")
     elif coldest < COLDEST or hottest > HOTTEST:
-        warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")
+        warn(f"{what} {span} degC, outside the usual range of polymers: is the scale right?")
 
 
 def warn_of_curve(largest: float, plateau: float | None = None) -> None:
-    """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau` if there is one, is no polymer's."""
+    """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau`, is not that of a polymer."""
     if largest > 3 * GLASS:
         warn(f"the largest Young's modulus is {largest:.3g} Pa, more than any polymer's glass: is it in another unit?")
     elif largest < 3 * SOFTEST:
@@ -139,22 +139,22 @@ def warn_of_curve(largest: float, plateau: float | None = None) -> None:
 
 
 def warn_of_tension(names: Sequence[str], source: str) -> None:
-    """Warn of moduli, compliances, strains or stresses that are taken for those of tension, in columns whose `names` say shear."""
+    """Warn of moduli, compliances, strains or stresses that are read as those of tension, in columns whose `names` say shear."""
     for name in [name for name in names if _SHEAR.search(name.strip().casefold().replace("_", " "))][:1]:
         warn(
-            f'column "{name}" looks like one of shear, but is read as one of tension, which is a factor of three: say '
-            'test = "shear", or test = "tension"',
+            f'column "{name}" looks like a quantity in shear, but is read as in tension, which differs by a factor of three: state '
+            'test = "shear" or test = "tension"',
             file=source,
         )
 
 
 def warn_of_strain(strain: ArrayLike) -> None:
-    """Warn of strains (1, any shape) of a relaxation test that are no small ones, or that look like stretches or per cent."""
+    """Warn of strains (1, any shape) of a relaxation test that are not small, or that look like stretches or per cent."""
     values = np.atleast_1d(np.asarray(strain, dtype=float))
     typical = float(np.median(values)) if values.size else 0.0
     if typical <= 0.3:
         return
-    stated, per_cent = f"the strain is {typical:.3g}, that is {100 * typical:.3g} %", "in per cent, which its unit must say"
+    stated, per_cent = f"the strain is {typical:.3g}, that is {100 * typical:.3g} %", "in per cent, which its unit must state"
     if 1 < typical < 2:
         warn(f"{stated}: is it a stretch, so that the strain is {typical - 1:.3g}, or {per_cent}?")
     elif typical >= 1:
@@ -164,7 +164,7 @@ def warn_of_strain(strain: ArrayLike) -> None:
 
 
 def warn_of_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
-    """Warn of measured stretches (1, any shape) in a column whose `name` says strain, or of values that no stretch has."""
+    """Warn of measured stretches (1, any shape) in a column whose `name` says strain, or with values of a strain."""
     values = np.atleast_1d(np.asarray(stretch, dtype=float))
     typical = float(np.median(values))
     if _STRAIN.search(name.casefold()) or not 0.5 <= typical <= 20:
@@ -176,15 +176,17 @@ def warn_of_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None
 def warn_of_stretch(lowest: float, highest: float) -> None:
     """Warn of prescribed stretches, from the `lowest` to the `highest`, that look like strains."""
     if lowest < SQUEEZED:
-        warn(f"a stretch of {lowest:g} squeezes the film (1 is undeformed): is it a strain, so that the stretch is {1 + lowest:g}?")
+        warn(
+            f"a stretch of {lowest:g} compresses the film (1 is undeformed): is it a strain, so that the stretch is {1 + lowest:g}?"
+        )
     elif lowest == highest == 1:
         warn("the stretch is 1 throughout, which is undeformed: is it a strain of 100 %, so that the stretch is 2?")
 
 
 def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLike) -> None:
-    """Warn of films whose stretches (points,) under load are those of taut chains, or not to be seen at all.
+    """Warn of films whose stretches (points,) under load are those of taut chains, or too small to be measured.
 
-    `room` (points,) is that of the equilibrium spring's law: 1 at rest, 0 at its limit.
+    `room` (points,) is the distance to the limit of the equilibrium spring: 1 at rest, 0 at the limit.
     """
     first, second, left = (np.asarray(values, dtype=float) for values in (stretch_1, stretch_2, room))
     if not left.size:

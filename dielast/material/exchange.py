@@ -1,4 +1,4 @@
-"""What scatters between draws of films, and each source of it exchanged between two draws, to find its share of the spread."""
+"""Sources of scatter between draws of films, exchanged between pairs of draws to find their shares of the variance."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ PARTS: dict[str, tuple[str, ...]] = {
 }
 """The parts of a material that its draws may differ in, and their fields."""
 FACTORS = {"breakdown field": "breakdown_factor", "thickness": "thickness_factor", "damage": "damage_factor"}
-"""What scatters from film to film, by the field of a sample."""
+"""Sources that scatter from film to film -> the field of a sample."""
 WHOLE = "material"
 
 
 @dataclass(frozen=True, slots=True)
 class Source(Result):
-    """What draws differ in: `name`, and the fields of a `Material`, or that of a `Sample`, that hold it. `part_of` is the source
-    that it is a part of, with whose other parts it is drawn together; empty for a source that is independent of all others.
+    """A source of scatter: `name`, and the fields of a `Material`, or the field of a `Sample`, that hold it. `part_of` is the
+    source that contains it, whose parts are drawn together; empty for a source that is independent of all others.
     """
 
     name: str
@@ -42,8 +42,8 @@ class Source(Result):
 
 
 def sources_of(sample: Sample) -> tuple[Source, ...]:
-    """All that the draws differ in: the material, its parts if it differs in more than one of them, and what scatters from film to
-    film.
+    """The sources in which the draws differ: the material, its parts if several of them differ, and sources that scatter from film
+    to film.
     """
     distinct = list({id(member): member for member in sample.materials}.values())
     parts = {
@@ -63,8 +63,8 @@ def sources_of(sample: Sample) -> tuple[Source, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Exchange(Result):
-    """Pairs of draws between which each source is exchanged: `sample` holds the draws, the `draws` given ones first, then, for
-    each of the `sources`, draws `first` (pairs,) with the source from `second` (pairs,), and draws `second` with that from `first`.
+    """Pairs of draws between which each source is exchanged. `sample` holds the original `draws`, then, for each of the `sources`,
+    draws `first` (pairs,) with the source from `second` (pairs,), and draws `second` with the source from `first`.
     """
 
     sample: Sample
@@ -75,15 +75,15 @@ class Exchange(Result):
 
     @classmethod
     def of(cls, sample: Sample, seed: int = 1) -> Exchange:
-        """Pairs of the draws of a sample, at random by `seed`, each draw in one pair; of an odd number, one draw is in none.
+        """Random pairs of the draws of a sample, by `seed`, each draw in one pair; of an odd number, one draw is left out.
 
-        Raises `InputError` for fewer than four draws, and where nothing differs between them.
+        Raises `InputError` for fewer than four draws, and if they do not differ.
         """
         if len(sample) < 4:
-            raise InputError(f"{len(sample)} draws: shares of their spread take at least 4", argument="sample")
+            raise InputError(f"{len(sample)} draws: at least 4 are needed for shares of their variance", argument="sample")
         sources = sources_of(sample)
         if not sources:
-            raise InputError("all draws are the same: nothing has a share of their spread", argument="sample")
+            raise InputError("all draws are equal: there is no variance to divide into shares", argument="sample")
         order = stream(seed, "sensitivity").permutation(len(sample))
         first, second = np.array_split(order[: 2 * (len(sample) // 2)], 2)
         parts = [sample, *(_exchanged(sample, source, *pair) for source in sources for pair in ((first, second), (second, first)))]
@@ -116,7 +116,7 @@ def _joined(samples: Sequence[Sample]) -> Sample:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Whether two parts of a material have the same numbers."""
+    """Whether two parts of a material have equal numbers."""
     if one is other:
         return True
     if is_dataclass(one) and not isinstance(one, type) and type(one) is type(other):

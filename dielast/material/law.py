@@ -1,7 +1,7 @@
-"""What the laws of every family share: a name, constants with units, and a registry that finds a law by its name.
+"""Base of all laws: a name, constants with units, and a registry of laws by name.
 
-A law is a frozen dataclass that answers every question about itself, so that no other module asks what type it is. To add a law,
-write its module and register its class in the package of its family.
+A law is a frozen dataclass whose methods hold all that is particular to it, so that no other module depends on its type. To add a
+law, write its module and register its class in the package of its family.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from dielast.units import Dimension
 class Constant:
     """One constant of a law: the attribute `name` of the law, and how files state it.
 
-    `dimension` is None for a bare number. A value lies `above` or is `at_least` a bound, where one is given. `many`: a list of
-    numbers. `key` is its key in a material file, if that is not the name. A file may leave out a
-    constant with a value `left_out`, or one that is not `needed` at all.
+    `dimension` is None for a bare number. `above` and `at_least` are bounds of its values. `many`: a list of numbers. `key` is its
+    key in a material file, by default the name. A file may leave out a constant with a default, `left_out`, or one that is not
+    `needed`.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Constant:
 
     @property
     def suffix(self) -> str:
-        """What the unit adds to the name of a number in a summary, such as `_J_per_mol`."""
+        """The unit as the ending of a name in a summary, such as `_J_per_mol`."""
         return "" if self.unit == "1" else "_" + self.unit.replace("/", "_per_")
 
     @property
@@ -65,7 +65,7 @@ class Constant:
         return (self.above is None or value > self.above) and (self.at_least is None or value >= self.at_least)
 
     def value(self, stated: Any) -> Any:
-        """The attribute of a law from what is stated: None, a number, or several, as a law that shares the key may take them."""
+        """The attribute of a law from the stated value: None, a number, or several, as laws that share the key may take several."""
         if stated is None:
             return self.left_out
         if self.many:
@@ -95,7 +95,7 @@ class Law:
     constants: ClassVar[tuple[Constant, ...]] = ()
 
     def stated(self) -> dict[str, Any]:
-        """The constants by their keys in a material file, those at the value that a file leaves out apart."""
+        """The constants by their keys in a material file, without those that have their default."""
         values = [(constant, getattr(self, constant.name)) for constant in self.constants]
         return {
             constant.file_key: constant.stated(value)
@@ -107,7 +107,7 @@ class Law:
     def arguments(cls, stated: Mapping[str, Any]) -> dict[str, Any]:
         """Arguments of the class from values (SI) by their keys in a material file.
 
-        Raises `InputError` for a constant that is missing, and for a key that is no constant of this law.
+        Raises `InputError` for a constant that is missing, and for a key that is not a constant of this law.
         """
         named = {key for key, value in stated.items() if value is not None}
         needed = {constant.file_key for constant in cls.constants if constant.is_needed}
@@ -157,5 +157,5 @@ class Registry(Generic[Entry]):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all."""
+        """The names of all entries."""
         return tuple(self._entries)

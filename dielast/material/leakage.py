@@ -1,4 +1,4 @@
-"""Leakage: the current that flows through a film under a field, and discharges it."""
+"""Leakage: the current through a film under a field, which discharges it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from dielast.numerics.columns import Cases, Floats
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Leakage(Result):
     """The true current density j = sigma_0 exp(|E|/E_c) E in A/m^2 of a true field E in V/m: a `conductivity` sigma_0 in S/m that
-    grows with the field, e times in each `field` E_c in V/m; by default it does not, as in Ohm's law. Each may be one number or one
-    a case.
+    grows by a factor e in every `field` E_c in V/m; by default it is constant, Ohm's law. Both are one number, or one for each
+    case.
 
     This is how leakage through VHB is commonly fitted (Foo, Cai, Koh, Bauer and Suo, J. Appl. Phys. 111 (2012) 034102).
-    `InputError` for a conductivity that is negative or a field that is not positive.
+    Raises `InputError` for a conductivity that is negative or a field that is not positive.
     """
 
     conductivity: ArrayLike = 0.0
@@ -29,17 +29,17 @@ class Leakage(Result):
         conductivity, field = (np.asarray(value, dtype=float) for value in (self.conductivity, self.field))
         if not np.all(np.isfinite(conductivity) & (conductivity >= 0)):
             worst = float(np.min(conductivity))
-            raise InputError(f"conductivity {worst:g} S/m: it must be finite and not negative", argument="leakage")
+            raise InputError(f"conductivity {worst:g} S/m: a finite number of at least 0 is needed", argument="leakage")
         if not np.all(field > 0):
             worst = float(np.min(field))
-            raise InputError(f"field {worst:g} V/m: it must be positive; leave it out for Ohm's law", argument="leakage")
+            raise InputError(f"field {worst:g} V/m: a positive number is needed; leave it out for Ohm's law", argument="leakage")
 
     def varied(self) -> list[ArrayLike]:
-        """All numbers of which there may be one for each case."""
+        """The constants that may be arrays (cases,)."""
         return [self.conductivity, self.field]
 
     def take(self, cases: Cases) -> Leakage:
-        """That of some of the cases, of which there is a number for each."""
+        """The leakage of some of the cases."""
         return Leakage(np.asarray(self.conductivity)[cases], np.asarray(self.field)[cases])
 
     def current_density(self, true_field: Floats) -> Floats:

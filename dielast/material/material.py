@@ -1,4 +1,4 @@
-"""What a dielectric elastomer is: an equilibrium spring, relaxation processes, a shift law, a dielectric."""
+"""A dielectric elastomer: an equilibrium spring, relaxation processes, a shift law, a dielectric."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.io.result import Result
+from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DamageLaw
@@ -30,10 +31,10 @@ class Material(Result):
     `equilibrium_modulus` is the shear modulus mu_eq in Pa of the spring `equilibrium_law`; `spectrum` holds the relaxation
     processes at the reference temperature, each with the spring `nonequilibrium_law`; `permittivity` is a
     number in F/m or the law of a dielectric.
-    `measured_temperature` is the range that the shift law was measured in, if that is known. The moduli hold at the reference
+    `measured_temperature` is the range in which the shift factors were measured, None if unknown. The moduli hold at the reference
     temperature; `equilibrium_scaling` and `nonequilibrium_scaling` say how those of the equilibrium spring and of the branches
-    change with temperature. `damage` says how a field uses a film up, if that is to be looked at. `calibrated` is the range of the
-    tests that the material was fitted to, if it was.
+    change with temperature. `breakdown` and `damage` are criteria of electrical failure, None for none. `calibrated` is the range
+    of the tests that the material was fitted to, None if it was not fitted.
     """
 
     name: str
@@ -50,6 +51,9 @@ class Material(Result):
     nonequilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     calibrated: CalibratedRange | None = None
 
+    def __post_init__(self) -> None:
+        real_number(self.equilibrium_modulus, "equilibrium_modulus")
+
     @property
     def reference_temperature(self) -> float:
         """Temperature in degC at which the spectrum holds."""
@@ -57,7 +61,7 @@ class Material(Result):
 
     @property
     def dielectric(self) -> DielectricLaw | None:
-        """The law of the permittivity, if one is known."""
+        """The law of the permittivity; None if none is stated."""
         if not self.permittivity:
             return None
         return self.permittivity if isinstance(self.permittivity, DielectricLaw) else ConstantPermittivity(self.permittivity)
@@ -65,7 +69,7 @@ class Material(Result):
     def relaxation_time(self, temperature: ArrayLike) -> Floats:
         """Relaxation times in s at `temperature` (degC) of any shape; the branches are a new last axis.
 
-        Raises `InputError` where the shift law does.
+        Raises `InputError` at temperatures at which the shift law does not hold.
         """
         shift_factor = 10 ** self.shift.log10_shift_factor(temperature)
         return np.asarray(shift_factor[..., None] * self.spectrum.relaxation_time)

@@ -1,7 +1,7 @@
-"""Viscoelastic measurements at one temperature, as they come: a relaxation test, a frequency sweep, a creep test.
+"""Viscoelastic measurements at one temperature: a relaxation test, a frequency sweep, a creep test.
 
-Moduli are Young's and compliances tensile throughout this boundary; the material is incompressible, so that shear moduli are a
-third and shear compliances three times as much.
+Moduli are Young's and compliances tensile; the material is incompressible, so that shear moduli are a third of Young's, and shear
+compliances three times the tensile ones.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.io.result import Result, freeze
 from dielast.io.table import plural, spoken
+from dielast.material.arguments import real_number, real_numbers
 from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
@@ -26,11 +27,11 @@ def is_temperature(value: float) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Measurement(Result):
-    """What was measured at `temperature` (degC): an abscissa and one or two ordinates, (n,) each, in the order of the fields.
+    """A measurement at `temperature` (degC): an abscissa (n,) and one or two ordinates (n,), in the order of the fields.
 
     Raises `InputError` if the lengths differ, a value is not finite, an abscissa is not positive or the temperature is not above
-    absolute zero. For messages, `source` says where the measurement comes from, and the `time_offset` of a test over time by how
-    much less its times are than those measured, in s.
+    absolute zero. For messages, `source` names the origin of the measurement, and `time_offset`, in a test over time, is the
+    measured time minus the time in s.
     """
 
     KIND: ClassVar[MeasurementKind]
@@ -43,12 +44,12 @@ class Measurement(Result):
 
     @property
     def source(self) -> str:
-        """Where the measurement comes from."""
+        """The origin of the measurement."""
         raise NotImplementedError
 
     @property
     def time_offset(self) -> float:
-        """By how much less the times are than those measured, in s."""
+        """Measured time minus the time, in s."""
         return 0.0
 
     @property
@@ -61,10 +62,14 @@ class Measurement(Result):
         return replace(self, **dict(zip(self.names(), columns, strict=True)))
 
     def __post_init__(self) -> None:
-        where, kind = f"{self.temperature:g} degC", type(self).KIND
+        where, kind = f"{real_number(self.temperature, 'temperature'):g} degC", type(self).KIND
         if not is_temperature(self.temperature):
             raise InputError(f"temperature {where} is not a temperature above absolute zero")
-        arrays = {name: np.array(getattr(self, name), dtype=float).reshape(-1) for name in self.names()}
+        arrays = {name: np.array(real_numbers(getattr(self, name), name)) for name in self.names()}
+        for name, values in arrays.items():
+            if values.ndim > 1:
+                raise InputError(f"{where}: {plural(name)} of shape {values.shape}: a list of numbers is needed")
+            arrays[name] = values.reshape(-1)
         abscissa, *others = arrays
         for name in others:
             if arrays[name].size != arrays[abscissa].size:
@@ -86,8 +91,8 @@ class Measurement(Result):
 class RelaxationCurve(Measurement):
     """Young's relaxation modulus `modulus` (n,) in Pa over `time` (n,) in s at `temperature` in degC; points in any order.
 
-    Raises `InputError` as `Measurement` says. A modulus may be zero or negative, as a noise floor gives; `build_master_curve` deals
-    with it. `source` says where it comes from, for warnings.
+    Raises `InputError` as stated for `Measurement`. A modulus may be zero or negative (noise floor): `build_master_curve` leaves
+    such points out. `source` names the origin, for warnings.
     """
 
     KIND = RELAXATION
@@ -101,7 +106,7 @@ class RelaxationCurve(Measurement):
 class CreepCurve(Measurement):
     """Tensile creep compliance `compliance` (n,) in 1/Pa over `time` (n,) in s at `temperature` in degC; points in any order.
 
-    Raises `InputError` as `Measurement` says, times being counted from the stress step.
+    Raises `InputError` as stated for `Measurement`. Times are counted from the stress step.
     """
 
     KIND = CREEP
@@ -115,7 +120,7 @@ class CreepCurve(Measurement):
 class FrequencySweep(Measurement):
     """Young's `storage_modulus` and `loss_modulus` (n,) in Pa over `angular_frequency` (n,) in rad/s at `temperature` in degC.
 
-    Points in any order. Raises `InputError` as `Measurement` says.
+    Points in any order. Raises `InputError` as stated for `Measurement`.
     """
 
     KIND = OSCILLATION

@@ -1,6 +1,6 @@
-"""The numbers of a material by section and key, as its file states them, and the material of other numbers.
+"""The numbers of a material by section and key of its file, and a material with other numbers.
 
-What changes a material, a calibration or a table of draws, asks here and knows no law.
+Calibration and tables of draws change a material by these functions, without knowledge of its laws.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ Numbers = dict[str, dict[str, Any]]
 """Values in SI, a number or a list of them, by section and key."""
 
 LISTS = {"shear_modulus": STRESS, "relaxation_time": TIME}
-"""What each branch has, with its dimension."""
+"""Keys of the numbers of branches, with their dimensions."""
 SCALE = "scale"
-"""The key of one factor on the moduli of all branches."""
+"""The key of a common factor on the moduli of all branches."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What a number is: its `dimension` (None: a bare number), and whether it can only be positive."""
+    """The kind of a number: its `dimension` (None: a bare number), and whether it can only be positive."""
 
     dimension: Dimension | None
     positive: bool
@@ -54,7 +54,7 @@ def numbers_of(material: Material) -> Numbers:
 
 
 def kinds_of(material: Material) -> dict[str, dict[str, Kind]]:
-    """What each of the numbers is, by section and key."""
+    """The kinds of the numbers, by section and key."""
     found: dict[str, dict[str, Kind]] = {
         "equilibrium": {"shear_modulus": Kind(STRESS, True)} if material.equilibrium_law.takes_modulus else {},
         "nonequilibrium": {**{key: Kind(dimension, True) for key, dimension in LISTS.items()}, SCALE: Kind(None, True)},

@@ -1,5 +1,5 @@
-"""Checks that warn of a material that is used beyond what is known of it: hotter or colder, further, for longer or faster
-than it was measured, or so far that its equilibrium spring is unstable.
+"""Warnings of a material that is used outside the range of its measurements (temperature, stretch, duration, rate), or at
+stretches at which its equilibrium spring is unstable.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from dielast.material.material import Material
 from dielast.material.springs.stable_range import stable_range, tension_rises
 from dielast.units import TIMES
 
-MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
-BEYOND_TESTS = 0.05  # of the largest I1 of the tests, by which they may be left without a word
-LONGER = 2.0  # times as long as the longest test a material may be used without a word
-UNTESTED = 0.1  # of the way to it, that a mode without tests may go
+MARGIN = 5.0  # K beyond the measured temperatures at which a shift law is used without a warning
+BEYOND_TESTS = 0.05  # of the largest I1 of the tests: may be exceeded by this share without a warning
+LONGER = 2.0  # times the longest test, for which a material is used without a warning
+UNTESTED = 0.1  # of I1 - 3 of the tests, in a mode without tests, without a warning
 
 
 def warn_of_stretches(material: Material, stretch: ArrayLike, mode: str | None) -> None:
@@ -29,7 +29,7 @@ def warn_of_stretches(material: Material, stretch: ArrayLike, mode: str | None) 
 
 
 def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | None) -> None:
-    """Warn of stretches (2, points) at which the tension of the equilibrium spring falls, on the path of a `mode`, None for any."""
+    """Warn of stretches (2, points) at which the tension of the equilibrium spring falls; on the path of a `mode` if stated."""
     law, values = material.equilibrium_law, np.asarray(stretch, dtype=float)
     if law.always_stable or material.equilibrium_modulus == 0 or not values.size:
         return
@@ -44,13 +44,13 @@ def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | 
         ends = [f"above {low:.4g}"] * (low > 0) + [f"below {high:.4g}"] * (high < np.inf)
         where, known = f"a stretch of {first:.4g}", f"; in {mode} loading it rises {' and '.join(ends)} only"
     warn(
-        f"at {where} the {law.title} law of the equilibrium spring is unstable, its tension falls with the stretch{known}: were "
-        "its constants fitted so far?"
+        f"at {where} the {law.title} law of the equilibrium spring is unstable: its tension falls with the stretch{known}; check "
+        "whether its constants were fitted to such stretches"
     )
 
 
 def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> None:
-    """Warn of stretches (2, points) on the path of a `mode`, None for any, beyond the tests that a material was calibrated by."""
+    """Warn of stretches (2, points) beyond the tests that a material was calibrated by; on the path of a `mode` if stated."""
     known, values = material.calibrated, np.asarray(stretch, dtype=float)
     if known is None or not values.size:
         return
@@ -59,14 +59,14 @@ def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> N
     largest = float(np.max(invariant[np.isfinite(invariant)], initial=3.0))
     tested = f"{' and '.join(known.modes)} tests up to I1 = {known.largest_invariant:.4g}"
     if largest > known.largest_invariant * (1 + BEYOND_TESTS):
-        warn(f"the stretches go to I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
+        warn(f"the stretches reach I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
     elif mode not in known.modes and largest > 3 + UNTESTED * (known.largest_invariant - 3):
-        other = "unequal stretches" if mode is None else f"{mode} loading"
-        warn(f"the material was calibrated by {tested} alone: {other} asks more of its law than these tests tell")
+        other = "loading with unequal stretches" if mode is None else f"{mode} loading"
+        warn(f"the material was calibrated by {tested} only: in {other} its law is extrapolated")
 
 
 def warn_of_use(material: Material, temperature: ArrayLike) -> None:
-    """Warn of temperatures (degC, any shape) that look wrong, or that the material's shift law was not measured at."""
+    """Warn of temperatures (degC, any shape) that look wrong, or at which the shift law of the material was not measured."""
     warn_of_temperature(temperature, "the temperature is")
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
     if material.calibrated is not None:
@@ -88,8 +88,8 @@ def warn_of_use(material: Material, temperature: ArrayLike) -> None:
 
 
 def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike) -> None:
-    """Warn of times in s at temperatures in degC, both (k,), that are longer than the tests that a material was calibrated by, as
-    the shift law has it for the hottest of these.
+    """Warn of times in s at temperatures in degC, both (k,), that are longer than the tests that a material was calibrated by;
+    times at different temperatures are compared by the shift law.
     """
     known = material.calibrated
     values, heat = np.atleast_1d(np.asarray(time, dtype=float)), np.atleast_1d(np.asarray(temperature, dtype=float))
@@ -100,13 +100,13 @@ def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike)
     k = int(np.argmax(values / longest))
     if values[k] > LONGER * longest[k]:
         lasting = f"{values[k]:.3g} s at {heat[k]:g} degC are longer than the tests that the material was calibrated by"
-        warn(f"{lasting}, which tell of {longest[k]:.3g} s there: slower branches are not known")
+        warn(f"{lasting}, which are equivalent to {longest[k]:.3g} s at this temperature: slower branches are unknown")
 
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """Something that a film does within `lasting` s while its fastest branch takes `fastest` s at `temperature` degC; `what` is a
-    clause without its end, such as "step[0] takes".
+    """A process of `lasting` s in a film whose fastest branch has a relaxation time of `fastest` s at `temperature` degC; `what`
+    begins the message, such as "step[0] takes".
     """
 
     what: str
@@ -116,14 +116,14 @@ class Pace:
 
 
 def fastest_branch(material: Material, temperature: float) -> float:
-    """The shortest relaxation time in s of the branches that carry any load; 0 if there is none."""
+    """The shortest relaxation time in s of the branches with a modulus above 0; 0 if there is none."""
     carrying = material.relaxation_time(temperature)[material.spectrum.shear_modulus > 0]
     return float(carrying[-1]) if carrying.size else 0.0
 
 
 def warn_of_paces(paces: Iterable[Pace]) -> None:
-    """Warn of the most hasty of the paces that are faster than the fastest branch: processes that the spectrum does not hold, as it
-    was truncated or not measured so far, would resist then, and the film comes out too soft.
+    """Warn of the fastest process that is faster than the fastest branch: branches that the spectrum lacks, because it was
+    truncated or not measured at such short times, would resist, and the simulated film is too soft.
     """
     hasty = [pace for pace in paces if pace.lasting < pace.fastest]
     if hasty:
@@ -131,5 +131,5 @@ def warn_of_paces(paces: Iterable[Pace]) -> None:
         took = f"{worst.fastest:.3g} s" if worst.fastest <= TIMES[1] else f"more than {TIMES[1]:g} s"
         warn(
             f"{worst.what} {worst.lasting:.3g} s, but the fastest branch takes {took} at {worst.temperature:g} degC: the spectrum "
-            "does not hold what is faster, without which the film is too soft in so short a time"
+            "lacks faster branches, so that the simulated film is too soft over so short a time"
         )

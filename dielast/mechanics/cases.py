@@ -7,7 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError
+from dielast.material.arguments import real_numbers
 from dielast.numerics.columns import Floats
 
 
@@ -18,10 +19,7 @@ def of_case(case: int, cases: int) -> int | None:
 
 def numbers(values: ArrayLike, name: str) -> Floats:
     """One number or a list of them as an array (cases,); `InputError` with the argument `name` for anything else."""
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{shown(values)}: a number in SI units, or a list of numbers, is needed", argument=name) from None
+    array = real_numbers(values, name)
     if array.ndim > 1 or not array.size:
         raise InputError(f"an array of shape {array.shape}: one number, or one for each case, is needed", argument=name)
     return array.reshape(-1)
@@ -37,7 +35,7 @@ def one_set(sizes: Iterable[int]) -> int:
 
 def spread(value: ArrayLike, name: str, cases: int) -> Floats:
     """The values as an array (cases,), a single number repeated; `InputError` with the argument `name` if one is not finite."""
-    array = np.asarray(value, dtype=float)
+    array = real_numbers(value, name)
     if not np.all(np.isfinite(array)):
         raise InputError("every value must be finite", argument=name)
     return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))

@@ -141,7 +141,7 @@ class Line:
         moves = np.any(self.start != self.end, axis=0)
         duration = np.where(self.duration > 0, self.duration, 1.0)
         finest = np.ceil(np.log10(duration) - np.log10(KINK * np.where(before > 0, before, 1.0)))
-        soon = np.clip(finest, HOLD_DECADES, JUMP_DECADES)
+        soon = np.maximum(finest, HOLD_DECADES)
         # a voltage that begins to rise restarts the clock of the pull-in time scale
         ramp_decades = JUMP_DECADES if np.any(self.start[2] != self.end[2]) else RAMP_DECADES
         decades = np.where(moves, ramp_decades, np.where(before > 0, soon, JUMP_DECADES))

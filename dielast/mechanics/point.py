@@ -157,6 +157,7 @@ class Arrowhead:
                 np.multiply(self.prescribed_change[axis], gamma_i, out=change_of_stretch[axis])
         change_of_stretch = change_of_stretch[:, None]
         right -= change_of_stretch * (1 / self.gamma)
+        assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[: system.border].reshape(right.shape)
         self.springs.solve(right, out=internal)
         internal += change_of_stretch

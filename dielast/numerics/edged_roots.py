@@ -2,10 +2,10 @@
 
 A trial evaluates the function at one argument. It returns the value; or it ends early, and shows only that the value has passed
 zero by then, or that it has not. Values increase with the argument. Where there is a root, inverse interpolation in the square of
-the argument (Neville's scheme, up to four values) converges to it within the bracket of the trials so far. Where trials end early
-before any value reaches zero, the bracket contains the edge, and trials converge to the edge by the times at which they ended.
-Example: the voltage (argument) for which a film reaches a stretch at a given time. The stretch rises with the square of a small
-voltage, and beyond the edge the film fails before that time.
+the argument (Neville's scheme, up to four values) converges to it within the bracket of the trials so far, which is at least halved
+every other round. Where trials end early before any value reaches zero, the bracket contains the edge, and trials converge to the
+edge by the times at which they ended. Example: the voltage (argument) for which a film reaches a stretch at a given time. The
+stretch rises with the square of a small voltage, and beyond the edge the film fails before that time.
 """
 
 from __future__ import annotations
@@ -19,49 +19,57 @@ from dielast.numerics.arrays import Flags, Floats, Index
 ENDED, PASSED, SHORT = 0, 1, 2  # outcome of a trial: a value; ended early, beyond zero; ended early, below zero
 OPEN, FOUND, EDGE, LOW, FAR = range(5)  # still searched; root; no root before the edge; no root above 0; no root up to FURTHEST
 FURTHEST = 1e3  # largest argument searched, as a multiple of the largest first argument
+NARROWEST = 1e-11  # relative width of a bracket below which rounding decides
+ALIKE = 5.0  # largest difference of the values on both sides of an edge, in tolerances, as their errors grow towards the edge
 NEAREST = 4  # number of values in an interpolation
 GROWTH = 1.5  # largest ratio of arguments from one round to the next, while all values are below zero
 DOWNWARDS = np.array((0.0, 0.5, 0.75, 0.93))  # next arguments as fractions of the smallest one beyond zero, while no value is below
 WITHIN = np.array((0.25, 0.5, 0.75))  # fractions of a bracket to try where interpolation does not help
 CLOSER = np.array((-0.15, -0.02, 0.02, 0.15))  # distances of trials from the expected edge, as fractions of the bracket
-SPACED = (
-    np.arange(1, 10) / 10
-)  # fractions of the bracket to try while the edge cannot be estimated (trials that end at once: cheap)
+# fractions of the bracket to try while the edge cannot be estimated (trials that end at once: cheap)
+SPACED = np.arange(1, 10) / 10
 
 
 @dataclass(slots=True, eq=False)
 class EdgedRoots:
     """The search for the roots of columns (k,). It begins with trials of the arguments `first` (k, n).
 
-    Trials so far, arrays (k, trials), NaN where a column has fewer trials: `argument`; `value`, NaN where the trial ended early;
-    `kind`, its outcome (ENDED, PASSED or SHORT); `lasted`, the logarithm of its actual over its intended duration.
+    Trials so far, arrays (k, trials), NaN where a column has fewer trials: `argument`; `value`, of a trial that ended early below
+    zero the value at which it ended; `kind`, its outcome (ENDED, PASSED or SHORT); `lasted`, the logarithm of its actual over its
+    intended duration.
 
     A root is found when the modulus of a value is at most `tolerance` (k,), an edge when the relative width of its bracket is at
-    most `gap`. `slope` (k,), if known beforehand, is the derivative of the squared argument with respect to the value.
+    most `gap`, and with `to_edge` when the highest value before it is as accurate as a root. `slope` (k,), if known beforehand, is
+    the derivative of the squared argument with respect to the value.
     """
 
     first: Floats
     tolerance: Floats
     gap: float = 1e-4
     slope: Floats | None = None
+    to_edge: bool = False
     argument: Floats = field(init=False)
     value: Floats = field(init=False)
     kind: Floats = field(init=False)
     lasted: Floats = field(init=False)
+    slow: Flags = field(init=False)
+    """Columns (k,) whose brackets the last trials did not halve."""
 
     def __post_init__(self) -> None:
         none = np.empty((len(self.first), 0))
         self.argument = self.value = self.kind = self.lasted = none
+        self.slow = np.zeros(len(self.first), dtype=bool)
 
     def note(self, columns: Index, argument: Floats, value: Floats, kind: Index, lasted: Floats) -> None:
         """Add the outcomes of trials (t,), sorted by column; a column may have several."""
-        count = len(self.first)
+        count, width_before = len(self.first), self.above - self.below
         place = np.arange(columns.size) - np.searchsorted(columns, columns)
         width = int(place.max(initial=-1)) + 1
         for name, entries in (("argument", argument), ("value", value), ("kind", kind), ("lasted", lasted)):
             more = np.full((count, width), np.nan)
             more[columns, place] = entries
             setattr(self, name, np.concatenate((getattr(self, name), more), axis=1))
+        self.slow = self.above - self.below > 0.5 * width_before
 
     @property
     def below(self) -> Floats:
@@ -87,7 +95,8 @@ class EdgedRoots:
         not_below_at_zero = np.any((self.argument == 0) & ~((self.kind == ENDED) & (self.value < 0)), axis=1)
         narrow = high - low <= self.gap * high
         furthest = np.max(np.where(np.isnan(self.argument), 0.0, self.argument), axis=1, initial=0.0)
-        conditions = [best <= self.tolerance, not_below_at_zero & self.passes, not_below_at_zero | (narrow & ~self.passes)]
+        edged = narrow & ~self.passes & (self._limited(low, high) if self.to_edge else True)
+        conditions = [best <= self.tolerance, not_below_at_zero & self.passes, not_below_at_zero | edged]
         far = np.isnan(high) & (furthest >= FURTHEST * self.first.max(axis=1))
         return np.select([*conditions, far], [FOUND, LOW, EDGE, FAR], OPEN)
 
@@ -108,8 +117,15 @@ class EdgedRoots:
 
     @property
     def highest(self) -> Floats:
-        """The highest value below zero (k,), NaN where there is none."""
-        return _largest(np.where(self.kind == ENDED, np.where(self.value < 0, self.value, -np.inf), -np.inf))
+        """The highest value below zero (k,), NaN where there is none; that of the edge itself, where trials came to it."""
+        value = _largest(np.where(self.kind == ENDED, np.where(self.value < 0, self.value, -np.inf), -np.inf))
+        if not self.to_edge:
+            return value
+        ended, lasted = self._shortest(self.value), self._shortest(self.lasted)
+        with np.errstate(all="ignore"):  # values at which trials ended, up to one that lasts just long enough
+            there = ended[0] - lasted[0] * (ended[1] - ended[0]) / (lasted[1] - lasted[0])
+        there = np.where(np.isfinite(lasted[0]), there, ended[0])
+        return np.where((np.abs(there - value) <= ALIKE * self.tolerance) & (self.state == EDGE), there, value)
 
     def trials(self) -> tuple[Index, Floats]:
         """Columns (t,) and arguments (t,) of the next trials; columns whose search is over have none."""
@@ -132,6 +148,7 @@ class EdgedRoots:
             rows.append((is_open & ~has_low & has_high, downwards))
             bracketed = is_open & has_low & has_high
             rows.append((bracketed & self.passes & has_estimate, inside[:, None]))
+            rows.append((bracketed & self.passes & has_estimate & self.slow, 0.5 * (low + high)[:, None]))
             rows.append((bracketed & self.passes & ~has_estimate, _sections(low, high, WITHIN)))
             edge = self._edge(low, high)
             near_edge = edge[:, None] + CLOSER * (high - low)[:, None]
@@ -149,14 +166,35 @@ class EdgedRoots:
         """The argument (k,) at which trials are expected to last just long enough, extrapolated from the two smallest arguments
         that ended early; NaN where it lies outside the bracket or cannot be estimated.
         """
-        ended = np.where(self.kind == SHORT, self.argument, np.inf)
-        order = np.argsort(ended, axis=1, kind="stable")[:, :2]
-        if order.shape[1] < 2:
-            return np.full(low.size, np.nan)
-        first, second = np.take_along_axis(ended, order, axis=1).T
-        lasted, shorter = np.take_along_axis(np.where(np.isinf(self.lasted), np.nan, self.lasted), order, axis=1).T
+        (first, second), (lasted, shorter) = self._shortest(self.argument), self._shortest(self.lasted)
+        lasted, shorter = (np.where(np.isinf(each), np.nan, each) for each in (lasted, shorter))
         edge = first - lasted * (second - first) / (shorter - lasted)
         return np.where((edge > low) & (edge < high), edge, np.nan)
+
+    def _shortest(self, of: Floats) -> Floats:
+        """What is known `of` trials (k, trials), for the two smallest arguments (2, k) of trials that ended short; NaN without."""
+        argument = np.concatenate(
+            (np.where(self.kind == SHORT, self.argument, np.inf), np.full((len(self.first), 2), np.inf)), axis=1
+        )
+        order = np.argsort(argument, axis=1, kind="stable")[:, :2]
+        values = np.concatenate((of, np.full((len(of), 2), np.nan)), axis=1)
+        chosen = np.where(
+            np.isfinite(np.take_along_axis(argument, order, axis=1)), np.take_along_axis(values, order, axis=1), np.nan
+        )
+        return np.asarray(chosen.T)
+
+    def _limited(self, low: Floats, high: Floats) -> Flags:
+        """Whether the value at the lower end of brackets (k,) about an edge is as high as any, to the tolerance.
+
+        It is where a trial at the upper end ended at that value; and where it has hardly risen since the bracket was four times as
+        wide: even of a value with a vertical tangent, which rises with the root of the distance, less than twice that is then left.
+        """
+        values, width = np.where(self.kind == ENDED, self.value, np.nan), high - low
+        here = _largest(np.where(self.argument == low[:, None], values, -np.inf))
+        before = _largest(np.where(self.argument <= (high - 4 * width)[:, None], values, -np.inf))
+        short = np.where((self.kind == SHORT) & (self.argument == high[:, None]), np.abs(self.value - here[:, None]), np.inf)
+        met = np.fmin.reduce(short, axis=1, initial=np.inf) <= self.tolerance
+        return np.asarray(met | (here - before <= 0.5 * self.tolerance) | (width <= NARROWEST * high))
 
     def _over(self) -> Flags:
         """Trials (k, trials) that reached zero; an early end beyond zero counts only if no smaller argument ended short of zero."""

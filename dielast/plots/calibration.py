@@ -170,7 +170,7 @@ def _draw_correlations(axes: Axes, calibration: Calibration, shown: Sequence[int
     for (row, column), value in np.ndenumerate(matrix):
         if row != column and np.isfinite(value) and len(shown) <= 8:
             axes.text(
-                column, row, typeset(f"{value:.1f}"), ha="center", va="center", fontsize=5, color="k" if abs(value) < 0.7 else "w"
+                column, row, typeset(f"{value:z.1f}"), ha="center", va="center", fontsize=5, color="k" if abs(value) < 0.7 else "w"
             )
     axes.set_title("correlations", fontsize=6.5, loc="left")
     axes.figure.colorbar(image, ax=axes, shrink=0.9)

@@ -167,10 +167,14 @@ def _counted(context: Mapping[str, Any]) -> dict[str, str]:
 def _table_at(model: type[BaseModel], keys: Place) -> type[BaseModel] | None:
     """The model of the table that `keys` lead to; None if they lead to no table."""
     table: type[BaseModel] | None = model
+    any_key = False  # in a table of tables, keys are names
     for key in keys:
-        if table is not None and not str(key).isdecimal():
+        if any_key:
+            any_key = False
+        elif table is not None and not str(key).isdecimal():
             field = _fields(table).get(str(key))
             table = next(iter(_models(field.annotation)), None) if field is not None else None
+            any_key = table is not None and field is not None and typing.get_origin(field.annotation) is dict
     return table
 
 

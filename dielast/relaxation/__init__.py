@@ -1,1 +1,1 @@
-"""Relaxation spectra from curves."""
+"""Relaxation spectra from master curves of relaxation, oscillation and creep."""

@@ -1,4 +1,4 @@
-"""Checks of a measured curve, of the arguments of its fit and of the result: `check_*` raises `InputError`, `warn_*` warns."""
+"""Checks of a measured curve, of the arguments of its fit, and of the result: `check_*` raises `InputError`, `warn_*` warns."""
 
 from __future__ import annotations
 
@@ -9,28 +9,29 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, and_more, warn
 from dielast.io.table import plural, spoken
+from dielast.material.arguments import real_numbers
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.ends import End
 
 TimeRange = tuple[float | None, float | None]
-"""The shortest and the longest time of the processes in s, None where it is left to the curve."""
+"""The shortest and the longest time of the processes in s; None for a time that follows from the curve."""
 
-TOLERATED = 0.02  # of G(t): clipping of negative moduli may change it, and the equilibrium modulus exceed its end, by so much
-ABOVE_CURVE = 0.1  # of the smoothed end: an equilibrium modulus so much above is refused, and a glassy one so much below
-# of the end of a levelled curve, continued by DECADES_BEYOND: a stated equilibrium modulus so much below is warned of
+TOLERATED = 0.02  # largest change of G(t) by clipping negative moduli; excess of the equilibrium modulus over the end of the curve
+ABOVE_CURVE = 0.1  # an equilibrium modulus so far above the smoothed end is refused, and a glassy modulus so far below the start
+# a stated equilibrium modulus so far below the end of a levelled curve, extrapolated by DECADES_BEYOND, is warned of
 BELOW_CURVE = 0.1
 DECADES_BEYOND = 2.0
-LOOKS_LIKE_SHEAR = (2.5, 3.5)  # ratio of two moduli that looks like Young's over shear
-LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a flatter end is a plateau
+LOOKS_LIKE_SHEAR = (2.5, 3.5)  # ratio of two moduli that suggests Young's over shear
+LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a smaller slope at the end is a plateau
 POOR_FIT = 0.10  # relative rms
-NEAR_END = 10**0.1  # a tenth of a decade: a curve determines processes so far beyond its end
+NEAR_END = 10**0.1  # a curve determines processes up to a tenth of a decade beyond its end
 
 
 def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Floats]:
-    """Abscissa and ordinates of a master curve as arrays (n,), by ascending abscissa; all must be positive and of one length."""
+    """Abscissa and ordinates of a master curve, arrays (n,) by ascending abscissa; `InputError` unless positive and equally long."""
     names = [(spoken(name), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
-    arrays = [np.asarray(values, dtype=float) for values in columns]
+    arrays = [real_numbers(values, name) for (name, _), values in zip(names, columns, strict=True)]
     abscissa = arrays[0]
     for (name, _), values in zip(names, arrays, strict=True):
         if values.ndim != 1 or values.shape != abscissa.shape:
@@ -49,7 +50,7 @@ def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[F
 
 
 def check_counts(method: str, branches: int, fewest: int, keep: int | None) -> None:
-    """Raise `InputError` for too few branches, or for a number to keep that is not among them."""
+    """`InputError` for too few branches, or for a number to keep that is not from 1 to `branches`."""
     if branches < fewest:
         raise InputError(f"{branches}: {method} needs at least {fewest}", argument="branches")
     if keep is not None and not 1 <= keep <= branches:
@@ -57,7 +58,7 @@ def check_counts(method: str, branches: int, fewest: int, keep: int | None) -> N
 
 
 def check_times(relaxation_time: TimeRange) -> None:
-    """Raise `InputError` for a shortest or longest time that is not positive, or not shorter than the other."""
+    """`InputError` for a shortest or longest time that is not positive, or a shortest time that is not shorter than the longest."""
     for name, end in zip(("min", "max"), relaxation_time, strict=True):
         if end is not None and not 0 < end < np.inf:
             raise InputError(f"{name} = {end:g} s: a positive, finite time is needed", argument="relaxation_time")
@@ -67,14 +68,14 @@ def check_times(relaxation_time: TimeRange) -> None:
 
 
 def check_liquid(liquid: bool, equilibrium: float | None) -> float | None:
-    """The stated equilibrium modulus, which is zero for a liquid; raises `InputError` for any other of a liquid."""
+    """The stated equilibrium modulus, which is 0 for a liquid; `InputError` if it is stated otherwise for a liquid."""
     if liquid and equilibrium:
         raise InputError(f"{equilibrium:g} Pa: that of a liquid is 0", argument="equilibrium_modulus")
     return 0.0 if liquid else equilibrium
 
 
 def check_moduli(equilibrium: float | None, glassy: float | None, smallest: float, largest: float) -> None:
-    """Raise `InputError` for moduli that contradict each other, or the `smallest` or `largest` of the curve; all Young's, Pa."""
+    """`InputError` for moduli that contradict each other, or the `smallest` or `largest` of the curve; all Young's, Pa."""
     if equilibrium is not None and not 0 <= equilibrium < np.inf:
         raise InputError(f"{equilibrium:g} Pa: it must be finite and not negative (0 is a melt)", argument="equilibrium_modulus")
     if glassy is not None and not 0 < glassy < np.inf:
@@ -102,10 +103,10 @@ def check_moduli(equilibrium: float | None, glassy: float | None, smallest: floa
 def range_of_times(
     wanted: TimeRange, default: tuple[float, float], time: Floats, seen_at: tuple[float, float], kept: float
 ) -> tuple[float, float]:
-    """Shortest and longest time of a process in s: those `wanted`, or else the `default`.
+    """The shortest and the longest time of a process in s: `wanted` where stated, else `default`.
 
-    A process shows on the curve at `seen_at` (for the shortest and the longest) times its time; warns where that is off the curve.
-    Of the decades of times only the share `kept` counts, from the longest on.
+    The shortest and the longest process have their effect on the curve at `seen_at` times their time; warns if that is beyond the
+    curve. Only a fraction `kept` of the decades of times counts, from the longest on.
     """
     shortest, longest = (float(usual if end is None else end) for end, usual in zip(wanted, default, strict=True))
     if shortest >= longest:
@@ -120,14 +121,14 @@ def range_of_times(
 
 
 def warn_of_equilibrium(known: float | None, fitted: float, plateau: End) -> None:
-    """Warn of an equilibrium modulus (shear, Pa) that was `fitted` where there is no plateau, or is `known` and far below one."""
+    """Warn of an equilibrium modulus (shear, Pa) that was `fitted` without a plateau, or is `known` and far below a plateau."""
     if known is None and -plateau.slope > LEVEL_SLOPE:
         warn(
             f"the curve has not levelled off: it falls by {1 - 10**plateau.slope:.0%} in its last decade, so that the equilibrium "
             f"modulus of {3 * fitted:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
             mentions=("equilibrium_modulus",),
         )
-    # A curve that has levelled off ends near its equilibrium modulus: no lower than a few decades of its last slope lead.
+    # The equilibrium modulus of a levelled curve is near its end: no lower than its last slope leads within a few decades.
     level, equilibrium = 3 * plateau.modulus, 3 * fitted
     doubtful = (1 - BELOW_CURVE) * level * 10 ** (DECADES_BEYOND * plateau.slope)
     if known is None or -plateau.slope > LEVEL_SLOPE or equilibrium >= doubtful:
@@ -147,7 +148,7 @@ def rms(values: Floats) -> float:
 
 
 def fit_errors(error: Floats, time: Floats, shortest_kept: float | None) -> tuple[float, float]:
-    """Rms and greatest magnitude of relative errors (channels, n); of a truncated spectrum from its shortest relaxation time on."""
+    """Rms and largest relative error (channels, n); for a truncated spectrum, of the times from its shortest relaxation time on."""
     if shortest_kept is not None:
         error = error[:, time >= shortest_kept]
         if error.size == 0:

@@ -1,7 +1,7 @@
-"""The continuous relaxation spectrum H(ln tau) behind a fitted curve.
+"""The continuous relaxation spectrum H(ln tau) of a fitted curve.
 
-G(t) = G_e + int H exp(-t/tau) d ln tau, and alike for storage and loss modulus, with H >= 0 on a grid finer than the curve can
-resolve. Many H fit the curve equally well; the one with the smoothness of least cross-validation is taken, by Tikhonov
+G(t) = G_e + int H exp(-t/tau) d ln tau, and likewise for storage and loss modulus, with H >= 0 on a grid finer than the curve can
+resolve. Many H fit the curve equally well; the one whose smoothness minimises the cross-validation score is used, by Tikhonov
 regularisation of the second differences as in the discrete fit (see `dielast.relaxation.nnls`).
 """
 
@@ -19,16 +19,16 @@ from dielast.relaxation.ends import votes
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
 
-LEAST_SMOOTHING = 1e-2  # less breaks H up into lines where there is no noise, and no measurement is so exact
-MOST_PIECES = 4  # separate processes that a material may have
-PAST_ENDS = (0.5, 1.0)  # decades by which H reaches past the curve's shortest and longest time, where processes still show
+LEAST_SMOOTHING = 1e-2  # less splits H into lines if there is no noise, and no measurement is so accurate
+MOST_PIECES = 4  # number of separate processes that a material may have
+PAST_ENDS = (0.5, 1.0)  # decades by which H extends beyond the curve's shortest and longest time, with some effect on the curve
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ContinuousSpectrum(TabularResult):
     """`density` H (Pa, shear) per unit of ln tau at `relaxation_time` (s), both (n,), slowest first and evenly spaced in log time.
 
-    Each value stands for a cell of `width` (in ln tau) around its time. `rms_relative_error` is that of the curve that H gives.
+    Each value is the average over a cell of `width` (in ln tau) around its time. `rms_relative_error` is that of the curve from H.
     """
 
     relaxation_time: Floats
@@ -38,21 +38,21 @@ class ContinuousSpectrum(TabularResult):
     rms_relative_error: float
 
     def columns(self) -> Table:
-        """One relaxation time a row."""
+        """The table, one row per relaxation time."""
         return [Column("relaxation_time", "s", self.relaxation_time), Column("H", "Pa", self.density)]
 
     @property
     def integral(self) -> float:
-        """int H d ln tau in Pa, which corresponds to the sum of a discrete spectrum's moduli."""
+        """int H d ln tau in Pa, the counterpart of the sum of the moduli of a discrete spectrum."""
         return float(self.density.sum() * self.width)
 
 
 def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> ContinuousSpectrum:
-    """H(ln tau) of the curve that `fit` was made of, with its equilibrium modulus, from half a decade before its first time to a
-    decade past its last.
+    """H(ln tau) of the curve of a `fit`, with its equilibrium modulus, from half a decade before its first to a decade after its
+    last time, at `points_per_decade`.
 
-    Warns where H falls apart into many pieces. Raises `InputError` for a creep curve, which gives a relaxation
-    spectrum only by way of a discrete one.
+    Warns if H splits into many pieces. Raises `InputError` for a creep curve, whose relaxation spectrum follows only from a
+    discrete retardation spectrum.
     """
     if fit.retardation is not None:
         raise InputError("a creep curve has no continuous relaxation spectrum of its own: only its discrete one is converted")

@@ -1,9 +1,9 @@
 """From a creep compliance, shifted to one temperature, to the discrete relaxation spectrum, by way of the retardation spectrum.
 
 No curve of finite length distinguishes a fluid from a solid with far slower processes, and noise alone gives half of all solids a
-small fluidity. A material is therefore taken for a solid unless its flow is significant by an F test at equal smoothing. It must be
-so beside processes within the length of the curve and then beside processes of up to ten times that length, because the compliance
-of slower processes also rises in proportion to time.
+small fluidity. A material is therefore taken as a solid unless its flow is significant by an F test at equal smoothing. The flow
+must be significant beside processes within the length of the curve, and beside processes of up to ten times that length, because
+the compliance due to slower processes also rises in proportion to time.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_s
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
 
-LEAST_GLASSY = 0.01  # of the first compliance: a smaller glassy compliance is as good as none
-FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises as steeply is plainly that of a melt
-LEAST_CHANCE = 1e-4  # that noise alone makes the flow of a solid as significant
-EXACT = 1e-9  # relative error of values as tables hold them
-SLOWER = 10.0  # times the length of the curve, where processes still show on it
+LEAST_GLASSY = 0.01  # of the first compliance: a smaller glassy compliance cannot be measured
+FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises more steeply is clearly that of a melt
+LEAST_CHANCE = 1e-4  # probability that noise makes the flow of a solid as significant
+EXACT = 1e-9  # relative rounding error of values in tables
+SLOWER = 10.0  # times the length of the curve, at which processes still have an effect on it
 
 
 def fit_creep(
@@ -42,16 +42,16 @@ def fit_creep(
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve of tensile creep compliance (1/Pa) over `reduced_time` (s), (n,) in any order.
 
-    `branches` retardation processes, a glassy compliance and a fluidity, none negative, are fitted to the relative error, as smooth
-    as the data ask for, and converted exactly (`relaxation_from_retardation`); processes of no strength drop out, and a material
-    that flows has one branch more. `retardation_time` holds the shortest and the longest in s, chosen as in `fit_spectrum` where
-    left out. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and `glassy_modulus` that at the
-    shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no equilibrium modulus and needs no plateau.
-    `keep` truncates to the slowest branches. `flows` says whether there is a fluidity where `equilibrium_modulus` is not stated; by
-    default there is one if it is significant.
+    `branches` retardation processes, a glassy compliance and a fluidity, none negative, are fitted to the relative error with the
+    smoothness that the data support, and converted exactly (`relaxation_from_retardation`). Processes of strength 0 drop out, and a
+    material that flows has one branch more. `retardation_time` is the shortest and the longest time in s, each chosen as in
+    `fit_spectrum` if it is None. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and
+    `glassy_modulus` that at the shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no equilibrium
+    modulus and needs no plateau. `keep` truncates to the slowest branches. `flows` says whether there is a fluidity if
+    `equilibrium_modulus` is not stated; by default there is one if it is significant.
 
-    Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, where the curve does not show
-    whether the material flows, and where it does not show the glassy compliance, so that the fastest branch is a guess.
+    Raises `InputError` for points or arguments that allow no fit. Warns as `fit_spectrum` does, if the curve does not show whether
+    the material flows, and if it does not show the glassy compliance, so that the fastest branch is a guess.
     """
     columns = (reduced_time, creep_compliance)
     task = FitTask.of(CREEP, columns, branches, retardation_time, equilibrium_modulus, glassy_modulus, keep, liquid)
@@ -90,11 +90,11 @@ def fit_creep(
 
 
 def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Floats, Known, Total | None, bool]:
-    """Retardation times (s, slowest first), the known constants, a prescribed sum, and whether the curve leaves flow open."""
+    """Retardation times (s, slowest first), the known constants, a prescribed sum, whether the curve leaves flow open."""
     curve, equilibrium = task.curve, task.equilibrium
     glassy_compliance = None if task.glassy is None else 1 / task.glassy
     fluid, solid = (glassy_compliance, None), (glassy_compliance, 0.0)
-    if equilibrium is not None and equilibrium > 0:  # a solid's compliances add up to the one after infinite time
+    if equilibrium is not None and equilibrium > 0:  # the compliances of a solid add up to that after infinite time
         return task.place(solid, kept=1.0), solid, Total(1 / equilibrium, (1.0, 0.0)), False
     process_time = task.place(fluid, kept=1.0)
     if equilibrium == 0 or flows:
@@ -109,7 +109,7 @@ def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Floats, Known, Tota
 
 
 def _demands_flow(curve: WeightedCurve, process_time: Floats, glassy_compliance: float | None) -> bool:
-    """Whether a fluidity beside processes at these times (s) improves the fit by more than noise can."""
+    """Whether a fluidity, in addition to processes at these times (s), improves the fit significantly."""
     from scipy.special import stdtr
 
     fluid = fit_strengths(curve, process_time, (glassy_compliance, None))
@@ -123,7 +123,7 @@ def _demands_flow(curve: WeightedCurve, process_time: Floats, glassy_compliance:
 
 
 def _with_glassy(curve: WeightedCurve, process_time: Floats, known: Known, total: Total | None) -> Solution:
-    """The strengths; warns where the curve does not show the glassy compliance, which is then prescribed."""
+    """The strengths; if the curve does not show the glassy compliance, it is prescribed, with a warning."""
     solution = fit_strengths(curve, process_time, known, total)
     least = LEAST_GLASSY * float(curve.size[0])
     if known[0] is None and solution.constants[0] < least:

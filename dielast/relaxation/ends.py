@@ -1,4 +1,4 @@
-"""The two ends of a relaxation curve, and the weights of its points by how they are spread over log time; no model yet."""
+"""The two ends of a relaxation curve, and weights of points by their density in log time, without any model."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats
 
-# A little more than round figures, so that rounding does not decide about points at round spacings.
-_NEIGHBOURHOOD = 0.025 + 1e-6  # decades to either side: twenty votes a decade, about the width of one relaxation process
-_END = 1.0 + 1e-6  # decades at either end of the curve from which its modulus there is taken
+# Slightly more than round numbers, so that rounding does not decide about points at round spacings.
+_NEIGHBOURHOOD = 0.025 + 1e-6  # decades to either side: at most twenty units of weight a decade, about the width of one process
+_END = 1.0 + 1e-6  # decades at either end of the curve, through which a line is fitted
 _LAST = 0.25 + 1e-6
 
 
 def votes(log10_time: Floats) -> Floats:
-    """Weight of each point of ascending `log10_time`, both of shape (n,): one over the number of points within 0.025 decade of it.
+    """Weight of each point of ascending `log10_time` (n,): one over the number of points within 0.025 decade of it, (n,).
 
     Where the sampling is dense, a least-squares fit then approaches an integral over log time: in a linearly sampled test, the last
-    hour does not outweigh the first seconds. Points farther apart than that count one each, however wide the gap beside them, so
-    that a single point at the end of the curve gains no weight from being alone, as it would with trapezoidal weights.
+    hour does not outweigh the first seconds. Points farther apart have weight 1, however wide the gaps between them; so, unlike
+    with trapezoidal weights, a single point at the end of the curve has no extra weight.
     """
     first = np.searchsorted(log10_time, log10_time - _NEIGHBOURHOOD, side="left")
     last = np.searchsorted(log10_time, log10_time + _NEIGHBOURHOOD, side="right")
@@ -34,19 +34,19 @@ class End(NamedTuple):
 
 
 def short_time_end(log10_time: Floats, modulus: Floats) -> End:
-    """The largest modulus of a relaxation curve, smoothed: a straight line in log-log through its first decade, where it starts."""
+    """The largest modulus of a relaxation curve, smoothed: the start of a straight line in log-log through its first decade."""
     return _end(log10_time, modulus, at=float(log10_time[0]))
 
 
 def long_time_end(log10_time: Floats, modulus: Floats) -> End:
-    """The smallest modulus of a relaxation curve, smoothed: a straight line in log-log through its last decade, where it ends."""
+    """The smallest modulus of a relaxation curve, smoothed: the end of a straight line in log-log through its last decade."""
     return _end(log10_time, modulus, at=float(log10_time[-1]))
 
 
 def least_modulus(log10_time: Floats, modulus: Floats) -> float:
-    """A modulus that a relaxation curve falls to in any case: that of its end, or the mean of the last quarter decade if larger.
+    """A modulus that a relaxation curve reaches: that of its smoothed end, or the mean of the last quarter decade if it is larger.
 
-    Where the last decade bends towards a plateau, a straight line through it ends below the curve.
+    If the last decade bends towards a plateau, the straight line through it ends below the curve.
     """
     last = log10_time >= log10_time[-1] - _LAST
     mean = float(10 ** np.average(np.log10(modulus[last]), weights=votes(log10_time[last])))
@@ -59,10 +59,10 @@ def _end(log10_time: Floats, modulus: Floats, at: float) -> End:
     x_mean, y_mean = np.average(x, weights=weight), np.average(y, weights=weight)
     spread = float(np.average((x - x_mean) ** 2, weights=weight))
     fall = float(np.average((x - x_mean) * (y - y_mean), weights=weight))
-    slope = min(fall / spread, 0.0) if spread > 0 else 0.0  # a relaxing solid only softens: a rise is noise
+    slope = min(fall / spread, 0.0) if spread > 0 else 0.0  # relaxation only softens: a rise is noise
     return End(float(10 ** (y_mean + slope * (at - x_mean))), slope)
 
 
 def extremes(log10_time: Floats, modulus: Floats) -> tuple[float, float]:
-    """The smallest and the largest modulus of a curve, noise apart."""
+    """The smallest and the largest modulus of a curve, smoothed."""
     return least_modulus(log10_time, modulus), short_time_end(log10_time, modulus).modulus

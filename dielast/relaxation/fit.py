@@ -22,7 +22,7 @@ from dielast.relaxation.task import FitTask
 __all__ = ["Method", "SpectrumFit", "fit_spectrum"]
 
 
-ROUNDING = 1e-12  # of the largest modulus: what is less negative is zero
+ROUNDING = 1e-12  # of the largest modulus: smaller negative values are rounding errors
 POOR_POLYNOMIAL = 0.05  # relative rms
 
 
@@ -41,21 +41,21 @@ def fit_spectrum(
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve: `modulus` (Young's, Pa) over `reduced_time` (s), both (n,), in any order.
 
-    "schwarzl-staverman" (Eqs. 14-20 of DOI 10.1115/1.4030850) reads the spectrum off a polynomial through log G over log t; "nnls"
-    fits non-negative moduli to the relative error. The material is incompressible: shear modulus = Young's / 3. Points that crowd
-    together in log time share their weight.
+    "schwarzl-staverman" (Eqs. 14-20 of DOI 10.1115/1.4030850) derives the spectrum from a polynomial through log G over log t of
+    `polynomial_degree`; "nnls" fits non-negative moduli to the relative error. The material is incompressible: shear modulus =
+    Young's / 3. Points that are dense in log time share their weight.
 
-    `relaxation_time` holds the shortest and the longest in s; left out, schwarzl-staverman takes the range in which t = 2 tau stays
-    on the curve, and nnls places the end inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a melt) is
-    by default read from the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa), that at the shortest times,
-    is three times the sum of all shear moduli with the equilibrium modulus, so that mu_neq of Eq. 20 is the rest; by default
-    schwarzl-staverman takes the curve's largest modulus, smoothed, or H at the shortest relaxation time beside the equilibrium
-    modulus if that is more, and nnls leaves it free. `keep` truncates to the slowest branches (Sec. 3.4). A
-    `liquid` has no equilibrium modulus and needs no plateau.
+    `relaxation_time` is the shortest and the longest time in s. If one is None, schwarzl-staverman uses the range in which t = 2
+    tau stays on the curve, and nnls places it inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a
+    melt) is by default that at the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa), that at the shortest times,
+    is three times the sum of all shear moduli including the equilibrium modulus, which determines mu_neq of Eq. 20. By default,
+    schwarzl-staverman uses the largest modulus of the curve, smoothed, or the equilibrium modulus plus H at the shortest relaxation
+    time if that is larger; nnls does not prescribe it. `keep` truncates to the slowest branches (Sec. 3.4). A `liquid` has no
+    equilibrium modulus and needs no plateau.
 
-    Raises `InputError` for points or arguments that allow no fit, and where a modulus is negative by more than 2 % of G(t);
-    warns of smaller ones (they are set to zero), of extrapolation, of an end that is no plateau, of a plateau far above the given
-    equilibrium modulus and of a poor fit.
+    Raises `InputError` for points or arguments that allow no fit, and if negative moduli contribute more than 2 % of G(t). Warns of
+    smaller negative moduli (they are set to 0), of extrapolation, of an end without a plateau, of a plateau far above the stated
+    equilibrium modulus, and of a poor fit.
     """
     if method not in get_args(Method):
         raise InputError(f'"{method}": "schwarzl-staverman" or "nnls" is needed', argument="method")
@@ -79,7 +79,7 @@ def fit_spectrum(
 
 
 def _schwarzl_staverman(task: FitTask, degree: int) -> SpectrumFit:
-    """The spectrum read off a polynomial of the `degree` through log modulus over log time."""
+    """The spectrum from a polynomial of this `degree` through log modulus over log time."""
     curve, time = task.curve, task.curve.time
     # Eq. 16 reads the curve at t = 2 tau
     shortest, longest = range_of_times(task.times, (time[0] / 2, time[-1] / 2), time, seen_at=(2, 2), kept=task.kept)
@@ -98,7 +98,7 @@ def _schwarzl_staverman(task: FitTask, degree: int) -> SpectrumFit:
 
 
 def _nonequilibrium(curve: WeightedCurve, equilibrium: float, cumulative: Floats) -> float:
-    """mu_neq from the curve. Where the curve falls from its first point on, faster processes add to it, and H is larger."""
+    """mu_neq from the curve. If the curve falls from its first point on, faster processes contribute, and H is larger."""
     largest = short_time_end(np.log10(curve.time), curve.size).modulus
     return max(largest - equilibrium, float(cumulative[-1]))
 
@@ -127,7 +127,7 @@ def _polynomial_error(polynomial: Chebyshev, curve: WeightedCurve) -> float:
 
 
 def _clipped(tau: Floats, moduli: Floats, branches: int, time: Floats, model: Floats) -> int:
-    """Number of negative moduli; refuses where setting them to zero changes G(t) too much."""
+    """The number of negative moduli; `InputError` if setting them to 0 changes G(t) too much."""
     negative = moduli < -ROUNDING * float(model.max())
     if not negative.any():
         return 0

@@ -1,4 +1,4 @@
-"""Relaxation and retardation spectra of one material, each exactly from the other.
+"""Exact conversion between relaxation and retardation spectra of a material.
 
 With moduli G_i at relaxation times tau_i and an equilibrium modulus G_e, and compliances J_k at retardation times lambda_k, a
 glassy compliance J_0 and a fluidity 1/eta, the modulus and the compliance of an oscillation are reciprocal (B. Gross,
@@ -7,9 +7,9 @@ Mathematical structure of the theories of viscoelasticity, Hermann 1953):
     [G_e + sum G_i tau_i s/(1 + tau_i s)] [J_0 + sum J_k/(1 + lambda_k s) + 1/(eta s)] = 1 for every s.
 
 Either bracket is c + sum w_k/(p_k + z), in z = s with poles p = 1/lambda (and 0 for the flow), or in z = 1/s with poles p = tau.
-The poles of its reciprocal are its zeros z = -x, one between any two of its own poles and one beyond the last. Each is sought as
-a distance from its nearest pole, by bisection in the logarithm of that distance between bounds that enclose it, so that neither
-poles many decades apart nor a zero right beside a pole lose digits; all strengths are positive.
+The poles of its reciprocal are its zeros z = -x, one between neighbouring poles and one beyond the last. Each zero is found as a
+distance from its nearest pole, by bisection in the logarithm of that distance within a bracket. So no digits are lost if poles are
+many decades apart, or if a zero is very close to a pole; all strengths are positive.
 """
 
 from __future__ import annotations
@@ -26,15 +26,16 @@ from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.spectrum import Spectrum, slowest_first
 from dielast.numerics.arrays import Floats, Index
 
-_HALVINGS = 64  # of a bracket in log distance: a bracket of 300 decades is then as narrow as rounding
+_HALVINGS = 64  # of a bracket in log distance: the width of a bracket of 300 decades is then at rounding level
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RetardationSpectrum(TabularResult):
-    """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,), slowest first; `glassy_compliance` in 1/Pa and `fluidity`,
-    one over the viscosity, in 1/(Pa s), which is zero for a solid.
+    """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,), slowest first; `glassy_compliance` in 1/Pa; and `fluidity`
+    in
+    1/(Pa s), the inverse of the viscosity, 0 for a solid.
 
-    Raises `InputError` if the lists differ in length, a time is not positive, or anything else is negative or not finite.
+    Raises `InputError` if the lists differ in length, a time is not positive, or another number is negative or not finite.
     """
 
     retardation_time: Floats
@@ -43,7 +44,7 @@ class RetardationSpectrum(TabularResult):
     fluidity: float = 0.0
 
     def columns(self) -> Table:
-        """One process a row."""
+        """The table, one row per process."""
         return [Column("retardation_time", "s", self.retardation_time), Column("compliance", "1/Pa", self.compliance)]
 
     def __post_init__(self) -> None:
@@ -62,8 +63,9 @@ class RetardationSpectrum(TabularResult):
 def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spectrum, float]:
     """The relaxation spectrum and the equilibrium shear modulus (Pa; 0 if the material flows) of the same material.
 
-    It has one process for each different retardation time, and one more if the material flows. Raises `InputError` without a glassy
-    compliance: no modulus would be finite.
+    The spectrum has one process per distinct retardation time, and one more if the material flows. Exact, by the reciprocity of
+    modulus and compliance (Gross 1953, see the module). Raises `InputError` without a glassy compliance, as moduli would be
+    infinite.
     """
     glassy = retardation.glassy_compliance
     if glassy <= 0:
@@ -76,9 +78,10 @@ def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spect
 
 
 def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float = 0.0) -> RetardationSpectrum:
-    """The retardation spectrum of the material that relaxes by `spectrum` to `equilibrium_modulus` (shear, Pa; 0 flows).
+    """The retardation spectrum of the material with the relaxation `spectrum` and `equilibrium_modulus` (shear, Pa; 0 if it flows).
 
-    Raises `InputError` where all moduli are zero.
+    Exact, by the reciprocity of modulus and compliance (Gross 1953, see the module). Raises `InputError` if a modulus is negative,
+    or all are 0.
     """
     tau, moduli = spectrum.relaxation_time, spectrum.shear_modulus
     total = float(equilibrium_modulus + moduli.sum())
@@ -90,7 +93,8 @@ def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float =
 
 
 def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Floats) -> Floats:
-    """The answer (channels, n) of a solid of the `spectrum` and `equilibrium_modulus` (shear, Pa) in a test of a `kind`, in shear.
+    """The response (channels, n) of a solid with this `spectrum` and `equilibrium_modulus` (shear, Pa) in a test of this `kind`, in
+    shear.
 
     `time` (n,) in s is one over the angular frequency of an oscillation.
     """
@@ -103,9 +107,9 @@ def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float
 
 
 def _reciprocal(poles: Floats, weights: Floats, constant: float) -> tuple[Floats, Floats]:
-    """The zeros -x of F(z) = constant + sum weights/(poles + z), and 1/(x sum weights/(poles - x)^2), the strength of each in 1/F.
+    """The zeros -x of F(z) = constant + sum weights/(poles + z), and their strengths 1/(x sum weights/(poles - x)^2) in 1/F.
 
-    Poles of no weight are left out, equal ones merged. Without a constant there is no zero beyond the last pole.
+    Poles with weight 0 are omitted, equal poles merged. If the constant is 0, there is no zero beyond the last pole.
     """
     present = weights > 0
     pole, same = np.unique(poles[present], return_inverse=True)
@@ -121,11 +125,11 @@ def _reciprocal(poles: Floats, weights: Floats, constant: float) -> tuple[Floats
 
     def sums(origin: Index, distance: Floats) -> tuple[Floats, Floats]:
         """The sums over the poles below and above `pole[origin] + distance`, both positive; F is constant - below + above."""
-        away = (pole[origin][:, None] - pole) + distance[:, None]
-        pull = weight / away
-        return np.sum(np.where(ahead, 0.0, pull), axis=1), np.sum(np.where(ahead, -pull, 0.0), axis=1)
+        offset = (pole[origin][:, None] - pole) + distance[:, None]
+        term = weight / offset
+        return np.sum(np.where(ahead, 0.0, term), axis=1), np.sum(np.where(ahead, -term, 0.0), axis=1)
 
-    # F rises from minus infinity at the left pole to plus infinity at the right one: its sign half way shows which is nearer
+    # F rises from minus infinity at the left pole to plus infinity at the right one: its sign half way shows which pole is nearer
     beyond = weight.sum() / constant if constant > 0 else np.inf  # no zero lies farther past the last pole
     middle = np.where(last, beyond, half)
     below, above = sums(left, middle)
@@ -141,6 +145,6 @@ def _reciprocal(poles: Floats, weights: Floats, constant: float) -> tuple[Floats
         farther = (constant - below + above > 0) != from_left
         low, high = np.where(farther, trial, low), np.where(farther, high, trial)
     distance = sign * np.exp(0.5 * (low + high))
-    away = (pole[origin][:, None] - pole) + distance[:, None]
+    offset = (pole[origin][:, None] - pole) + distance[:, None]
     zero = pole[origin] + distance
-    return zero, 1 / (zero * np.sum(weight / away**2, axis=1))
+    return zero, 1 / (zero * np.sum(weight / offset**2, axis=1))

@@ -1,10 +1,10 @@
-"""A spectrum by non-negative least squares on the relative error, as smooth as the data ask for.
+"""A spectrum by non-negative least squares on the relative error, with the smoothness that the data support.
 
-The sum sum_i w_i (G_model(t_i)/G_i - 1)^2 + s^2 |D b|^2 is minimised over moduli mu_k >= 0 on given relaxation times and, unless
-it is prescribed, the equilibrium modulus. For an oscillation it runs over storage and loss modulus alike; for creep the unknowns
-are compliances and the fluidity. D takes second differences of the strengths b_k = mu_k / G(tau_k): the moduli span many decades,
-but relative to the curve where they act they are of one order. The smoothing s is that of least generalised cross-validation
-(Golub, Heath and Wahba 1979, DOI 10.1080/00401706.1979.10489751), with the moduli held at zero taken out of the trace.
+The sum sum_i w_i (G_model(t_i)/G_i - 1)^2 + s^2 |D b|^2 is minimised over moduli mu_k >= 0 at given relaxation times and, unless
+it is prescribed, the equilibrium modulus. For an oscillation, the sum is over storage and loss modulus; for creep, the unknowns are
+compliances and the fluidity. D takes second differences of the strengths b_k = mu_k / G(tau_k): the moduli span many decades, but
+relative to the curve at their times they are of one order. The smoothing s minimises generalised cross-validation (Golub, Heath and
+Wahba 1979, DOI 10.1080/00401706.1979.10489751), with the moduli held at zero excluded from the trace.
 
 An orthogonal reduction first turns the n points into as many rows as there are unknowns, so that the cost of trying a value of s
 does not depend on n.
@@ -23,17 +23,17 @@ from dielast.numerics.arrays import Flags, Floats
 
 Known = tuple[float | None, ...]
 
-_COARSE = np.geomspace(1e-6, 1e2, 17)  # trials of s, besides 0; a finer look around the best follows
+_COARSE = np.geomspace(1e-6, 1e2, 17)  # trials of s, besides 0, before finer trials around the best
 _FINER = 10 ** np.array([-0.25, 0.25])
-_EVEN = 0.02  # scores closer than this count as equal, and the smoother one wins: cross-validation alone sometimes fits noise
-_HELD = 1e4  # weight of a prescribed sum of moduli, in units of all points together
+_EVEN = 0.02  # scores closer than this count as equal, and the smoother fit wins: cross-validation alone sometimes fits noise
+_HELD = 1e4  # weight of a prescribed sum of moduli, in units of the weight of all points
 _CELL = 0.05  # decades over which points are averaged for placing the processes
-_WORTHWHILE = 0.98  # of the misfit: a move of the processes must bring it below this, so that noise drives no moves
+_WORTHWHILE = 0.98  # ratio of misfits below which a change of the times is accepted, so that noise causes none
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeightedCurve:
-    """Points of a measurement of a `kind`: `time` s and `weight`, both (n,), times ascending, and `values` (channels, n).
+    """Points of a measurement of a `kind`: `time` in s, ascending, and `weight`, both (n,), and `values` (channels, n).
 
     Of an oscillation, `time` is 1/omega and the channels are storage and loss; moduli (Pa) and compliances (1/Pa) are shear.
     """
@@ -45,7 +45,7 @@ class WeightedCurve:
 
     @property
     def size(self) -> Floats:
-        """The size of the answer over all channels, (n,)."""
+        """The norm of the values over all channels, (n,)."""
         return self.values[0] if len(self.values) == 1 else np.asarray(np.linalg.norm(self.values, axis=0))
 
     @property
@@ -55,13 +55,15 @@ class WeightedCurve:
 
     @property
     def row_weight(self) -> Floats:
-        """The weight of every value, channel below channel, (channels * n,)."""
+        """The weight of every value, one channel after another, (channels * n,)."""
         return np.tile(self.weight, len(self.values))
 
     @property
     def constant_scale(self) -> Floats:
-        """The order of magnitude of each constant of the answer, (constants,): alone, it would make up the last point, where it
-        shows best."""
+        """The scale of each constant, (constants,): the value at which it alone would reach the last point, where it has the
+        largest
+        effect.
+        """
         return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
 
     def averaged(self) -> WeightedCurve:
@@ -75,7 +77,7 @@ class WeightedCurve:
 
 @dataclass(frozen=True, slots=True)
 class Total:
-    """A prescribed sum `value` (Pa or 1/Pa) of all processes and of the constants, each times its factor in `constants`."""
+    """A prescribed sum `value` (Pa or 1/Pa) of all processes plus the constants, each multiplied by its factor in `constants`."""
 
     value: float
     constants: tuple[float, ...]
@@ -83,10 +85,10 @@ class Total:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
-    """Strengths of the processes (m,) and the kind's `constants`, in Pa or 1/Pa, and the smoothing s that was chosen.
+    """Strengths of the processes (m,) and the `constants` of the kind, in Pa or 1/Pa, and the chosen smoothing s.
 
-    `objective` is the sum that they minimise, `misfit` its first part, and `freedom` the number of degrees of freedom that is left,
-    points counted by weight.
+    `objective` is the minimised sum, `misfit` its first part, and `freedom` the number of remaining degrees of freedom, with points
+    counted by weight.
     """
 
     strength: Floats
@@ -105,10 +107,10 @@ def fit_strengths(
     least: float = 0.0,
     smoothing: float | None = None,
 ) -> Solution:
-    """Strengths of processes on `process_time` (s, shape (m,)) and the constants; `known` holds those prescribed, else None.
+    """Strengths of processes at `process_time` (s, shape (m,)) and the constants; `known` are the prescribed constants, else None.
 
-    `total` prescribes a sum, `least` is the least smoothing to try, and `smoothing` fixes it. Raises `NumericsError` if the active
-    set does not settle.
+    `total` prescribes a sum, `least` is the smallest smoothing to try, and `smoothing` prescribes it. Raises `NumericsError` if the
+    active set does not converge.
     """
     processes = process_time.size
     scale = np.exp(np.interp(np.log(process_time), np.log(curve.time), np.log(curve.size)))
@@ -117,7 +119,7 @@ def fit_strengths(
     unknowns = design.shape[1]
     weight = curve.row_weight
     rows, values = _reduced(design, target, weight)
-    # Points of equal scatter but unequal weight: crowded ones follow their noise less, hence the weight squared in the trace.
+    # Points have equal scatter but unequal weight: dense ones follow their noise less, hence the squared weight in the trace.
     twice_weighted = design * weight[:, None]
     influence = twice_weighted.T @ twice_weighted
     count = float(weight.sum())
@@ -158,8 +160,8 @@ def place_times(
 ) -> Floats:
     """Log-spaced times of processes (s) of shape (branches,), slowest first, between `shortest` and `longest`.
 
-    An end that is `movable` (shortest, longest) is taken inwards, by fractions of the spacing, to where the curve is met best: a
-    regular row of exponentials serves a curve best when its outermost members stand a little inside it.
+    An end that is `movable` (shortest, longest) is moved inwards, by fractions of the spacing, to where the misfit is least: evenly
+    spaced exponentials fit a curve best if the outermost ones are slightly inside it.
     """
     low, high = np.log10(shortest), np.log10(longest)
     intervals = max(branches - 1, 1)
@@ -173,10 +175,10 @@ def place_times(
         design, target = _relative_rows(coarse, times(inset), np.full(branches, coarse.size[-1]), known)
         return _non_negative(*_reduced(design, target, coarse.row_weight))[1]
 
-    # One branch alone has no spacing to keep: its time is sought over the whole range, and to many digits.
-    alone = branches == 1
-    furthest = (0.0, float(any(movable))) if alone else tuple(min(2.0, 0.4 * intervals) * end for end in movable)
-    finest, step = 1e-7 if alone else 0.1, max(furthest) / 4
+    # A single branch has no spacing to keep: its time is sought over the whole range, to many digits.
+    single = branches == 1
+    furthest = (0.0, float(any(movable))) if single else tuple(min(2.0, 0.4 * intervals) * end for end in movable)
+    finest, step = 1e-7 if single else 0.1, max(furthest) / 4
     trials = sorted(product(*(np.linspace(0.0, end, 5 if end else 1).tolist() for end in furthest)), key=sum)  # widest range first
     inset, least = (0.0, 0.0), np.inf
     while step >= finest:
@@ -195,7 +197,7 @@ def _unknown(known: Known) -> Flags:
 
 
 def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, known: Known) -> tuple[Floats, Floats]:
-    """Design matrix and target of the relative error, channel below channel.
+    """Design matrix and target of the relative error, one channel after another.
 
     The unknowns are strengths over `scale`, and the constants that are not `known` over their `constant_scale`.
     """
@@ -203,13 +205,13 @@ def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, kn
     constants = curve.kind.constants(curve.time)
     target = 1 - sum(value * answer for value, answer in zip(known, constants, strict=True) if value is not None) / curve.values
     unknown = _unknown(known)
-    alone = constants[unknown] * curve.constant_scale[unknown, None, None] / curve.values
-    columns = [design.reshape(-1, process_time.size), alone.reshape(len(alone), curve.values.size).T]
+    single = constants[unknown] * curve.constant_scale[unknown, None, None] / curve.values
+    columns = [design.reshape(-1, process_time.size), single.reshape(len(single), curve.values.size).T]
     return np.column_stack(columns), target.reshape(-1)
 
 
 def _reduced(design: Floats, target: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    """The weighted least-squares problem in at most as many rows as it has unknowns, and one."""
+    """The weighted least-squares problem, reduced to at most one row more than it has unknowns."""
     triangle = np.asarray(np.linalg.qr(np.column_stack([design, target]) * np.sqrt(weight)[:, None], mode="r"))
     return triangle[:, :-1], triangle[:, -1]
 

@@ -9,7 +9,7 @@ from dielast.relaxation.checks import TimeRange
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import FitTask
 
-PAST_ENDS = 10**0.5  # a process shows in the loss modulus within half a decade on either side of its frequency
+PAST_ENDS = 10**0.5  # a process affects the loss modulus within half a decade on either side of its frequency
 
 
 def fit_oscillation(
@@ -26,9 +26,9 @@ def fit_oscillation(
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve of storage and loss modulus (Young's, Pa) over angular frequency (rad/s).
 
-    All of shape (n,), in any order. Non-negative moduli are fitted to the relative errors of both moduli together, as smooth as the
-    data ask for; relaxation times, prescribed moduli (Young's, Pa), `keep` and `liquid` are those of `fit_spectrum`.
-    `equilibrium_modulus` is by default fitted, too.
+    All are of shape (n,), in any order. Non-negative moduli are fitted to the relative errors of both moduli together, with the
+    smoothness that the data support (`dielast.relaxation.nnls`); relaxation times, prescribed moduli (Young's, Pa), `keep` and
+    `liquid` are as in `fit_spectrum`. `equilibrium_modulus` is fitted by default.
 
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, with the storage modulus at the
     lowest frequencies as the end of the curve.

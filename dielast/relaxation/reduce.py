@@ -1,15 +1,16 @@
-"""The smallest spectrum that answers like a full one over a window of times, at stated temperatures.
+"""The smallest spectrum with the response of a full one over a window of times, at stated temperatures.
 
-The two spectra must agree, at every time t in the window, in the stress of a strain that began at time 0 and came as a step, G(t),
-or as a steady ramp of any duration T up to t: the mean of G from t - T to t. At the window's lower end a, these are the means of G
-from any time before a to a. Together with G(t) after a they make up the means at all later times, and the relative error of a sum
-of positive parts is no larger than that of the worst part: agreement in G(t) and in the means up to a is therefore enough. The
-means also account for processes faster than the window. These have no part in G(t) there, but they have one in the stress soon
-after a ramp, and as viscosities in the stress of a ramp.
+At every time t in the window, the two spectra must agree in the stress due to a strain that began at time 0, as a step, G(t), or as
+a steady ramp of any duration T up to t: the mean of G from t - T to t. At the lower end a of the window, these are the means of G
+from any earlier time to a. Together with G(t) after a, they determine the means at all later times, and the relative error of a sum
+of positive parts is at most that of the worst part. Agreement in G(t) and in the means up to a is therefore enough. The means also
+account for processes faster than the window: these do not contribute to G(t) there, but to the stress soon after a ramp and, as
+viscosities, to the stress during a ramp.
 
-For a given number of branches, the relaxation times and moduli of least maximum relative error are sought by successive linear
-programmes (K. Madsen, J. Inst. Maths Applics 16 (1975) 321), from relaxation times that are even in log time and from such that are
-even in relaxed modulus. The number of branches is the smallest with an error within the tolerance. The equilibrium modulus stays.
+For a given number of branches, relaxation times and moduli that minimise the largest relative error are found by successive linear
+programmes (K. Madsen, J. Inst. Maths Applics 16 (1975) 321). They start from relaxation times that are even in log time, and from
+times that are even in relaxed modulus. The number of branches is the smallest one with an error within the tolerance. The
+equilibrium modulus is unchanged.
 """
 
 from __future__ import annotations
@@ -26,23 +27,23 @@ from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 
-_PER_DECADE, _PROOF_PER_DECADE = 16, 60  # times at which the error is made small, and at which it is then measured
-_LEAST_TOLERANCE = 1e-5  # linear programmes are hardly more accurate, and no spectrum is known as well
+_PER_DECADE, _PROOF_PER_DECADE = 16, 60  # times per decade at which the error is minimised, and at which it is then measured
+_LEAST_TOLERANCE = 1e-5  # linear programmes are hardly more accurate, and no spectrum is known so accurately
 _ROUNDS = 40
-_WIDEST, _LEAST = 1.2, 1e-4  # a move of ln tau in one round, and one too small to go on with
-_GAIN = 1e-3  # of the error: less progress in a round is none
-_REACH = 10.0  # relaxation times are sought up to the window's last time times this
-_UNFELT = 0.1  # of the tolerance: shorter times and faster processes, with a smaller part in the stress of a ramp, are left out
-_EARLIEST = 1e-9  # of the window's first time, before which no spectrum has a part in it
+_WIDEST, _LEAST = 1.2, 1e-4  # largest change of ln tau in a round, and the one at which the iteration ends
+_GAIN = 1e-3  # relative decrease of the error that counts as progress
+_REACH = 10.0  # largest relaxation time over the last time of the window
+_UNFELT = 0.1  # of the tolerance: faster processes whose contribution to the stress of a ramp is smaller are neglected
+_EARLIEST = 1e-9  # of the first time of the window: earlier times do not contribute to the means
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Reduction(TabularResult):
     """A reduced `spectrum` and the proof of its accuracy.
 
-    `max_relative_error` is the largest error of G(t) over the window at all temperatures, which is at `temperature` (degC) and
-    `time` (s), and `max_relative_error_ramp` that of the stress, within the window, of ramps that ended then or before. `full` and
-    `reduced` (m,) are the moduli G (shear, Pa) that were compared at `test_temperature` and `test_time`.
+    `max_relative_error` is the largest error of G(t) over the window at all temperatures, and occurs at `temperature` (degC) and
+    `time` (s); `max_relative_error_ramp` is that of the stress, within the window, of ramps that end then or earlier. `full` and
+    `reduced` (m,) are the compared moduli G (shear, Pa) at `test_temperature` and `test_time`.
     """
 
     spectrum: Spectrum
@@ -57,7 +58,7 @@ class Reduction(TabularResult):
     reduced: Floats
 
     def columns(self) -> Table:
-        """The moduli that were compared."""
+        """The table of the compared moduli."""
         return [
             Column("temperature", "degC", self.test_temperature),
             Column("time", "s", self.test_time),
@@ -77,12 +78,12 @@ def reduce_spectrum(
 ) -> Reduction:
     """The smallest spectrum within `tolerance` of the full one over `window` (s, s) at each of `temperatures` (degC).
 
-    It holds for the stress at times in the window, counted from the beginning of a step or a ramp of strain, however long the ramp
-    takes or has taken.
+    The tolerance is that of the stress at times in the window, which count from the beginning of a step or a ramp of strain of any
+    duration. Method: K. Madsen, J. Inst. Maths Applics 16 (1975) 321.
 
-    `temperatures` is by default the reference temperature; `equilibrium_modulus` is shear, Pa. Raises `InputError` for a window or
-    tolerance that makes no sense, a temperature that the shift law does not reach, a spectrum that has relaxed to nothing within
-    the window, and where no smaller spectrum will do.
+    `temperatures` is by default the reference temperature of `shift`; `equilibrium_modulus` is shear, Pa. Raises `InputError` for
+    an invalid window or tolerance, a temperature outside of the shift law, a spectrum that relaxes to zero within the window, and
+    if no smaller spectrum is accurate enough; `NumericsError` if the linear programmes fail.
     """
     temperatures = (shift.reference_temperature,) if temperatures is None else tuple(temperatures)
     log10_shift = _check(window, temperatures, tolerance, shift)
@@ -121,7 +122,7 @@ def reduce_spectrum(
 
 
 def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance: float, shift: ShiftLaw) -> Floats:
-    """log10 of the shift factors at the temperatures; raises `InputError` as `reduce_spectrum`."""
+    """log10 of the shift factors at the temperatures; raises `InputError` as `reduce_spectrum` does."""
     first, last = window
     if not 0 < first < last < np.inf:
         raise InputError(f"from {first:g} to {last:g} s: two positive times, the shorter one first, are needed", argument="window")
@@ -131,10 +132,10 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
         )
     if not temperatures:
         raise InputError("at least one temperature is needed to reduce a spectrum for", argument="temperatures")
-    elsewhere = [temperature for temperature in temperatures if temperature != shift.reference_temperature]
-    if elsewhere and not shift.depends_on_temperature:
+    other_temperatures = [temperature for temperature in temperatures if temperature != shift.reference_temperature]
+    if other_temperatures and not shift.depends_on_temperature:
         raise InputError(
-            f"{elsewhere[0]:g} degC: the curve comes without a shift law, so that a spectrum can be reduced for its "
+            f"{other_temperatures[0]:g} degC: the curve comes without a shift law, so that a spectrum can be reduced for its "
             f"reference temperature, {shift.reference_temperature:g} degC, only",
             argument="temperatures",
         )
@@ -143,7 +144,9 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Wanted:
-    """The answers `full` (m + r,) of the full spectrum: G at reduced times `time` (m,), and its mean from `start` to `end` (r,)."""
+    """The responses `full` (m + r,) of the full spectrum: G at reduced times `time` (m,), then its means from `start` to `end`
+    (r,).
+    """
 
     time: Floats
     start: Floats
@@ -155,7 +158,7 @@ class _Wanted:
     def over(
         cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Floats, dense: int, felt: float
     ) -> _Wanted:
-        """At `dense` times a decade; the earliest mean is from where a share `felt` of the integral lies before."""
+        """At `dense` times per decade; means begin where the integral of G exceeds `felt` times its value for the longest."""
         count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
         time = (np.geomspace(*window, max(count, 3)) / 10 ** log10_shift[:, None]).reshape(-1)
         starts, ends = [], []
@@ -169,18 +172,18 @@ class _Wanted:
         start, end = np.concatenate(starts), np.concatenate(ends)
         full = equilibrium + _answers(time, start, end, spectrum.relaxation_time) @ spectrum.shear_modulus
         least = 1e-12 * (equilibrium + spectrum.shear_modulus.sum())
-        if np.any(nothing := full[: time.size] <= least):
-            at = float(time[nothing.argmax()])
+        if np.any(relaxed_out := full[: time.size] <= least):
+            at = float(time[relaxed_out.argmax()])
             raise InputError(f"the full spectrum has relaxed to nothing at a reduced time of {at:.3g} s: end the window before")
         return cls(time, start, end, full, equilibrium)
 
     @property
     def earliest(self) -> float:
-        """The shortest reduced time that is looked at."""
+        """The shortest reduced time at which means begin."""
         return float(self.start[self.start > 0].min())
 
     def answers(self, tau: Floats) -> Floats:
-        """The answers of a branch of each relaxation time and modulus 1, (m + r, branches)."""
+        """The responses of branches of modulus 1 at these relaxation times, (m + r, branches)."""
         return _answers(self.time, self.start, self.end, tau)
 
     def error(self, spectrum: Spectrum) -> Floats:
@@ -188,14 +191,14 @@ class _Wanted:
         return (self.equilibrium + self.answers(spectrum.relaxation_time) @ spectrum.shear_modulus) / self.full - 1
 
     def slopes(self, tau: Floats) -> Floats:
-        """The derivatives of `answers` by ln tau."""
+        """The derivatives of `answers` with respect to ln tau."""
         share, first, last = (time[:, None] / tau for time in (self.time, self.start, self.end))
         mean = _mean(first, last)
         return np.concatenate([share * np.exp(-share), mean + (first * np.exp(-first) - last * np.exp(-last)) / (last - first)])
 
 
 def _answers(time: Floats, start: Floats, end: Floats, tau: Floats) -> Floats:
-    """exp(-t/tau) at each `time` (m,), and below its mean from each `start` to its `end` (r,): (m + r, branches)."""
+    """exp(-t/tau) at each `time` (m,), followed by its mean from each `start` to its `end` (r,): (m + r, branches)."""
     return np.concatenate([np.exp(-time[:, None] / tau), _mean(start[:, None] / tau, end[:, None] / tau)])
 
 
@@ -205,7 +208,7 @@ def _mean(first: Floats, last: Floats) -> Floats:
 
 
 def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Spectrum]:
-    """Spectra of `number` branches with locally least maximum error, each from another start."""
+    """Spectra of `number` branches whose largest error is a local minimum, from several starts."""
     low = max(float(np.log(wanted.earliest)), float(np.log(spectrum.relaxation_time[-1])))
     high = min(float(np.log(wanted.time.max() * _REACH)), float(np.log(spectrum.relaxation_time[0])))
     low, high = min(low, high), max(low, high)
@@ -214,12 +217,12 @@ def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Sp
 
 
 def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: float) -> list[Floats]:
-    """ln tau of the starts."""
+    """ln tau (number,) of the starts."""
     share = (np.arange(number) + 0.5) / number
     fine = np.linspace(low, high, 400)
     step = wanted.full[: wanted.time.size]
     order = np.argsort(wanted.time)
-    # the square root of relaxed modulus over modulus: between even in time and even in modulus
+    # the square root of relaxed modulus over modulus: a compromise between even in time and even in modulus
     level = np.interp(fine, np.log(wanted.time[order]), step[order])
     present = np.exp(-((fine[:, None] - np.log(spectrum.relaxation_time)) ** 2)) @ spectrum.shear_modulus / level
     relaxed = np.cumsum(np.sqrt(present) + 1e-12)
@@ -227,7 +230,7 @@ def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: 
 
 
 def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spectrum:
-    """The spectrum near `log_tau` of locally least maximum relative error in times and moduli."""
+    """The spectrum near `log_tau` whose largest relative error is a local minimum with respect to times and moduli."""
     moduli, best = _programme(wanted, log_tau, None, 0.0, low, high)[1:]
     trust = _WIDEST
     for _ in range(_ROUNDS):
@@ -246,8 +249,9 @@ def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spec
 def _programme(
     wanted: _Wanted, log_tau: Floats, moduli: Floats | None, trust: float, low: float, high: float
 ) -> tuple[Floats, Floats, float]:
-    """ln tau, moduli and the maximum relative error of a linear programme: on fixed times, or about the `moduli`, if stated, with
-    times that move by up to `trust`."""
+    """ln tau, moduli and the largest relative error from a linear programme: at fixed times, or, if `moduli` are stated, linearised
+    about them with changes of ln tau up to `trust`.
+    """
     from scipy.optimize import linprog
 
     tau = np.exp(log_tau)
@@ -259,7 +263,7 @@ def _programme(
         bounds += [(max(low - place, -trust), min(high - place, trust)) for place in log_tau.tolist()]
     target = 1 - wanted.equilibrium / wanted.full
     ones = np.ones((target.size, 1))
-    # there is always a solution; where rounding stops one method, another succeeds
+    # there is always a solution; if rounding stops one method, another succeeds
     for method in ("highs", "highs-ipm", "highs-ds"):
         solution = linprog(
             np.append(np.zeros(columns.shape[1]), 1.0),
@@ -273,5 +277,5 @@ def _programme(
     else:
         raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {solution.message}")
     moved = log_tau + solution.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
-    # the programme holds its bounds to some 1e-7 only
+    # the programme satisfies its bounds only to about 1e-7
     return moved, np.maximum(solution.x[: tau.size], 0.0) * scale, float(solution.x[-1])

@@ -1,4 +1,4 @@
-"""The result of a fit: a discrete relaxation spectrum beside the curve that it was made of."""
+"""The result of a fit: a discrete relaxation spectrum, and the curve to which it was fitted."""
 
 from __future__ import annotations
 
@@ -19,17 +19,16 @@ Method = Literal["schwarzl-staverman", "nnls"]
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SpectrumFit(TabularResult):
-    """A fitted relaxation spectrum and how well it gives the curve of its `test`, relaxation, oscillation or creep, back.
+    """A fitted relaxation spectrum, and its agreement with the curve of its `test`: relaxation, oscillation or creep.
 
     `spectrum` and `equilibrium_shear_modulus` (Pa) are shear; `reduced_time` (s) is (n,), ascending, and `measured` and `model` are
-    Young's moduli of relaxation (n,), storage and loss (2, n) in Pa, or tensile creep compliances (n,) in 1/Pa. An oscillation's
-    reduced time is one over its angular frequency. The errors are those of model/measured - 1 over all points, each counting once;
-    where only the slowest branches are kept, over the points from the shortest relaxation time kept onwards, which is what they
-    are meant for.
+    Young's moduli of relaxation (n,), storage and loss (2, n) in Pa, or tensile creep compliances (n,) in 1/Pa. The reduced time of
+    an oscillation is one over its angular frequency. The errors are those of model/measured - 1 over all points with equal weight;
+    if only the slowest branches are kept, over the points from the shortest relaxation time kept on, for which they are meant.
 
-    `clipped_branches` counts the processes whose modulus came out negative and was set to zero. `polynomial_rms_relative_error`
-    belongs to schwarzl-staverman, `smoothing` to nnls, and `retardation` to creep, which is fitted by a retardation spectrum first;
-    None otherwise.
+    `clipped_branches` is the number of negative moduli that were set to 0. `polynomial_rms_relative_error` is set by
+    schwarzl-staverman, `smoothing` by nnls, and `retardation` by creep, which is first fitted with a retardation spectrum; else
+    None.
     """
 
     method: Method
@@ -57,7 +56,7 @@ class SpectrumFit(TabularResult):
         return np.asarray(self.reduced_time**self.kind.time_power)
 
     def columns(self) -> Table:
-        """The curve beside the model, by ascending abscissa."""
+        """The table of the curve and the model, by ascending abscissa."""
         kind, ascending = self.kind, slice(None, None, self.kind.time_power)
         table = [Column(*kind.reduced_abscissa, self.reduced_abscissa[ascending])]
         channels = zip(kind.ordinates, np.atleast_2d(self.measured), np.atleast_2d(self.model), strict=True)

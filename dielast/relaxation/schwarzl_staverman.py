@@ -35,8 +35,8 @@ class CumulativeSpectrum:
 def fit_polynomial(log10_time: Floats, log10_modulus: Floats, degree: int, weight: Floats) -> Chebyshev:
     """Least-squares polynomial through points of shape (n,), each squared residual times its `weight`.
 
-    Held in Chebyshev form over the points' own range, where the fit is well conditioned at any degree and in any unit of time.
-    `InputError` if the points do not determine it.
+    It is in Chebyshev form over the range of the points, where the fit is well conditioned at any degree and in any unit of time.
+    Raises `InputError` if the points do not determine it.
     """
     times = np.unique(log10_time).size
     if times <= degree:
@@ -63,8 +63,8 @@ def relaxation_times(slowest: float, fastest: float, branches: int) -> Floats:
 def discrete_moduli(cumulative: Floats, total: float) -> Floats:
     """Eq. 20: moduli in Pa from H at N relaxation times (N,), slowest first, and mu_neq = `total`, their sum.
 
-    mu_1 = (H_1 + H_2)/2, mu_k = (H_{k+1} - H_{k-1})/2, mu_N = mu_neq - sum of the others. The sum of the first k < N is thus the
-    mean of H_k and H_{k+1}: the staircase of the discrete spectrum runs through H. A modulus may come out negative.
+    mu_1 = (H_1 + H_2)/2, mu_k = (H_{k+1} - H_{k-1})/2, mu_N = mu_neq - sum of the others. So the sum of the first k < N moduli is
+    the mean of H_k and H_{k+1}: the staircase of the discrete spectrum follows H. A modulus may be negative.
     """
     slower = (cumulative[:-1] + cumulative[1:]) / 2
     return np.diff(np.concatenate([[0.0], slower, [total]]))

@@ -1,8 +1,8 @@
-"""The uncertainty of a spectrum: the draws of its master curve, each fitted like the curve itself.
+"""The uncertainty of a spectrum: draws of its master curve, each fitted like the curve itself.
 
-A draw is the curve times the ratio of its resampled smooth curve to the mean of all, so that the draws lie about the fit to the
-curve, whatever the bias of smoothing. The distance of the fit from the curve beyond noise is an error of the model that no
-resampling shows: every draw is moved by that distance times a random factor of mean 0 and variance 1.
+A draw is the curve times the ratio of its resampled smooth curve to the mean of all draws, so that the draws scatter about the fit
+to the curve, whatever the bias of smoothing. The distance of the fit from the curve beyond noise is a model error that resampling
+does not show: every draw is shifted by that distance times a random factor of mean 0 and variance 1.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.result import SpectrumFit
 
-SEED = 1  # the same draws of a master curve give the same draws of its spectrum
-DOUBTED = 2.0  # times the scatter of the draws, above which a misfit is warned of
+SEED = 1  # equal draws of a master curve give equal draws of its spectrum
+DOUBTED = 2.0  # ratio of misfit to scatter of the draws above which a warning is issued
 TIMES_PER_DECADE = 8
-SMALL, RELUCTANCE = 0.01, 1e-6  # least share of the modulus that a branch counts for; square of misfit per relative change
+SMALL, RELUCTANCE = 0.01, 1e-6  # least fraction of the modulus that a branch counts as; squared misfit per squared relative change
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,16 +34,16 @@ class CurveDraws:
     ordinates: Floats
 
     def centre(self, abscissa: Floats) -> Floats:
-        """The geometric mean (c, n) of all at abscissas (n,), constant beyond the ends."""
+        """The geometric mean (c, n) of all draws at abscissas (n,), constant beyond the ends."""
         return np.asarray(np.exp(np.mean(self._logarithms(abscissa), axis=0)))
 
     def deviations(self, abscissa: Floats) -> Floats:
-        """ln of each draw over the mean of all, (draws, c, n) at abscissas (n,), constant beyond the ends."""
+        """ln of each draw over the mean of all draws, (draws, c, n), at abscissas (n,), constant beyond the ends."""
         logarithms = self._logarithms(abscissa)
         return np.asarray(logarithms - np.mean(logarithms, axis=0))
 
     def _logarithms(self, abscissa: Floats) -> Floats:
-        """ln of the ordinates, straight in log-log between the points and constant beyond the ends."""
+        """ln of the ordinates, linear in log-log between the points and constant beyond the ends."""
         x, at = np.log(self.abscissa), np.log(abscissa)
         rows = [np.interp(at, x, row) for row in np.log(self.ordinates).reshape(-1, x.size)]
         return np.reshape(rows, (*self.ordinates.shape[:2], at.size))
@@ -53,7 +53,7 @@ class CurveDraws:
 class SpectrumDraws:
     """Draws of a spectrum on the same relaxation times: `equilibrium_modulus` (draws,) and `shear_modulus` (draws, N) in Pa.
 
-    `used` (draws,) are the places of their master curves among all draws. `misfit` is the root mean square of ln(model/curve),
+    `used` (draws,) are the indices of their master curves among all draws. `misfit` is the root mean square of ln(model/curve),
     `scatter` that of the draws about the curve.
     """
 
@@ -75,13 +75,13 @@ def draw_spectra(
 ) -> SpectrumDraws:
     """The spectra of all draws of the master curve with points `abscissa` (n,) and `ordinates` (c, n), which gave `fit`.
 
-    `refit` fits such points as `fit` was fitted. Where it takes other relaxation times, a draw has the times of `fit`, and moduli
-    that change the relaxation modulus as much; so it does for a `spectrum` that was made of that of the fit by other means than
-    truncation. Draws that cannot be fitted are left out; raises `InputError` if these are more than half. Warns where the model
-    misses the curve by far more than the draws scatter.
+    `refit` fits such points in the same way as `fit`. If it uses other relaxation times, a draw keeps the times of `fit`, with
+    moduli that change the relaxation modulus by the same fraction; the same is done for a `spectrum` that was derived from that of
+    the fit by other means than truncation. Draws that cannot be fitted are omitted; raises `InputError` if these are more than
+    half. Warns if the model misses the curve by far more than the draws scatter.
     """
-    whole = fit.spectrum
-    change = _Change.of(whole, fit)
+    fitted = fit.spectrum
+    change = _Change.of(fitted, fit)
     at_points = curves.deviations(fit.reduced_abscissa)
     rows: list[tuple[int, float, Floats, Floats]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
@@ -92,11 +92,11 @@ def draw_spectra(
             except (InputError, NumericsError):
                 continue
         level, moduli = drawn.equilibrium_shear_modulus, drawn.spectrum.shear_modulus
-        if not _begins_with(drawn.spectrum, whole):
+        if not _begins_with(drawn.spectrum, fitted):
             stiffer = drawn.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1
-            level, moduli = change.added(fit.equilibrium_shear_modulus, whole.shear_modulus, stiffer)
+            level, moduli = change.added(fit.equilibrium_shear_modulus, fitted.shear_modulus, stiffer)
         follows = np.log(np.atleast_2d(drawn.model)[0] / np.atleast_2d(fit.model)[0]) - at_points[place, 0]
-        rows.append((place, level, moduli[: len(whole)], follows))
+        rows.append((place, level, moduli[: len(fitted)], follows))
     if 2 * len(rows) < len(curves.ordinates):
         raise InputError(
             f"only {len(rows)} of {len(curves.ordinates)} draws of the master curve can be fitted: it is too uncertain for this fit"
@@ -104,7 +104,7 @@ def draw_spectra(
     used, equilibrium, moduli, follows = (np.array(column) for column in zip(*rows, strict=True))
     model = np.atleast_2d(fit.model)[0]
     missed = fit.kind.stiffness_power * np.log(model / curves.centre(fit.reduced_abscissa)[0])
-    # the draws contain the misfit that comes of noise
+    # the draws already contain the misfit that is due to noise
     square, noise = float(np.mean(missed**2)), float(np.mean(np.var(follows, axis=0)))
     missed = missed * np.sqrt(max(1 - noise / square, 0.0)) if square > 0 else missed
     misfit, scatter = float(np.sqrt(np.mean(missed**2))), float(np.sqrt(np.mean(curves.deviations(curves.abscissa)[:, 0] ** 2)))
@@ -114,28 +114,28 @@ def draw_spectra(
             "uncertain: the draws allow for it, but stand about a spectrum that is off"
         )
     share = stream(SEED, "model error").standard_normal(len(curves.ordinates))[used]
-    off = np.interp(np.log(change.time), np.log(fit.reduced_time), missed)
-    equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * off)
-    if spectrum is not None and _begins_with(whole, spectrum):
+    distance = np.interp(np.log(change.time), np.log(fit.reduced_time), missed)
+    equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * distance)
+    if spectrum is not None and _begins_with(fitted, spectrum):
         moduli = moduli[:, : len(spectrum)]
     elif spectrum is not None:
         change = _Change.of(spectrum, fit)
-        whole_modulus = equilibrium[:, None] + moduli @ np.exp(-change.time / whole.relaxation_time[:, None])
+        fitted_modulus = equilibrium[:, None] + moduli @ np.exp(-change.time / fitted.relaxation_time[:, None])
         equilibrium, moduli = change.added(
-            fit.equilibrium_shear_modulus, spectrum.shear_modulus, whole_modulus / change.modulus - 1
+            fit.equilibrium_shear_modulus, spectrum.shear_modulus, fitted_modulus / change.modulus - 1
         )
     return SpectrumDraws(used, equilibrium, moduli, misfit, scatter)
 
 
 def _begins_with(spectrum: Spectrum, with_these: Spectrum) -> bool:
-    """Whether the slowest relaxation times of a spectrum are those of another."""
+    """Whether the slowest relaxation times of a spectrum are those of the spectrum `with_these`."""
     count = len(with_these)
     return len(spectrum) >= count and np.allclose(spectrum.relaxation_time[:count], with_these.relaxation_time, rtol=1e-6)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Change:
-    """The changes of a spectrum that change its relaxation `modulus` (k,) in Pa at `time` (k,) in s by given shares."""
+    """The changes of a spectrum that change its relaxation `modulus` (k,) in Pa at `time` (k,) in s by given fractions."""
 
     time: Floats
     modulus: Floats
@@ -143,20 +143,20 @@ class _Change:
 
     @classmethod
     def of(cls, target: Spectrum, fit: SpectrumFit) -> _Change:
-        """For a `target` that stands for the spectrum of a fit: the smallest relative changes of its moduli that nearly suffice."""
+        """For a `target` in place of the spectrum of a fit: the smallest relative changes of its moduli that nearly suffice."""
         tau = target.relaxation_time
         time = np.geomspace(tau[-1] / 2, 10 * tau[0], int(TIMES_PER_DECADE * np.log10(20 * tau[0] / tau[-1])) + 1)
         modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
         carried = target.relaxation_modulus(tau, fit.equilibrium_shear_modulus)
-        rest = (
+        equilibrium_size = (
             max(fit.equilibrium_shear_modulus, SMALL * carried[0]) if fit.equilibrium_shear_modulus > 0 else 0.0
         )  # a melt stays one
-        size = np.append(np.maximum(target.shear_modulus, SMALL * carried), rest)
+        size = np.append(np.maximum(target.shear_modulus, SMALL * carried), equilibrium_size)
         effect = np.column_stack([np.exp(-time[:, None] / tau), np.ones(time.size)]) * size / modulus[:, None]
         normal = effect.T @ effect + RELUCTANCE * time.size * np.eye(size.size)
         return cls(time, modulus, size[:, None] * np.linalg.solve(normal, effect.T))
 
     def added(self, equilibrium: Floats | float, moduli: Floats, share: Floats) -> tuple[Any, Floats]:
-        """Equilibrium modulus (...) and moduli (..., N) changed by shares (..., k), and not below zero."""
-        more = share @ self.response.T
-        return np.maximum(equilibrium + more[..., -1], 0.0), np.maximum(moduli + more[..., :-1], 0.0)
+        """Equilibrium modulus (...) and moduli (..., N) after changes by fractions (..., k), not below 0."""
+        change = share @ self.response.T
+        return np.maximum(equilibrium + change[..., -1], 0.0), np.maximum(moduli + change[..., :-1], 0.0)

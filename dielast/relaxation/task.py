@@ -1,4 +1,4 @@
-"""The parts that all fits of a spectrum share: the checks before a fit, the fit of moduli, and the result with its warnings."""
+"""The common parts of all fits of a spectrum: checks before a fit, the fit of moduli, and the result with its warnings."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from dielast.relaxation.interconversion import answer
 from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
 from dielast.relaxation.result import Method, SpectrumFit
 
-SEEN_AWAY = 10.0  # times the time of a process, where it still shows on a curve
+SEEN_AWAY = 10.0  # ratio of a time at which a process still affects the curve to the time of the process
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitTask:
-    """A checked `curve` (shear), its values as `measured` (channels, n), and the requests for its spectrum; `plateau` is the shear
-    modulus that the curve ends at.
+    """A checked `curve` (shear), its values as `measured` (channels, n), and the requests for its spectrum; `plateau` is the end of
+    the curve as a shear modulus with its slope.
 
-    `times` are the shortest and the longest time of the processes in s, None where left open; `equilibrium` and `glassy` are shear
-    moduli in Pa that are prescribed. `keep` is how many of the `branches` are kept, None for all.
+    `times` are the shortest and the longest time of the processes in s, None if they follow from the curve; `equilibrium` and
+    `glassy` are prescribed shear moduli in Pa. `keep` is the number of `branches` to keep, None for all.
     """
 
     curve: WeightedCurve
@@ -65,7 +65,8 @@ class FitTask:
         method: Method = "nnls",
         fewest: int = 1,
     ) -> FitTask:
-        """Check and sort `columns`, abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile), and the rest.
+        """Check and sort `columns`, abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile); check the
+        others.
 
         A `method` needs `fewest` branches. Raises `InputError` for points or arguments that allow no fit.
         """
@@ -82,13 +83,13 @@ class FitTask:
 
     @property
     def kept(self) -> float:
-        """The share of the decades of times that is left of the branches kept."""
+        """The fraction of the decades of times that the kept branches cover."""
         return 1.0 if self.keep is None or self.branches < 2 else (self.keep - 1) / (self.branches - 1)
 
     def place(self, known: Known, past: float = 1.0, times: TimeRange | None = None, kept: float | None = None) -> Floats:
-        """Times of the processes for nnls in s, slowest first, by default up to the factor `past` beyond the curve's ends.
+        """Times of the processes for nnls in s, slowest first, by default up to a factor `past` beyond the ends of the curve.
 
-        `times` and `kept` are those of the task unless stated.
+        `times` and `kept` are by default those of the task.
         """
         curve, times = self.curve, self.times if times is None else times
         default, seen = (curve.time[0] / past, curve.time[-1] * past), (SEEN_AWAY, 1 / SEEN_AWAY)
@@ -116,7 +117,7 @@ class FitTask:
     ) -> SpectrumFit:
         """The result for a spectrum that may be `truncated`, with a warning if it fits poorly.
 
-        `model` (channels, n), shear, is by default the answer of the moduli; `rest` holds further fields of `SpectrumFit`.
+        `model` (channels, n), shear, is by default the response of the spectrum; `rest` are further fields of `SpectrumFit`.
         """
         curve, kind = self.curve, self.curve.kind
         if model is None:
@@ -125,8 +126,8 @@ class FitTask:
             truncated = self.keep is not None and self.keep < self.branches
         shortest = float(spectrum.relaxation_time[-1]) if truncated else None
         rms, worst = fit_errors(model / curve.values - 1, curve.time, shortest)
-        both = (self.measured, model * 3.0**kind.stiffness_power)
-        measured, answered = (values[0] if len(values) == 1 else values for values in both)
+        pair = (self.measured, model * 3.0**kind.stiffness_power)
+        measured, answered = (values[0] if len(values) == 1 else values for values in pair)
         return SpectrumFit(
             method=method,
             spectrum=spectrum,
@@ -141,11 +142,11 @@ class FitTask:
         )
 
     def warn_of_equilibrium(self, equilibrium: float) -> None:
-        """Warn of an equilibrium modulus (shear, Pa) that the end of the curve contradicts, unless the material is a liquid."""
+        """Warn of an equilibrium modulus (shear, Pa) that contradicts the end of the curve, unless the material is a liquid."""
         if not self.liquid:
             warn_of_equilibrium(self.equilibrium, equilibrium, self.plateau)
 
 
 def _shear(modulus: float | None) -> float | None:
-    """The shear modulus of an incompressible material from Young's modulus, if that is stated."""
+    """The shear modulus of an incompressible material from Young's modulus, or None."""
     return None if modulus is None else modulus / 3

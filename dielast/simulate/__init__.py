@@ -1,1 +1,1 @@
-"""Simulations of tests on one material point."""
+"""Simulations of specimens and films: relaxation, creep, actuation, failure maps and designs."""

@@ -1,4 +1,4 @@
-"""Actuation: a prestretched and relaxed film moves under a voltage programme until it fails or the programme ends."""
+"""Actuation: prestretched and relaxed films under a voltage programme, until they fail or the programme ends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.history import electrical_pieces
-from dielast.mechanics.load import ChargeStep, VoltageStep
+from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuation_history import ActuationHistory, electrical_of, history_of
 from dielast.simulate.cycles import CycleTable
@@ -57,31 +57,38 @@ def actuate(
     electrical: bool | None = None,
     profile: ArrayLike | None = None,
 ) -> ActuationHistory:
-    """Films of undeformed `thickness` (m), prestretched, held for `relax` s, then driven through the `steps` from 0 V, or from a
-    charge of 0.
+    """Prestretch films, hold them for `relax` s, and then drive them through the `steps`, from 0 V or from a charge of 0.
 
-    `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of stress; it is reached at `prestretch_rate`
-    (1/s, of the larger axis; both ramp together) or at once. A `force` in N on a `width` in m hangs on it from the beginning (see
-    `FilmSetup`). `boundary` says for each axis whether it is then a "dead-load", the
-    nominal stress reached, or "clamped"; "frame" and "strip" are films with a passive part, of which the electrode covers
-    `electrode_share` (see `FilmSetup`). `breakdown_field` in V/m, or over prestretch (the root of both axes' product), the
-    material's by default; without any, no breakdown is looked for. A run ends with the first event `stop_at`, such as "breakdown",
-    "pull-in" or "loss-of-tension", or goes through them all to the "end" of the programme; by default with a breakdown, or where no
-    breakdown field is known, with the first failure. One that is to stop at breakdown, or by default, also stops where a passive
-    part goes slack.
-    Cases, `temperature`, `times` (since the programme began), `points_per_decade` and `rtol` as in `creep`, and the `cycles` of
-    waveforms, which are about the relative stretch of axis 1. Films with a passive part have `profiles` at the times of `profile`.
-    The history of a run that stops ends `with_end`, with the film as it was at the event, by default unless `times` are given.
+    The film: `thickness` is the undeformed one in m. `prestretch` is equibiaxial, or a pair (tuple) with None for an axis free of
+    stress; it is reached at `prestretch_rate` in 1/s of the axis with the larger one, both axes together, or at once. `boundary`
+    says for each axis what holds the film afterwards: "dead-load" is the nominal stress reached, "clamped" the stretch reached;
+    "frame" and "strip" are films with a passive part, with an electrode on the share `electrode_share`. A `force` in N per `width`
+    in m acts from the beginning of the prestretch (see `FilmSetup`, also for `mesh_rtol`).
 
-    A source of voltage may have a `source_resistance` in ohm, between it and the electrode, of an `electrode_area` in m^2 on the
-    undeformed film; through the film there may be a `leakage`. Charge, current and energies are given with any of these, with
-    charges, or where `electrical` says so. None of these is known of films with a passive part. Raises `InputError` for anything
-    wrong with the arguments; numerics that give up are an outcome.
+    The run: `temperature` in degC, `rtol`, `times` in s since the programme began, and `points_per_decade` are as in `creep`, and
+    so are the `cycles` of waveforms, here of the relative stretch of axis 1. `breakdown_field` is in V/m, or a law, such as a table
+    over prestretch (the square root of the product of both axes); the material's by default; without any, there is no breakdown.
+    `stop_at` names the event that ends a run, such as "breakdown", "pull-in" or "loss-of-tension", or is "end" for the whole
+    programme; by default breakdown, or the first failure if no breakdown field is known. A run to breakdown, or by default, also
+    ends where a passive part loses tension. The history of a run that ends at an event ends with the state at that event if
+    `with_end`, by default unless `times` are given. `profile` are times in s at which films with a passive part have `profiles`.
+
+    The circuit: a source of voltage may have a `source_resistance` in ohm to an electrode of `electrode_area` in m^2 on the
+    undeformed film, and the film may have a `leakage`. Charge, current and energies are computed with either of them, with
+    prescribed charges, or if `electrical` is True; not for films with a passive part.
+
+    Every number may be one for all cases or one per case, shape (cases,). The equations are those of Sec. 3 of DOI
+    10.1115/1.4030850. Raises `InputError` for invalid arguments; a run in which the numerics give up is an `Outcome`, not an error.
     """
     if stop_at not in (None, *names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
+    if isinstance(steps, ElectricalStep):
+        raise InputError("a list of steps is needed", argument="steps")
+    for index, step in enumerate(steps):
+        if not isinstance(step, ElectricalStep):
+            raise InputError(f"{shown(step)}: a VoltageStep or a ChargeStep is needed", step=index)
     setup = set_up(
         material,
         FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width),
@@ -107,19 +114,19 @@ def actuate(
         raise InputError(f"{only}, and says nothing of charge and energies", argument=argument)
     wanted = Wanted.of(times, cases, points_per_decade, cycles)
     check_cycles(wanted.cycles, pieces)
-    whole = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
-    check_end(wanted.times, whole, "programme")
-    seen_at = given_times(profile)
-    if seen_at is not None:
+    duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
+    check_end(wanted.times, duration, "programme")
+    profile_times = given_times(profile)
+    if profile_times is not None:
         if setup.passive is None:
             raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
-        check_end(np.broadcast_to(seen_at, (cases, seen_at.size)), whole, "programme", "profile")
+        check_end(np.broadcast_to(profile_times, (cases, profile_times.size)), duration, "programme", "profile")
     stops = _stops(stop_at, [material] if isinstance(material, Material) else list(material), setup)
     parts = setup.groups(wiring.has_circuit)
-    taken = [[piece.take(part) for piece in pieces] for part in parts]
+    pieces_of_parts = [[piece.take(part) for piece in pieces] for part in parts]
     runs = [
-        run_films(setup, wiring, part, pull_in_timescale, stops, some, wanted, electrical, rtol, seen_at)
-        for part, some in zip(parts, taken, strict=True)
+        run_films(setup, wiring, part, pull_in_timescale, stops, pieces_of_part, wanted, electrical, rtol, profile_times)
+        for part, pieces_of_part in zip(parts, pieces_of_parts, strict=True)
     ]
     place = np.empty(cases, dtype=np.intp)
     place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
@@ -128,17 +135,17 @@ def actuate(
     cycling = CycleTable.joined(tables, place) if tables else None
     history, extra = history_of(setup, FilmRuns.joined(runs, place), stops, ends, cycling)
     if electrical:
-        known = electrical_of(extra, setup.thickness, wiring, source_resistance is not None, leakage is not None)
-        history = replace(history, electrical=known)
-    if seen_at is None:
+        electrical_quantities = electrical_of(extra, setup.thickness, wiring, source_resistance is not None, leakage is not None)
+        history = replace(history, electrical=electrical_quantities)
+    if profile_times is None:
         return history
     ended = np.array([outcome.time for outcome in history.outcome])
-    own = [case for run, part in zip(runs, parts, strict=True) if run.profiler for case in run.profiler.collect(ended[part])]
-    return replace(history, profiles=Profiles(tuple(own[row] for row in place.tolist())))
+    profiles = [case for run, part in zip(runs, parts, strict=True) if run.profiler for case in run.profiler.collect(ended[part])]
+    return replace(history, profiles=Profiles(tuple(profiles[row] for row in place.tolist())))
 
 
 def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> tuple[str, ...]:
-    """The names of the criteria any of which ends a film; raises `InputError` if that is none that can happen."""
+    """The names of the criteria that end a film, whichever happens first; raises `InputError` if none of them can happen."""
     if stop_at == END:
         return ()
     known = np.isfinite(setup.breakdown_field)
@@ -147,10 +154,10 @@ def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> 
         without = materials[int(np.argmin(known)) if len(materials) > 1 else 0].name
         needed = f"material {shown(without)} has no breakdown field: state [breakdown] field in the recipe or the material file"
         raise InputError(f"{needed}, or stop at {shown(PullIn.name)} or {shown(END)}", argument="stop_at")
-    if stop_at is not None and not any(known.concerns(materials) for known in CRITERIA if known.name == stop_at):
+    if stop_at is not None and not any(criterion.concerns(materials) for criterion in CRITERIA if criterion.name == stop_at):
         needed = f"the material file needs [{stop_at}] with field, time and exponent"
         raise InputError(f"{shown(stop_at)} cannot happen: {needed}", argument="stop_at")
     stops = (ElectricalBreakdown.name,) if breakdown else failures_of(materials) if stop_at is None else (stop_at,)
-    # a passive film that is slack wrinkles, which these equations know nothing of
+    # a slack passive film wrinkles, which these equations do not describe
     slack = setup.passive is not None and (breakdown or stop_at is None)
     return (*stops, LossOfTension.name) if slack else stops

@@ -1,4 +1,4 @@
-"""What films did under a voltage programme, in the terms of the user."""
+"""Results of actuation: histories of films under a voltage programme, in the quantities of the user."""
 
 from __future__ import annotations
 
@@ -25,13 +25,15 @@ from dielast.simulate.wiring import Wiring
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ActuationHistory(History):
-    """What films did under voltage: arrays (cases, times) in s, V, Pa and V/m, `temperature` (cases,) in degC.
+    """Histories of films under voltage: arrays (cases, times) in s, V, Pa and V/m, `temperature` (cases,) in degC.
 
-    Time starts with the voltage programme; the relative stretch is that over the prestretch; the nominal stress is mechanical;
-    `stability` is the pull-in determinant over its value when the programme starts. `events` lists those of each case in order of
-    time; `damage` is None where no material has a damage law. An outcome is completed where the programme came to its end, or to
-    the event named as its reason; after its time everything is NaN. The voltage is that of the film; charges, currents and energies
-    are in `electrical`, None unless they were asked for.
+    `time` begins with the voltage programme, `voltage` is that of the film. Relative stretches are relative to the prestretch,
+    nominal stresses are mechanical (without the Maxwell stress), and `stability` is the pull-in determinant over its value at the
+    beginning of the programme. `events` lists the events of each case in order of time. `damage` is None if no material has a
+    damage law, `electrical` and `profiles` are None unless they were requested.
+
+    The outcome of a case is completed if the programme ran to its end or to the event that is its reason. All arrays are NaN after
+    the time of the outcome.
     """
 
     UNITS: ClassVar = {
@@ -59,7 +61,7 @@ class ActuationHistory(History):
     profiles: Profiles | None = None
 
     def case(self, row: int) -> dict[str, Floats]:
-        """The columns of a case up to where it ended, (rows,), by their headers."""
+        """The columns (rows,) of a case up to its end, by their headers."""
         columns = super(ActuationHistory, self).case(row)
         if self.electrical is not None:
             reached = np.isfinite(self.stretch_1[row])
@@ -75,16 +77,16 @@ class ActuationHistory(History):
 def history_of(
     setup: Setup, run: FilmRuns, stops: Sequence[str], with_end: bool, cycles: CycleTable | None
 ) -> tuple[ActuationHistory, Floats]:
-    """Results in the user's terms, nothing of which is after the end of its case, and the rows of `EXTRA` with them."""
+    """The results in the quantities of the user, up to the end of each case, and the rows of `EXTRA` at the same times."""
     record, reached = run.record, run.reached
     stopped = run.status == Status.STOPPED
-    # an equilibrium that ends where the numerics give up may end a little later
+    # events located in an equilibrium that ends where the numerics give up may be slightly later
     latest = np.fmax.reduce([np.zeros_like(reached), *(entry.time for entry in run.happened.values())])
     reached = np.where(stopped, reached, np.maximum(reached, latest))
     last = first_of(run.happened, stops)
     if stopped.any():
         reached = np.where(stopped, last.time, reached)
-    # a time that was asked for may lie beyond the end by rounding
+    # a requested time may exceed the end by rounding
     record = replace(record, values=np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
     if stopped.any() and with_end:
         at_end = np.concatenate((last.row, run.extra))
@@ -114,7 +116,7 @@ def history_of(
 
 
 def _damage(setup: Setup, record: Record) -> Floats | None:
-    """The damage (cases, times), NaN for films of no damage law; None if no film has one."""
+    """The damage (cases, times), NaN for films without a damage law; None if no film has one."""
     if setup.damage is None:
         return None
     every = np.arange(record.time.shape[0])
@@ -124,13 +126,13 @@ def _damage(setup: Setup, record: Record) -> Floats | None:
 
 
 def _stopped_by(run: FilmRuns, stops: Sequence[str], time: Floats) -> list[str]:
-    """The name of what happened in each case at the `time` (cases,) at which the first of `stops` did, none if nothing did."""
+    """The name of the first event of `stops` in each case, which happened at `time` (cases,); empty if none did."""
     times = {name: first_of(run.happened, [name]).time for name in stops}
     return [next((name for name in stops if times[name][case] == at), "") for case, at in enumerate(time.tolist())]
 
 
 def electrical_of(extra: Floats, thickness: Floats, wiring: Wiring, has_resistance: bool, has_leakage: bool) -> Electrical:
-    """What is electrical, from the rows of `EXTRA` (6, cases, times), of films of a thickness (cases,) in m."""
+    """The electrical quantities of films of `thickness` (cases,) in m, from the rows of `EXTRA` (6, cases, times)."""
     charge, source, current, work, leaked, lost = extra
     area = None if wiring.area is None else wiring.area[:, None]
     return Electrical(

@@ -1,4 +1,4 @@
-"""Loads applied at once: where they take a film, and how far it can hold them."""
+"""Loads applied at once: the state after the jump, and the largest load with an equilibrium."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from dielast.numerics.columns import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import Status
 from dielast.simulate.film import Condition, Film
 
-MAX_MOVE = 0.05  # in Lambda: a load applied at once that moves the film further is followed in smaller shares
-SMALLEST_SHARE = 1e-7  # of a load; where no smaller one has an equilibrium nearby, none has
+MAX_MOVE = 0.05  # largest change of Lambda in one part of a load applied at once; larger parts are divided
+SMALLEST_SHARE = 1e-7  # smallest part of a load; if there is no equilibrium nearby for this part, there is none
 
 
 def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, status: Cases, watch: Watch | None) -> Film:
-    """The films after the load jumps to the `target` (3, cases) in some cases, `jumps` (cases,).
+    """The films after the load jumps to the `target` (3, cases) in the cases marked by `jumps` (cases,).
 
-    Without a `watch` films go to the nearest equilibrium. With one, films under voltage go to the equilibrium that the present one
-    leads to; where there is none, that is a pull-in, and the damper holds the film first. The `status` (cases,) of films that find
-    no equilibrium is changed.
+    Without a `watch`, films go to the nearest equilibrium. With one, films under voltage follow their equilibrium as the load
+    increases; where it ends before the full load, they pull in, held at first by the damper. Where there is no equilibrium at all,
+    `status` (cases,) is changed.
     """
     condition = film.condition
     after = replace(
@@ -48,7 +48,7 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
     present = replace(film, condition=after).take(columns).moment(controls, columns, np.zeros(columns.size))
     moved, stable = moved_at_once(present, target[:, columns])
     status[columns[~stable]] = Status.NO_START
-    if watch is not None:  # a film to which all that is asked for has happened need not go on
+    if watch is not None:  # a film whose requested events have all happened has ended
         vanished = columns[~stable]
         status[vanished[watch.done[vanished]]] = Status.STOPPED
     _put(after, columns, moved, stable)
@@ -56,33 +56,33 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
     return replace(film, condition=after)
 
 
-def moved_at_once(moment: Moment, target: Floats) -> tuple[Moment, Flags]:
-    """The films of a moment under the `target` (3, k) with every viscous stretch frozen, and whether (k,) they hold it: as `jump`
-    or `settle`.
+def moved_at_once(moment: Moment, target: Floats, nearby: float | None = None) -> tuple[Moment, Flags]:
+    """The films of a moment under the `target` (3, k) with every viscous stretch frozen, and whether (k,) they are in stable
+    equilibrium, by `jump` or `settle`, which explain `nearby`.
     """
     if moment.surroundings is None:
         before, controls = moment.log_squared_stretch, moment.controls
-        log_squared, nominal, stable = jump(moment.points, controls, target, moment.internal, before)
+        log_squared, nominal, stable = jump(moment.points, controls, target, moment.internal, before, nearby)
         return replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2]), stable
-    around, stable = settle(moment.surroundings, moment.internal, target[2])
+    around, stable = settle(moment.surroundings, moment.internal, target[2], nearby)
     log_squared, nominal = membrane(around.border, target, moment.controls)
     there = replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2], surroundings=around)
     return there, stable
 
 
 def _put(after: Condition, columns: Cases, moved: Moment, there: Flags) -> None:
-    """Write where films (k,) have moved to, those that are `there` (k,)."""
-    some = columns[there]
-    after.log_squared_stretch[:, some], after.nominal_stress[:, some] = (
+    """Write the states of films `moved` (k,) to the `columns` (k,) of `after`, for those marked by `there` (k,)."""
+    selected = columns[there]
+    after.log_squared_stretch[:, selected], after.nominal_stress[:, selected] = (
         moved.log_squared_stretch[:, there],
         moved.nominal_stress[:, there],
     )
     if moved.surroundings is not None and after.border is not None:
-        after.border[:, some] = moved.surroundings.border[:, there]
+        after.border[:, selected] = moved.surroundings.border[:, there]
 
 
 def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Condition, watch: Watch) -> Cases:
-    """Write how films that hold the load are `after` it, and note what happens to the others, which are returned."""
+    """Write the state `after` the load of films that hold it; store the events of the others, and return their columns."""
     on_the_way = {
         lookout.criterion: lookout.signal
         for lookout in watch.lookouts
@@ -94,10 +94,10 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
     way = follow_load(begin, film.condition.acting(controls), target[:, columns], on_the_way)
     reached = way.reached
     _put(after, columns, reached, way.held)
-    # the damper is slack again
+    # the damper is free of stress again
     slack = reached.log_squared_stretch if reached.surroundings is None else reached.surroundings.stretch()
     after.internal[:, -1, ..., columns[way.held]] = np.moveaxis(slack[..., way.held], -1, 0)
-    # a voltage that is lowered ends a snapped-through state, which is no failure
+    # a film that snaps back when its voltage is lowered has not failed
     failed = ~way.held & (np.abs(target[2, columns]) > np.abs(film.condition.field))
     for lookout in watch.lookouts:
         if lookout.criterion in way.events:
@@ -114,9 +114,11 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Way:
-    """Where a load applied at once takes films: as they are where it is `reached`, or as far as there is an equilibrium, and
-    whether that is the whole load, `held` (k,). `events` are the moments at which signals fell on the way, by criterion, with a
-    field that is NaN where they did not.
+    """The equilibria of films under a load applied at once.
+
+    `reached` is the state under the full load if the film holds it, `held` (k,), and otherwise the last state with an equilibrium.
+    `events` are the moments at which signals fell to zero on the way, by criterion, with a field of NaN in films without that
+    event.
     """
 
     reached: Moment
@@ -125,25 +127,29 @@ class Way:
 
 
 def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping[Criterion, Signal]) -> Way:
-    """As `jump`, but with the damper left out, and only to the equilibrium that the one of the moment `begin` leads to as the load
-    goes from `present` to `target`, both (3, k), in shares so small that the film never moves far.
+    """Follow the equilibrium of the films at the moment `begin` as their load grows from `present` to `target`, both (3, k).
+
+    Viscous stretches are frozen as in `jump`, and the damper is omitted. The load grows in parts so small that Lambda changes by at
+    most `MAX_MOVE` in each.
     """
     modulus = begin.points.modulus.copy()
     modulus[-1] = 0.0
-    bare = replace(begin.points, modulus=modulus)
-    start = replace(begin, points=bare, surroundings=None if begin.surroundings is None else begin.surroundings.without_damper())
+    undamped = replace(begin.points, modulus=modulus)
+    start = replace(
+        begin, points=undamped, surroundings=None if begin.surroundings is None else begin.surroundings.without_damper()
+    )
     count = target.shape[1]
 
     def load_at(share: Floats, columns: Cases) -> Floats:
         load = np.array((1 - share) * present[:, columns] + share * target[:, columns])
-        # the square of the field is what pulls; its sign is that of the voltage to come
+        # the load on the film is the square of the field; the sign is that of the new voltage
         size = np.sqrt((1 - share) * present[2, columns] ** 2 + share * target[2, columns] ** 2)
         load[2] = np.copysign(size, target[2, columns])
         return load
 
     log_squared, nominal = begin.log_squared_stretch.copy(), begin.nominal_stress.copy()
     border = None if begin.surroundings is None else begin.surroundings.border.copy()
-    reached, share = np.zeros(count), np.ones(count)
+    reached, share, smooth = np.zeros(count), np.ones(count), np.zeros(count, dtype=bool)
     events = {
         criterion: replace(
             begin,
@@ -159,20 +165,21 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
     going = np.arange(count)
     while going.size:
         going = paired(going)
-        wanted = np.minimum(reached[going] + share[going], 1.0)
-        load = load_at(wanted, going)
+        next_share = np.minimum(reached[going] + share[going], 1.0)
+        load = load_at(next_share, going)
         from_here = replace(start.take(going), log_squared_stretch=log_squared[:, going])
         if border is not None and from_here.surroundings is not None:
             from_here = replace(from_here, surroundings=replace(from_here.surroundings, border=border[:, going]))
-        there, stable = moved_at_once(from_here, load)
+        there, stable = moved_at_once(from_here, load, MAX_MOVE)
         moved, stress = there.log_squared_stretch, there.nominal_stress
-        near = stable & (np.max(np.abs(moved - log_squared[:, going]), axis=0) <= MAX_MOVE)
-        closely = share[going] < 2 * SMALLEST_SHARE  # as closely as the load can be divided
+        apart = np.max(np.abs(moved - log_squared[:, going]), axis=0)
+        near = stable & (apart <= MAX_MOVE)
+        located = share[going] < 2 * SMALLEST_SHARE  # located as accurately as the load can be divided
         falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)
         for criterion, signal in signals.items():
             event = events[criterion]
             fallen = near & np.isnan(event.field[going]) & (signal(there) <= 0)
-            new, columns = fallen & closely, going[fallen & closely]
+            new, columns = fallen & located, going[fallen & located]
             event.field[columns] = load[2, new]
             event.log_squared_stretch[:, columns], event.nominal_stress[:, columns] = moved[:, new], stress[:, new]
             if event.surroundings is not None and there.surroundings is not None:
@@ -180,14 +187,17 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
             falls, met = falls | fallen, met | new
         near &= ~falls | met
         columns = going[near]
-        log_squared[:, columns], nominal[:, columns], reached[columns] = moved[:, near], stress[:, near], wanted[near]
+        log_squared[:, columns], nominal[:, columns], reached[columns] = moved[:, near], stress[:, near], next_share[near]
         if border is not None and there.surroundings is not None:
             border[:, columns] = there.surroundings.border[:, near]
-        share[going] = np.where(met, 1.0, np.where(near, share[going], 0.5 * share[going]))
+        # what follows a steep place may be taken in larger shares again
+        larger = near & smooth[going] & (apart <= 0.5 * MAX_MOVE)
+        smooth[going] = near
+        share[going] = np.where(met, 1.0, np.where(near, np.where(larger, 2.0, 1.0), 0.5) * share[going])
         going = np.flatnonzero((reached < 1) & (share >= SMALLEST_SHARE))
     ends = where((reached > 0) & (reached < 1))
-    if ends.size and border is None:  # where the equilibrium ends, exactly
-        frozen = replace(bare.take(ends), rate=np.zeros((modulus.shape[0], ends.size)))
+    if ends.size and border is None:  # locate the end of the equilibrium exactly
+        frozen = replace(undamped.take(ends), rate=np.zeros((modulus.shape[0], ends.size)))
         fold = Fold(
             frozen,
             begin.controls,

@@ -1,4 +1,4 @@
-"""Designs: for each of many films the voltage that takes it to a goal at a time, and how long it lives under that."""
+"""Designs: for many films, the voltage that takes a film to a goal at a given time, and its life under that voltage."""
 
 from __future__ import annotations
 
@@ -34,9 +34,12 @@ Bounds = tuple[Floats, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Drawn(Result):
-    """What the draws of films tell, (films,): bounds of the voltage that reaches the goal and of the time to failure under the
-    voltage of the design, infinite where a bound is no voltage, or beyond the horizon; the share of films that fail within it, and
-    the `safe_life` in s that a share `failure_probability` of them does not reach. NaN where the design has no voltage.
+    """Results of the draws of films, arrays (films,), NaN where the design has no voltage.
+
+    `voltage` are bounds of the voltage that reaches the goal, and `time_to_failure` those of the time to failure in s under the
+    voltage of the design; an upper bound is infinite where no voltage reaches the goal, or the failure is beyond the horizon.
+    `failure_probability` is the fraction of draws that fail within the horizon, and `safe_life` in s the life that a fraction
+    `failure_probability` (as requested) does not reach.
     """
 
     voltage: Bounds
@@ -45,22 +48,29 @@ class Drawn(Result):
     safe_life: Floats
 
     def take(self, films: NDArray[np.intp]) -> Drawn:
-        """Those of some films."""
+        """The results of the selected films (k,)."""
         voltage, time = ((low[films], high[films]) for low, high in (self.voltage, self.time_to_failure))
         return Drawn(voltage, time, self.failure_probability[films], self.safe_life[films])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Design(TabularResult):
-    """Films (films,), for each goal those that reach it first, and of these the one that lives longest: its temperature in degC,
-    `prestretch` (films, 2), thickness in m and `electrode_share`, if it has a passive part; the `target` that it is to reach, a
-    relative stretch or an area strain by the `goal`, `at` a time in s after a constant voltage came.
+    """Films (films,), sorted: for each goal first those that reach it, and of these first the one with the longest life.
 
-    `reached` says whether a voltage does that: yes; "no: fails first" where under every voltage that would, the film fails before,
-    as `failure_mode` says; "no: out of reach" where none would, or the film creeps there without; or unfinished, where the
-    numerics gave up; and `because` of what, where none does. `voltage` in V is the one that does, and the film then fails at
-    `time_to_failure` in s, NaN where not within the `horizon`. `largest` is how far a film comes at that time, at most where it
-    does not reach its goal. The `rounds` are those of the search.
+    Of each film: `temperature` in degC, `prestretch` (films, 2), `thickness` in m, and `electrode_share` if it has a passive part.
+    `target` is the relative stretch or the area strain (as `goal` says) to reach `at` a time in s after a constant voltage is
+    applied.
+
+    `reached` says whether a voltage reaches the goal:
+
+    - "yes": `voltage` in V does, and the film then fails at `time_to_failure` in s, NaN if not within the `horizon`;
+    - "no: fails first": under every voltage that would reach the goal, the film fails earlier, by `failure_mode`;
+    - "no: out of reach": no voltage reaches it, or the film creeps there without voltage;
+    - "unfinished": the numerics gave up.
+
+    `because` is the reason where it is not reached. `largest` is the relative stretch or area strain at the given time, or the
+    largest that any voltage reaches if the goal is not reached. `rounds` is the number of rounds of the search, `drawn` the results
+    of the draws, None without draws.
     """
 
     temperature: Floats
@@ -81,7 +91,7 @@ class Design(TabularResult):
     drawn: Drawn | None = None
 
     def columns(self) -> Table:
-        """One row for each film."""
+        """The table, one row per film."""
         varied = {
             "electrode_share": ("1", self.electrode_share),
             "thickness": ("m", self.thickness if np.ptp(self.thickness) > 0 else None),
@@ -102,14 +112,15 @@ class Design(TabularResult):
 
     @property
     def out_of_reach(self) -> dict[str, int]:
-        """How many films have a goal that is out of reach, by the reason."""
+        """The number of films whose goal is out of reach, by reason."""
         reasons = self.because[self.reached == OUT_OF_REACH].tolist()
         return {reason: reasons.count(reason) for reason in sorted(set(reasons))}
 
     @property
     def life(self) -> Floats:
-        """By what films are compared (films,) in s: the safe life, or without draws the time to failure; infinite beyond the
-        horizon, NaN where the goal is not reached.
+        """The life (films,) in s by which films are compared: the safe life, or the time to failure without draws.
+
+        It is infinite beyond the horizon, and NaN where the goal is not reached.
         """
         life = self.time_to_failure if self.drawn is None else self.drawn.safe_life
         endless = (self.reached == YES) & (np.isnan(life) if self.drawn is None else np.isposinf(life))
@@ -117,7 +128,7 @@ class Design(TabularResult):
 
 
 def _with_bounds(name: str, unit: str, values: Floats, bounds: Bounds | None) -> Table:
-    """A column, and its bounds behind it."""
+    """A column, followed by the columns of its bounds."""
     sides = zip(("lower", "upper"), bounds or (), strict=False)
     return [Column(name, unit, values), *(Column(f"{name}_{side}", unit, bound) for side, bound in sides)]
 
@@ -147,13 +158,15 @@ def design(
     level: float = 0.9,
     failure_probability: float = FAILURE_PROBABILITY,
 ) -> Design:
-    """The voltage that takes each film to a `relative_stretch` of axis 1, or to an `area_strain`, `at` a time in s after it came
-    and stayed, and how long up to the `horizon` in s the film lives under it. Every combination of `prestretch` (a number each,
-    or a pair), `electrode_share`, `thickness` in m, `temperature` in degC and goal is a film; the rest as in `failure_map`. A
-    passive part that goes slack ends a film, too.
+    """For each film, the voltage that takes it to a goal at a given time, and the life of the film under that voltage.
 
-    With a `sample`, also what its draws tell: bounds of this `level`, and the life that a share `failure_probability` does not
-    reach. Raises `InputError` for anything wrong with the arguments.
+    The goal is a `relative_stretch` of axis 1 or an `area_strain`, to reach `at` a time in s after a constant voltage is applied;
+    the life is computed up to the `horizon` in s. Every combination of `prestretch` (n,) or (n, 2), `electrode_share`, `thickness`
+    in m, `temperature` in degC and goal is a film; other arguments are as in `failure_map`. Loss of tension of a passive part ends
+    a film.
+
+    With a `sample` of materials, its draws give bounds at the confidence `level`, and the life that a fraction
+    `failure_probability` of films does not reach. Raises `InputError` for invalid arguments.
     """
     film = FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width)
     plan = plan_design(
@@ -176,7 +189,7 @@ def design(
 
 
 def check_draws(draws: int, level: float, failure_probability: float) -> None:
-    """`InputError` for a share of films, or a level, that so many draws tell nothing about."""
+    """`InputError` for a level or a probability that is out of range, or needs more draws than `draws`."""
     if not 0 < failure_probability < 0.5:
         text = f"{failure_probability:g}: a share above 0 and below 0.5 is needed, such as 0.05"
         raise InputError(text, argument="failure_probability")
@@ -198,8 +211,10 @@ def plan_design(
     sample: Sample | None = None,
     drawn_rtol: float | None = None,
 ) -> DesignPlan:
-    """Check what `design` is about, and stretch and relax its films and those of all draws of a `sample`. Prestretch, electrode
-    share and thickness of the `film` and the target of the `goal` are axes of the grid.
+    """Check the arguments of `design`, and prestretch and relax its films and those of all draws of a `sample`.
+
+    Prestretch, electrode share and thickness of the `film` and the target of the `goal` are axes of the grid. Raises `InputError`
+    as `design` does.
     """
     if not (np.isfinite(horizon) and horizon > 0):
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
@@ -231,7 +246,7 @@ def plan_design(
 
 
 def under_way(plan: DesignPlan, solved: Sequence[Designed]) -> DesignPlan:
-    """The plan with the voltages of its films, all of which are solved: its draws can be solved now."""
+    """The plan with the voltages of its films, all of which are `solved`, so that the draws can be solved next."""
     voltage, slope = np.full((2, plan.films), np.nan)
     for part in solved:
         found = part.state == FOUND
@@ -242,7 +257,7 @@ def under_way(plan: DesignPlan, solved: Sequence[Designed]) -> DesignPlan:
 def designed(
     plan: DesignPlan, solved: Sequence[Designed], drawn: Sequence[Designed], level: float, failure_probability: float
 ) -> Design:
-    """The design from all of its films, solved in any order, and from their draws."""
+    """The design from the solved films, in any order, and from their draws."""
     place = np.argsort(np.concatenate([part.films for part in solved]))
 
     def whole(name: str) -> NDArray[Any]:
@@ -274,12 +289,12 @@ def designed(
 
 
 def _drawn(plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_probability: float) -> Drawn:
-    """What the draws of all films tell."""
+    """The results of the draws of all films."""
     voltage, time = np.full((2, plan.grid.draws * plan.films), np.nan)
     for part in drawn:
-        own = part.films - plan.films
-        voltage[own] = part.voltage
-        time[own] = np.where(part.mode == UNFINISHED, np.nan, np.where(np.isnan(part.time), np.inf, part.time))
+        films = part.films - plan.films
+        voltage[films] = part.voltage
+        time[films] = np.where(part.mode == UNFINISHED, np.nan, np.where(np.isnan(part.time), np.inf, part.time))
     voltage, time = (values.reshape(plan.grid.draws, plan.films) for values in (voltage, time))
     known = ~np.isnan(time)
     share = np.sum(np.isfinite(time), axis=0) / np.maximum(known.sum(axis=0), 1)
@@ -289,10 +304,10 @@ def _drawn(plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_pr
 
 
 def _best_first(result: Design) -> Design:
-    """The films of each goal in order: those that reach it, the one that lives longest first; then those that come nearest."""
+    """Sort the films of each goal: first those that reach it, by decreasing life; then the others, by how close they come."""
     yes = result.reached == YES
     probability = np.zeros(yes.size) if result.drawn is None else result.drawn.failure_probability
-    # of films that live as long, first the one that fails less often, and then the one that takes a lower voltage
+    # films of equal life are sorted by failure probability, and then by voltage
     keys = [result.voltage, probability, np.where(yes, -result.life, -result.largest), ~yes, result.target]
     order = np.lexsort([np.where(np.isnan(key), np.inf, key) for key in keys])
     names = ["temperature", "prestretch", "thickness", "target", "voltage", "time_to_failure"]

@@ -1,6 +1,6 @@
-"""The plan of a design: relaxed films, each with a goal, and the search for the voltage that takes it there.
+"""The plan of a design: relaxed films with their goals, and the search for the voltage that takes a film to its goal.
 
-All films of a chunk are searched at once: a round is one run of all voltages that are to be tried, a few for each film at most.
+The films of a chunk are searched together: a round is one run of all voltages to try, at most a few per film.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from dielast.simulate.film_grid import FilmGrid, Group
 from dielast.simulate.goal import Goal, voltage_about
 from dielast.simulate.lives import live
 
-ROUNDS = 8  # in which every voltage is known
-MET = 1e-4  # how exactly a goal is met, in the logarithm of the stretch or of the area
-CLOSE = 0.2  # of that, where a search ends
-SHARE = 1e-3  # of the way to the goal, if that is less
-NOISE = 3.0  # times the relative tolerance of the solver, which no stretch is known better than
+ROUNDS = 100  # of trials, at most: a bracket is halved every other round
+MET = 1e-4  # accuracy of a goal, in the logarithm of the stretch or of the area
+CLOSE = 0.2  # fraction of that accuracy at which a search ends
+SHARE = 1e-3  # the same as a fraction of the way to the goal, if that is smaller
+NOISE = 3.0  # accuracy of a stretch, in relative tolerances of the solver
 ROUNDING = 1e-12
-SPREAD = np.array((0.75, 0.92, 1.13, 1.39))  # of the expected voltage, tried first
+SPREAD = np.array((0.75, 0.92, 1.13, 1.39))  # first voltages over the expected voltage
 CHUNK = 256  # films
 NONE, UNFINISHED = "none", "unfinished"
 Names = NDArray[np.object_]
@@ -34,11 +34,12 @@ Names = NDArray[np.object_]
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DesignPlan(Result):
-    """Films of a `grid` and their `goal`, each (films,) at a `temperature` in degC, of a `prestretch` (films, 2), an undeformed
-    `thickness` in m, and an `electrode_share` where they have a passive part.
+    """Films of a `grid` with their `goal`: `temperature` (films,) in degC, `prestretch` (films, 2), undeformed `thickness` (films,)
+    in
+    m, and `electrode_share` (films,) if they have a passive part.
 
-    `voltage` (films,) is what the draws of each film live under, NaN where there is none, and `slope` (films,) what its square
-    changes by with the logarithm of the stretch: both follow from the films of the material.
+    For the draws, which are solved after the films: `voltage` (films,) in V is the voltage of the design, NaN where there is none,
+    and `slope` (films,) the derivative of its square with respect to the logarithm of the stretch.
     """
 
     grid: FilmGrid
@@ -53,16 +54,16 @@ class DesignPlan(Result):
 
     @property
     def films(self) -> int:
-        """Number of films, those of the draws apart."""
+        """The number of films, not counting draws."""
         return self.goal.target.size
 
     @property
     def criteria(self) -> tuple[str, ...]:
-        """The names of all that ends a film: a slack one would wrinkle, of which these equations know nothing."""
+        """The names of the criteria that end a film, including loss of tension: a slack film wrinkles, beyond these equations."""
         return (*self.grid.failures, LossOfTension.name)
 
     def chunks(self, drawn: bool = False, size: int = CHUNK) -> list[tuple[int, int]]:
-        """First film and end of each chunk, of the material or of the draws; no chunk spans two groups."""
+        """First film and end of each chunk, of the films or of the draws; a chunk lies within one group."""
         result, first = [], 0
         for group in self.grid.groups:
             end = first + group.films.size
@@ -72,7 +73,7 @@ class DesignPlan(Result):
         return result
 
     def part(self, first: int, end: int) -> tuple[Group, Cases]:
-        """The group of a chunk, and which of its columns that is."""
+        """The group of a chunk, and the columns (k,) of the chunk in it."""
         begin = 0
         for group in self.grid.groups:
             if first < begin + group.films.size:
@@ -83,10 +84,12 @@ class DesignPlan(Result):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Designed:
-    """What is known of `films` (k,): the `state` of the search (see `edged_roots`), the `voltage` in V that reaches the goal and
-    what its square changes by with the logarithm of the stretch, its `slope`; by how much the goal is `missed` then, and at least
-    by how much while a film lives. `time` and `mode` are when in s and how a film fails under the voltage, NaN and "none" where it
-    does not; of a film that fails first, the mode is how. All in `rounds` of trials.
+    """Results for `films` (k,): the `state` of the search (see `edged_roots`); the `voltage` in V that reaches the goal, and its
+    `slope`, the derivative of its square with respect to the logarithm of the stretch.
+
+    `missed` is the remaining distance to the goal, or the smallest one among the trials if the goal is not reached. `time` in s and
+    `mode` are those of the failure under the voltage, NaN and "none" without failure; `mode` of a film that fails first is that
+    failure. `rounds` is the number of rounds of trials.
     """
 
     films: Cases
@@ -101,27 +104,29 @@ class Designed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trials:
-    """Trials (t,) on columns of films: the voltage, or that up to which a film came before it failed at once; how far each is from
-    its goal, how it ended, and what came first and when in s.
+    """Trials (t,) of voltages on columns of films: the `voltage`, or the voltage at which a film failed as it was applied at once;
+    `value`, the distance to the goal; `ended`, the same where the film failed; `kind`, the outcome (see `edged_roots`); `time` in
+    s and `mode` of the first event.
     """
 
     columns: Cases
     voltage: Floats
     value: Floats
+    ended: Floats
     kind: Cases
     time: Floats
     mode: Names
 
 
 def solve_films(plan: DesignPlan, first: int, end: int) -> Designed:
-    """Find the voltages of a chunk of films of the material, and how long they live under them."""
+    """Find the voltages of a chunk of films, and the lives of the films under them."""
     group, columns = plan.part(first, end)
     films = group.films[columns]
     goal = plan.goal.take(films)
     part = _part(group, columns)
     pair = paired(np.arange(films.size))
-    about, limited = voltage_about(_part(part, pair), goal.take(pair), plan.grid.controls)
-    search = EdgedRoots(about[: films.size, None] * SPREAD, _tolerance(goal, group.rtol))
+    expected, limited = voltage_about(_part(part, pair), goal.take(pair), plan.grid.controls)
+    search = EdgedRoots(expected[: films.size, None] * SPREAD, _tolerance(goal, group.rtol), to_edge=True)
     beyond = limited[: films.size]
     short, rounds = _search(plan, part, goal, search, beyond)
     state = np.where(beyond, FAR, search.state)
@@ -145,41 +150,42 @@ def solve_films(plan: DesignPlan, first: int, end: int) -> Designed:
 
 
 def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
-    """What becomes of a chunk of drawn films under the voltage of the film that they are draws of, and which voltage each needs."""
+    """Find the lives of a chunk of drawn films under the voltage of the design, and the voltage that each draw needs."""
     group, columns = plan.part(first, end)
     columns = columns[np.isfinite(plan.voltage[group.films[columns] % plan.films])]
     films = group.films[columns]
-    of = films % plan.films
-    goal, every = plan.goal.take(of), np.arange(films.size)
+    film_of_draw = films % plan.films
+    goal, every = plan.goal.take(film_of_draw), np.arange(films.size)
     if not films.size:
         nothing = np.zeros(0)
         return Designed(films, films, nothing, nothing, nothing, nothing, np.zeros(0, dtype=object), 0)
     part = _part(group, columns)
-    search = EdgedRoots(plan.voltage[of][:, None], _tolerance(goal, group.rtol), slope=plan.slope[of])
-    lives = _tried(plan, part, goal, every, plan.voltage[of], plan.horizon)
+    search = EdgedRoots(plan.voltage[film_of_draw][:, None], _tolerance(goal, group.rtol), slope=plan.slope[film_of_draw])
+    lives = _tried(plan, part, goal, every, plan.voltage[film_of_draw], plan.horizon)
     search.note(every, lives.voltage, lives.value, lives.kind, np.log(lives.time / goal.at))
     _, rounds = _search(plan, part, goal, search, np.zeros(films.size, dtype=bool), 1)
     state = search.state
     voltage = np.where(state == FOUND, search.root, np.where(state == OPEN, np.nan, np.inf))
-    return Designed(films, state, voltage, plan.slope[of], lives.value, lives.time, lives.mode, rounds)
+    return Designed(films, state, voltage, plan.slope[film_of_draw], lives.value, lives.time, lives.mode, rounds)
 
 
 def _part(group: Group, columns: Cases) -> Group:
-    """Some films of a group."""
+    """The selected films (k,) of a group."""
     taken = group.film.take(columns), group.films[columns], group.watched.take(columns), group.thickness[columns]
     return Group(*taken, group.rtol)
 
 
 def _tolerance(goal: Goal, rtol: float) -> Floats:
-    """How near to their goals films are to come (films,)."""
+    """The largest distance (films,) to the goal at which a search ends."""
     return np.maximum(np.minimum(CLOSE * MET, SHARE * goal.size), min(NOISE * rtol, MET))
 
 
 def _search(
     plan: DesignPlan, part: Group, goal: Goal, search: EdgedRoots, beyond: Flags, rounds: int = 0
 ) -> tuple[dict[int, str], int]:
-    """Try voltages until the search is over; how films failed short of their goals at the lowest voltage, by column, and the number
-    of rounds with those before.
+    """Try voltages until the search is over.
+
+    Returns, by column, how films failed short of their goals at the lowest such voltage, and the number of rounds in all.
     """
     lowest: dict[int, tuple[float, str]] = {}
     while rounds < ROUNDS - 1:
@@ -190,7 +196,8 @@ def _search(
         trials = _tried(plan, part, goal, columns, voltage, goal.at)
         rounds += 1
         with np.errstate(divide="ignore"):
-            search.note(columns, trials.voltage, trials.value, trials.kind, np.log(trials.time / goal.at))
+            value = np.where(trials.kind == SHORT, trials.ended, trials.value)
+            search.note(columns, trials.voltage, value, trials.kind, np.log(trials.time / goal.at))
         for trial in np.flatnonzero(trials.kind == SHORT).tolist():
             column, volts = int(columns[trial]), float(trials.voltage[trial])
             if column not in lowest or volts < lowest[column][0]:
@@ -199,7 +206,7 @@ def _search(
 
 
 def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: Floats, horizon: float) -> _Trials:
-    """Try voltages (t,) on columns (t,) of a part, up to a horizon."""
+    """Try voltages (t,) on columns (t,) of a group, up to a horizon in s."""
     criteria, goal = plan.criteria, goal.take(columns)
     lives = live(
         part,
@@ -219,10 +226,11 @@ def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: F
         mode[first_of(lives.happened, [name]).time == end.time] = name
     lived = ~(end.time < goal.at) & np.isfinite(lives.stretched[0, 0])
     value = np.where(lived, goal.missed(lives.stretched[:, 0]), np.nan)
-    # a film that fails on the way to a voltage at once fails so under all voltages from there on; what such a voltage has done to a
-    # film that did not stand it is nothing that the film would come to
+    # A film that fails while a voltage is applied at once fails likewise under every higher voltage; its state beyond that failure
+    # is not a state that the film would reach.
     failed_at = np.abs(end.field) * part.thickness[columns]
     halfway = (end.time == 0) & (failed_at < voltage * (1 - ROUNDING))
     voltage = np.where(halfway, failed_at, voltage)
-    passed = (halfway | (end.time > 0)) & (goal.missed(lives.relative_stretch(end)) >= 0)
-    return _Trials(columns, voltage, value, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)
+    ended = goal.missed(lives.relative_stretch(end))
+    passed = (halfway | (end.time > 0)) & (ended >= 0)
+    return _Trials(columns, voltage, value, ended, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)

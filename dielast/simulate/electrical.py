@@ -1,15 +1,15 @@
-"""What flows between the source, the film and its leak, and the energies of it, by quadrature on the stepper's dense output.
+"""Currents and energies of source, film and leakage, by quadrature of the dense output.
 
-Per undeformed area and volume, with E~ the nominal field, D~ the nominal charge density and j~ the leak, the source at a voltage of
-E_s times the thickness sends the current i = dD~/dt + j~, so that
+Per undeformed area and volume, with E~ the nominal field, D~ the nominal charge density, j~ the leakage current and E_s the voltage
+of the source over the thickness, the source delivers the current i = dD~/dt + j~, and
 
-    source's work       int E_s i dt
-    leaked              int E~ j~ dt
-    lost in resistance  int (E_s - E~) i dt.
+    work of the source            int E_s i dt
+    leaked energy                 int E~ j~ dt
+    energy lost in the resistance int (E_s - E~) i dt.
 
-What remains of the source's work, int E~ dD~, and the work of the loads, s_i dlambda_i, are stored in springs and dielectric, or
-dissipated by the dashpots. Without a resistance E_s is E~. What is applied at once takes the film along states in which its viscous
-stretches are frozen: the source's work is then all that is stored, less what the loads do.
+The rest of the work of the source, int E~ dD~, and the work of the loads, s_i dlambda_i, are stored in springs and dielectric, or
+dissipated by the dashpots. Without a resistance E_s is E~. A load applied at once takes the film through states with frozen viscous
+stretches; the work of the source is then the stored energy less the work of the loads.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.film import Condition
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # of a step
+NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # on a step of length 1
 
-NEXT_TO_NOTHING = 1e-3  # of the film's voltage
+NEXT_TO_NOTHING = 1e-3  # voltage drop over that of the film, below which its rounding matters
 
 EXTRA = ("charge", "source", "current", "work", "leaked", "lost")
-"""Rows that a record has of what is electrical, beside the others."""
+"""The electrical rows of a record, in addition to the others."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Electrical(Result):
-    """What is electrical about films: arrays (cases, times), None where there is no such thing.
+    """Electrical quantities of films: arrays (cases, times), None if they do not apply.
 
-    `source_voltage` in V of a source with a resistance; `charge_density` in C/m^2 and `current_density` in A/m^2, that from the
-    source, per undeformed area of the electrode, and `charge` in C and `current` in A where its area is known. Per undeformed
-    volume and since the programme began, in J/m^3: `electrical_energy` that the source has delivered, `leaked_energy` and
-    `resistor_energy` that turned to heat in the leak and in the resistance.
+    `source_voltage` in V, for a source with a resistance; `charge_density` in C/m^2 and `current_density` from the source in A/m^2,
+    per undeformed area of the electrode; `charge` in C and `current` in A, if that area is known. Per undeformed volume, since the
+    programme began, in J/m^3: `electrical_energy` delivered by the source, `leaked_energy` and `resistor_energy` dissipated by
+    leakage and in the resistance.
     """
 
     charge_density: Floats
@@ -62,13 +62,14 @@ UNITS = {
     **{"source_voltage": "V", "charge_density": "C/m^2", "charge": "C", "current_density": "A/m^2", "current": "A"},
     **{"electrical_energy": "J/m^3", "leaked_energy": "J/m^3", "resistor_energy": "J/m^3"},
 }
-"""Units of the columns, in their order."""
+"""The columns in order, with their units."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
-    """Films at moments (k,): the nominal `field` and that of the `source` in V/m, the nominal `charge` in C/m^2, and the currents
-    in A/m^2 of undeformed area, `leak` through the film and `current` from the source.
+    """Currents of films at moments (k,): the nominal `field` and the field `source` of the source in V/m, the nominal `charge`
+    density
+    in C/m^2, and, in A/m^2 of undeformed area, the current `leak` through the film and the `current` from the source.
     """
 
     field: Floats
@@ -79,8 +80,9 @@ class Flow:
 
 
 def nominal(points: Points, log_squared_stretch: Floats, acting: Floats) -> tuple[Floats, Floats]:
-    """The nominal field in V/m and the nominal charge density in C/m^2 (cases,) of films at Lambda (2, cases) under what acts on
-    them (cases,), one of the two.
+    """The nominal field in V/m and the nominal charge density in C/m^2 (cases,) of films at Lambda (2, cases); `acting` (cases,) is
+    the
+    one of them that the load prescribes or the state holds.
     """
     capacity = points.permittivity_at(log_squared_stretch) * np.exp(log_squared_stretch[0] + log_squared_stretch[1])
     if points.electric is FIELD:
@@ -89,14 +91,15 @@ def nominal(points: Points, log_squared_stretch: Floats, acting: Floats) -> tupl
 
 
 def leak_of(leakage: Leakage, log_squared_stretch: Floats, field: Floats) -> Floats:
-    """The current through films (cases,) in A/m^2 of undeformed area at a nominal field (cases,)."""
+    """The leakage current (cases,) in A/m^2 of undeformed area at a nominal field (cases,) in V/m."""
     area = np.exp(0.5 * (log_squared_stretch[0] + log_squared_stretch[1]))
     return np.asarray(leakage.current_density(field * area) * area)
 
 
 def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floats) -> Flow:
-    """What flows at times (k,) in s since a span of load began, where the rows of the border of states (rows, k) change by `rate`
-    (rows, k).
+    """The currents at times (k,) in s since a span of load began.
+
+    `state` and `rate` (rows, k) are the rows of the border and their rates in 1/s.
     """
     points, load = films.points, films.load
     driven, slope = films.driven(time, state), load.slope(time)
@@ -105,11 +108,11 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
     leak = leak_of(leakage, log_squared, field)
     circuit = points.circuit
     if circuit is None and points.electric is FIELD:
-        # of axes alike, the last row is that of both
-        both = rate[[-2, -1] if films.border == -2 else [-1, -1]]
-        moves = np.where(stretched(load.controls), 2 * slope[:2] / np.exp(0.5 * log_squared), both)
+        # where both axes are equal, the last row belongs to both
+        rate_of_axes = rate[[-2, -1] if films.border == -2 else [-1, -1]]
+        rate_of_stretch = np.where(stretched(load.controls), 2 * slope[:2] / np.exp(0.5 * log_squared), rate_of_axes)
         _, share = points.capacitance(log_squared)
-        change = charge * np.einsum("cm,cm->m", share, moves)
+        change = charge * np.einsum("cm,cm->m", share, rate_of_stretch)
         capacity = nominal(points, log_squared, np.ones_like(field))[1]
         return Flow(field, field, charge, leak, capacity * slope[ELECTRIC] + change + leak)
     if circuit is None or circuit.resistance is None:
@@ -119,8 +122,8 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
 
 @dataclass(slots=True, eq=False)
 class _End:
-    """The last step of a column of a case that was stopped within it: `start` (k,) of its span in s since the programme began, and
-    the energies `before` (3, k) it.
+    """The last step of columns (k,) whose cases stopped within it; `start` (k,) is the beginning of their spans in s since the
+    programme began, `before` (3, k) the energies at the beginning of the step.
     """
 
     steps: DenseSteps
@@ -130,7 +133,7 @@ class _End:
 
 
 class ElectricMeter:
-    """Adds up the energies of films, `totals` (3, cases) in J/m^3: work of the source, leaked, and lost in the resistance."""
+    """Integrates the energies `totals` (3, cases) in J/m^3: work of the source, leaked energy, energy lost in the resistance."""
 
     def __init__(self, leakage: Leakage, cases: int) -> None:
         self.leakage, self.totals = leakage, np.zeros((3, cases))
@@ -138,7 +141,7 @@ class ElectricMeter:
         self._ends: list[_End] = []
 
     def leap(self, points: Points, controls: Controls, before: Condition, after: Condition) -> None:
-        """Films went from one condition to another at once."""
+        """Add the work of a load applied at once, which takes the films from the condition `before` to that `after`."""
         gained = _stored(points, after) - _stored(points, before)
         moved = np.exp(0.5 * after.log_squared_stretch) - np.exp(0.5 * before.log_squared_stretch)
         free = ~stretched(controls)
@@ -146,24 +149,24 @@ class ElectricMeter:
         self.totals[0] += np.where(np.isfinite(work), work, 0.0)
 
     def begin(self, start: Floats, source: Floats) -> None:
-        """A piece of load begins at `start` (cases,) s with this value of the source (cases,)."""
+        """Begin a piece of load at `start` (cases,) in s, with the value `source` (cases,) of the source."""
         self._start, self._source = start, source
 
     def now(self, films: Films, state: Floats, cases: Cases) -> Floats:
-        """Rows `EXTRA` (6, k) of films at the beginning of a piece, with the whole state (rows, k)."""
+        """The rows of `EXTRA` (6, k) at the beginning of a piece, from the complete state (rows, k)."""
         time = np.zeros(cases.size)
         return self._rows(
             flow(films, self.leakage.take(cases), time, state, equilibrium_rate(films, time, state)), self.totals[:, cases]
         )
 
     def at(self, stride: Stride, columns: Cases, time: Floats) -> Floats:
-        """Rows `EXTRA` (6, k) of columns (k,) at times (k,) in s since their spans began, within their steps."""
+        """The rows of `EXTRA` (6, k) of columns (k,) at times (k,) in s since their spans began, within the last step."""
         films = _films(stride).take(columns)
         steps = DenseSteps.of(stride, slice(films.border, None), columns)
         return self._within(films, steps, self.totals[:, steps.cases], time)
 
     def follow(self, stride: Stride, stopped: Flags) -> None:
-        """Add what a step contributes; columns that are `stopped` (pool,) are kept for `ended`."""
+        """Add a step; columns `stopped` (pool,) within it are stored for `ended`."""
         columns = paired(np.flatnonzero(stride.accepted))
         if not columns.size:
             return
@@ -176,8 +179,10 @@ class ElectricMeter:
         self.totals[:, steps.cases] = before + self._energies(films, steps, np.ones(columns.size))
 
     def ended(self, time: Floats) -> Floats:
-        """Rows `EXTRA` (6, cases) at the times (cases,) in s at which films were stopped; of a film that a load at once ended,
-        charge and current are left open, and the energies are those of the load, where the film holds that, or before it.
+        """The rows of `EXTRA` (6, cases) at the times (cases,) in s at which films stopped.
+
+        For films that stopped as a load was applied at once, charge and current are NaN; the energies are those after the jump if
+        the film holds the load, and those before it otherwise.
         """
         none = np.full(time.size, np.nan)
         rows = np.stack((none, self._source, none, *self.totals))
@@ -186,13 +191,13 @@ class ElectricMeter:
         return rows
 
     def _within(self, films: Films, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
-        """Rows `EXTRA` (6, k) at times (k,) in s since the spans began; the energies `before` (3, k) are those before the steps."""
+        """The rows of `EXTRA` (6, k) at times (k,) in s since the spans began, with the energies `before` (3, k) the steps."""
         fraction = np.clip((time - steps.time) / steps.step, 0.0, 1.0)
         flowing = flow(films, self.leakage.take(steps.cases), time, steps.state(fraction), steps.rate(fraction))
         return self._rows(flowing, before + self._energies(films, steps, fraction))
 
     def _energies(self, films: Films, steps: DenseSteps, part: Floats) -> Floats:
-        """What the first `part` (k,) of steps contributes, (3, k)."""
+        """The energies (3, k) of the first `part` (k,) of the steps."""
         count = steps.cases.size
         many = np.tile(np.arange(count), NODES.size)
         fraction = np.repeat(NODES, count) * part[many]
@@ -215,8 +220,10 @@ class ElectricMeter:
 
 
 def _heat(circuit: Circuit | None, flowing: Flow, columns: Cases) -> Floats:
-    """The power (k,) in W/m^3 lost in the resistance, (E_s - E~) i; where next to nothing of the voltage drops there, the tolerance
-    of the charge is more than what drops, and r i^2 is the better number, which is never negative.
+    """The power (k,) in W/m^3 lost in the resistance, (E_s - E~) i.
+
+    Where the voltage drop is very small, it is below the tolerance of the charge; r i^2, which is never negative, is then more
+    accurate.
     """
     drop = flowing.source - flowing.field
     heat = drop * flowing.current
@@ -226,9 +233,10 @@ def _heat(circuit: Circuit | None, flowing: Flow, columns: Cases) -> Floats:
 
 
 def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
-    """How fast the rows of the border (rows, k) of films in equilibrium change, with the whole state (rows, k), from the rates of
-    the viscous stretches: dLambda/dt on the free axes. The damper, which is the last of the springs, has no part in it; NaN where
-    there is no stable equilibrium. Rows of held axes are 0.
+    """The rates (rows, k) in 1/s of the rows of the border, of films in equilibrium with the complete state (rows, k).
+
+    They follow from the rates of the viscous stretches: dLambda/dt on free axes, 0 on held axes. The damper, the last spring, is
+    omitted. NaN where there is no stable equilibrium.
     """
     points, load = films.points, films.load
     driven, slope = films.driven(time, state), load.slope(time)
@@ -257,17 +265,17 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
         first = tangent[1, 1] * right[0] - tangent[0, 1] * right[1]
         second = tangent[0, 0] * right[1] - tangent[1, 0] * right[0]
         stable = (determinant > 0) & (tangent[0, 0] > 0)
-        moves = np.where(stable, np.stack((first, second)) / np.where(stable, determinant, 1.0), np.nan)
+        rate_of_stretch = np.where(stable, np.stack((first, second)) / np.where(stable, determinant, 1.0), np.nan)
     else:
         diagonal = np.stack((tangent[0, 0], tangent[1, 1]))
-        moves = np.where(np.array(free)[:, None], right / np.where(diagonal > 0, diagonal, np.nan), 0.0)
+        rate_of_stretch = np.where(np.array(free)[:, None], right / np.where(diagonal > 0, diagonal, np.nan), 0.0)
     open_rows = -films.border - (circuit is not None)
-    rate[-open_rows:] = moves[-open_rows:]
+    rate[-open_rows:] = rate_of_stretch[-open_rows:]
     return rate
 
 
 def _stored(points: Points, condition: Condition) -> Floats:
-    """Energy (cases,) in J/m^3 of springs and dielectric."""
+    """The energy (cases,) in J/m^3 stored in springs and dielectric."""
     log_squared = condition.log_squared_stretch
     squared = points.springs(condition.internal, log_squared)
     field, charge = nominal(points, log_squared, condition.field)

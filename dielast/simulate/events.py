@@ -1,4 +1,4 @@
-"""What happened to films, in a user's terms: voltages, stretches, and times in order."""
+"""Events of films in the quantities of the user: voltages, stretches, and times in order."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.event_arrays import EventArrays
 
 UNITS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}
-"""Units of the numbers of an event."""
+"""The units of the numbers of an event."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened to a film: `name` is that of its criterion, such as breakdown, pull-in or loss-of-tension; the `time`
-    in s since the voltage programme began, V, V/m. Where two held axes lose their tension at different times, those are two events.
+    """An event of a film: `name` is that of the criterion, such as breakdown, pull-in or loss-of-tension; `time` is in s since the
+    voltage programme began, `voltage` in V, `true_field` in V/m. Loss of tension of two axes at different times is two events.
     """
 
     name: str
@@ -30,7 +30,7 @@ class Event:
 
 
 def event_columns(events: Sequence[Sequence[Event]]) -> Table:
-    """The table of the events of each case, in order of time."""
+    """The table of the events of all cases, in order of case and time."""
     flat = [(case, event) for case, in_order in enumerate(events) for event in in_order]
     return [
         Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
@@ -45,14 +45,14 @@ def events_of(happened: Mapping[Criterion, EventArrays], case: int, thickness: f
     for criterion, entry in happened.items():
         time, field = float(entry.time[case]), float(entry.field[case])
         first, second = np.exp(0.5 * entry.log_squared_stretch[:, case]).tolist()
-        # what both axes lose at one moment is lost once
+        # loss of tension of both axes at one time is one event
         if time <= end and not any(event.name == criterion.name and event.time == time for event in events):
             events.append(Event(criterion.name, time, field * thickness, first, second, field * first * second))
     return tuple(sorted(events, key=lambda event: event.time))
 
 
 def first_of(happened: Mapping[Criterion, EventArrays], names: Sequence[str]) -> EventArrays:
-    """When a criterion of these names first happened, and how the films were then."""
+    """The first event of these names in each film: its time, and the film at that time."""
     entries = [entry for criterion, entry in happened.items() if criterion.name in names]
     any_entry = next(iter(happened.values()))
     first = EventArrays.never(any_entry.time.size, len(any_entry.exposed))

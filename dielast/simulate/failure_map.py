@@ -1,7 +1,7 @@
-"""Failure maps: how long prestretched films live under constant voltage, over voltage, prestretch and temperature.
+"""Failure maps: the life of prestretched films under constant voltage, over voltage, prestretch and temperature.
 
-Each prestretch is stretched and relaxed once at each temperature; its films then live through all voltages. A map is planned,
-solved in chunks of cells that know nothing of each other, and assembled; no result depends on how the cells are cut into chunks.
+Films are prestretched and relaxed once for each prestretch and temperature, and then simulated under all voltages. A map is
+planned, solved in chunks of independent cells, and assembled; no result depends on the division into chunks.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.arguments import real_number
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
@@ -34,17 +35,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FailureMap(TabularResult):
-    """Times in s, arrays (temperatures, prestretches, voltages), NaN where it does not happen within the `horizon` or is not known:
-    `times` by the name of what happens, such as breakdown or pull-in, and `time_to_failure`, the first of them.
+    """Times in s, arrays (temperatures, prestretches, voltages), NaN where an event does not happen within the `horizon` or is
+    unknown.
 
-    `failure_mode` is the name of what happens first, none, or unfinished where the numerics gave up before the film failed;
-    `outcome` is completed, or says why the numerics gave up. `prestretch` is of shape (prestretches, 2), `breakdown_field`
-    (prestretches,) in V/m, infinite where none is known. Of films with a passive part there is one for each prestretch and
-    `electrode_share` (prestretches,), the shares running faster, and their passive parts go slack at `time_to_loss_of_tension`;
-    what is later holds for films that do not wrinkle.
+    `times` are those of the first events by name, such as breakdown or pull-in, and `time_to_failure` is the earliest of them.
+    `failure_mode` is the name of that event, "none", or "unfinished" where the numerics gave up before a failure; `outcome` is
+    "completed", or the reason why the numerics gave up. `temperature` (temperatures,) is in degC, `prestretch` (prestretches, 2),
+    `voltage` (voltages,) in V, `breakdown_field` (prestretches,) in V/m, infinite where none is known.
 
-    `relative_stretch` is the stretch over that after the prestretch at the times `stretch_at` in s, by their names: arrays (1,
-    temperatures, prestretches, voltages), or (2, ...) of films whose axes differ, NaN where the film failed before.
+    For films with a passive part, the axis of prestretches is that of all pairs of a prestretch and an `electrode_share`
+    (prestretches,), the share varying fastest. Their passive parts lose tension at `time_to_loss_of_tension`; later times hold only
+    for films that do not wrinkle.
+
+    `relative_stretch` is relative to the prestretch, at the times `stretch_at` in s, by the names of these times: arrays
+    (1, temperatures, prestretches, voltages), or (2, ...) if the axes of films differ; NaN where the film failed earlier.
     """
 
     temperature: Floats
@@ -63,16 +67,16 @@ class FailureMap(TabularResult):
 
     @property
     def time_to_breakdown(self) -> Floats:
-        """When the true field reaches the breakdown field; NaN where none is known."""
+        """The time at which the true field reaches the breakdown field, in s; NaN where no breakdown field is known."""
         return self.times["breakdown"]
 
     @property
     def time_to_pull_in(self) -> Floats:
-        """When the film ceases to be in stable equilibrium."""
+        """The time at which the film ceases to be in stable equilibrium, in s."""
         return self.times["pull-in"]
 
     def columns(self) -> Table:
-        """One row for each cell: temperatures, then prestretches, then voltages."""
+        """The table, one row per cell: temperatures, then prestretches, then voltages (fastest)."""
         slack = self.time_to_loss_of_tension
         return [
             *failure_cells(self),
@@ -89,12 +93,12 @@ class FailureMap(TabularResult):
 
     @property
     def completed(self) -> bool:
-        """Whether the numerics got through in every cell."""
+        """Whether the numerics completed every cell."""
         return bool(np.all(self.outcome == "completed"))
 
 
 def failure_cells(result: FailureMap) -> Table:
-    """Which film each row of a map's table is about, and its voltage."""
+    """The columns of a map's table that identify the film and the voltage of each row."""
     t, p, v = (index.ravel() for index in np.indices(result.failure_mode.shape))
     return [
         Column("temperature", "degC", result.temperature[t]),
@@ -127,14 +131,15 @@ def failure_map(
     rtol: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
 ) -> FailureMap:
-    """Times to breakdown and to pull-in within `horizon` s of films under each `voltage` (nv,) in V, reached within `ramp` s or at
-    once.
+    """Times to breakdown and to pull-in within `horizon` s of films under constant voltages.
 
-    `prestretch` (np,) is equibiaxial, or (np, 2); `temperature` (nt,) in degC, the reference temperature by default;
-    `breakdown_field` in V/m, one or one for each prestretch, or over prestretch, the material's by default; `electrode_share` is a
-    number or an axis of the map as well; the rest as in `actuate`. `stretch_at` are times in s at which the relative stretch is
-    wanted, or times by their names. Both times are found where both happen. `progress` is called
-    with the numbers of cells solved and of all cells. Raises `InputError` for anything wrong with the arguments.
+    `voltage` (nv,) in V is reached within `ramp` s, or at once. `prestretch` is equibiaxial (np,), or (np, 2); `temperature` (nt,)
+    in degC is the reference temperature by default; `electrode_share` is a number, or a further axis of the map. `breakdown_field`
+    in V/m is one number, one per prestretch, or a law over prestretch; the material's by default. `stretch_at` are times in s at
+    which the relative stretch is requested, or a mapping from names to times. Other arguments are as in `actuate`.
+
+    Both times are located where both events happen. `progress` is called with the number of solved cells and that of all cells.
+    The equations are those of Sec. 3 of DOI 10.1115/1.4030850. Raises `InputError` for invalid arguments.
     """
     plan = plan_failure_map(
         material,
@@ -160,7 +165,7 @@ def failure_map(
 
 
 def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None) -> list[FailureMap]:
-    """The planned map, and then that of each draw; `progress` as in `failure_map`."""
+    """The planned map, followed by the map of each draw; `progress` as in `failure_map`."""
     solved = []
     for first, end in plan.chunks():
         solved.append(solve_cells(plan, first, end))
@@ -185,8 +190,10 @@ def plan_failure_map(
     drawn_rtol: float | None = None,
     **film: Any,
 ) -> MapPlan:
-    """Check the arguments of `failure_map`, of which `film` are those that say how its films are made and held (see `FilmSetup`),
-    and stretch and relax its films; with a `sample`, also those of all its draws, solved to `drawn_rtol`, by default a loose one.
+    """Check the arguments of `failure_map`, and prestretch and relax its films, which are made and held as `film` states (see
+    `FilmSetup`); with a `sample`, also those of its draws.
+
+    The draws are solved to `drawn_rtol`, by default a larger tolerance than `rtol`. Raises `InputError` as `failure_map` does.
     """
     setup = FilmSetup(prestretch=prestretch, **film)
     volts = axis_of(voltage, "voltage")
@@ -198,11 +205,12 @@ def plan_failure_map(
     if shares is not None:
         pairs, shares = np.repeat(pairs, of_each, axis=0), np.tile(shares, len(pairs))
     temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
-    if not (np.isfinite(horizon) and horizon > 0):
+    thickness = real_number(thickness, "thickness")
+    if not 0 < real_number(horizon, "horizon") < np.inf:
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
-    if not 0 <= ramp <= horizon:
+    if not 0 <= real_number(ramp, "ramp") <= horizon:
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
-    asked = _asked(stretch_at, horizon)
+    stretch_times = _stretch_times(stretch_at, horizon)
     if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
         given = np.asarray(breakdown_field, dtype=float).reshape(-1)
         if given.size not in (1, len(pairs) // of_each):
@@ -226,11 +234,11 @@ def plan_failure_map(
     )
     field = grid.breakdown_field[: len(pairs)]
     axes = temperatures, pairs, volts, ramp, horizon, field, grid.controls
-    return MapPlan(*axes, grid.groups, grid.failures, grid.draws, shares, asked)
+    return MapPlan(*axes, grid.groups, grid.failures, grid.draws, shares, stretch_times)
 
 
-def _asked(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) -> dict[str, float]:
-    """Times in s by their names."""
+def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) -> dict[str, float]:
+    """The times in s by their names; `InputError` for a time that is negative or beyond the horizon."""
     named = stretch_at if isinstance(stretch_at, Mapping) else {lasting(time): time for time in np.ravel(stretch_at).tolist()}
     for time in named.values():
         if not 0 <= time <= horizon:
@@ -240,7 +248,7 @@ def _asked(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) -> dict[
 
 
 def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
-    """The map from all of its cells, in any order, and then that of each draw."""
+    """The map from its solved cells, in any order, followed by the map of each draw."""
     ordered = sorted(solved, key=lambda cells: cells.first)
     films = np.concatenate([group.films for group in plan.groups])
     shape = (1 + plan.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size)
@@ -279,7 +287,7 @@ def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats, stretched: 
     for state in sorted(set(status[gave_up].tolist())):
         outcome[status == state] = REASONS[Status(int(state))]
     ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
-    # a map follows films beyond their first failure, to the other ones
+    # a map follows films beyond their first failure; stretches after it are not reported
     stretched = {name: np.where(failure < plan.stretch_at[name], np.nan, stretch) for name, stretch in stretched.items()}
     alike = plan.controls[0] is plan.controls[1] and bool(np.all(plan.prestretch[:, 0] == plan.prestretch[:, 1]))
     axes = 1 if alike else 2

@@ -1,4 +1,4 @@
-"""Films on their way through a history of load."""
+"""The state of films in a history of load."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ REASONS = {
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How one case ended: `completed` at `time` (s), or broken off there because of `reason`."""
+    """How one case ended: `completed` at `time` (s), or abandoned at that time because of `reason`.
+
+    If an event stopped a completed case, `reason` is its name.
+    """
 
     completed: bool
     time: float
@@ -34,7 +37,7 @@ class Outcome:
 
     @classmethod
     def of(cls, status: int, time: float, stopped_at: str = "") -> Outcome:
-        """The outcome of a case that ended with this `Status`; one that was to stop at an event names it as its reason."""
+        """The outcome of a case that ended with this `Status`; `stopped_at` is the event that stopped it."""
         if status == Status.STOPPED:
             return cls(True, float(time), stopped_at)
         return cls(status == Status.COMPLETED, float(time), REASONS.get(Status(status), ""))
@@ -42,12 +45,12 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Condition:
-    """Where all cases stand: x (2, n, cases), Lambda and nominal stress (2, cases), nominal `field` and time (cases,), and the
-    `next_step` (cases,) in s that the stepper would take if all went on smoothly, 0 where nothing is known of it.
+    """The state of all cases: x (2, n, cases), Lambda and nominal stress (2, cases), nominal `field` and `time` (cases,), and the
+    `next_step` (cases,) in s that the stepper proposes if the load goes on smoothly, 0 for no proposal.
 
-    Where the charge acts on the film, `field` is the nominal charge density in C/m^2; in a circuit, `source` (cases,) is what the
-    load prescribes. Of films of an active and a passive part all this is where the active part stands, but for `internal`, the
-    viscous stretches xi (2, n, P, cases) of all points; the `border` (u + 2, cases) says where they are.
+    If the charge is prescribed or an unknown, `field` is the nominal charge density in C/m^2; in a circuit, `source` (cases,) is
+    the value of the source. For films with a passive part, these are quantities of the active part, except that `internal` is the
+    viscous stretches xi (2, n, P, cases) of all points; `border` (u + 2, cases) is the border of their state.
     """
 
     internal: Floats
@@ -60,18 +63,18 @@ class Condition:
     border: Floats | None = None
 
     def take(self, cases: Cases) -> Condition:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         strained = self.internal[..., cases], self.log_squared_stretch[:, cases], self.nominal_stress[:, cases]
         source = None if self.source is None else self.source[cases]
         border = None if self.border is None else self.border[:, cases]
         return Condition(*strained, self.field[cases], self.time[cases], self.next_step[cases], source, border)
 
     def prescribed(self, controls: Controls) -> Floats:
-        """The present values (3, cases) of what a load with these controls prescribes."""
+        """The present values (3, cases) of the quantities that a load with these controls prescribes."""
         return self._values(controls, self.field if self.source is None else self.source)
 
     def acting(self, controls: Controls) -> Floats:
-        """The same with what acts on the films, which in a circuit is their charge."""
+        """As `prescribed`, with the electrical quantity that acts on the films: in a circuit their charge, not the source."""
         return self._values(controls, self.field)
 
     def _values(self, controls: Controls, electrical: Floats) -> Floats:
@@ -81,9 +84,7 @@ class Condition:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Film:
-    """Films, of one `symmetry` that they keep or of none, in a `condition`. Where they have a passive part, the `assembly` is
-    that of all their points.
-    """
+    """Films in a `condition`, which all keep the `symmetry`, or None. If they have a passive part, `assembly` holds all points."""
 
     points: Points
     condition: Condition
@@ -92,17 +93,17 @@ class Film:
 
     @classmethod
     def at_rest(cls, points: Points, symmetry: Symmetry | None) -> Film:
-        """Undeformed and relaxed at time 0."""
+        """Undeformed and relaxed films at time 0."""
         springs, cases = points.rate.shape
         return cls(points, Condition(np.zeros((2, springs, cases)), *np.zeros((2, 2, cases)), *np.zeros((3, cases))), symmetry)
 
     def take(self, cases: Cases) -> Film:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         assembly = None if self.assembly is None else self.assembly.take(cases)
         return Film(self.points.take(cases), self.condition.take(cases), self.symmetry, assembly)
 
     def framed(self, structure: Structure) -> Film:
-        """Homogeneous films as the active and the passive part of a structure."""
+        """These homogeneous films, divided into the active and the passive part of a structure."""
         now, assembly = self.condition, Assembly.of(self.points, structure)
         internal = np.repeat(np.exp(0.5 * now.internal)[:, :, None], structure.points, axis=2)
         border = np.concatenate((structure.home, now.nominal_stress))
@@ -119,7 +120,7 @@ class Film:
         return LoadedPoints(self.points, load) if self.symmetry is None else SymmetricPoints(self.points, load, self.symmetry)
 
     def state(self, equations: Films) -> Floats:
-        """The state (rows, cases) that is the condition."""
+        """The state (rows, cases) of the stepper for this condition."""
         now = self.condition
         if isinstance(equations, FramedFilms):
             assert now.border is not None
@@ -130,15 +131,15 @@ class Film:
         return equations.pack(*membrane)
 
     def reached(self, equations: Films, state: Floats, driven: Floats, time: Floats, next_step: Floats) -> Film:
-        """The films with another `state` at a `time` (cases,) in s, under the prescribed values `driven` (3, cases)."""
+        """The films in a new `state` (rows, cases) at `time` (cases,) in s, under the prescribed values `driven` (3, cases)."""
         border = state[equations.border :] if isinstance(equations, FramedFilms) else None
         membrane = equations.membrane(state, driven)
         acting, source = (driven[2], None) if self.points.circuit is None else (state[equations.border], driven[2])
         return replace(self, condition=Condition(equations.internal(state), *membrane, acting, time, next_step, source, border))
 
     def moment(self, controls: Controls, cases: Cases, age: Floats) -> Moment:
-        """These films as criteria see them, which are `cases` (k,), when the voltage has been on for `age` (k,) s."""
+        """The films as a moment for criteria; they are the `cases` (k,), and the voltage has been on for `age` (k,) s."""
         now = self.condition
-        around = None if self.assembly is None or now.border is None else Surroundings(self.assembly, now.border)
+        surroundings = None if self.assembly is None or now.border is None else Surroundings(self.assembly, now.border)
         membrane = now.log_squared_stretch, now.nominal_stress
-        return Moment(self.points, controls, cases, age, now.internal, *membrane, now.field, around)
+        return Moment(self.points, controls, cases, age, now.internal, *membrane, now.field, surroundings)

@@ -1,4 +1,4 @@
-"""Films side by side, as maps and designs have them: each stretched and relaxed once, and once more for every draw."""
+"""The films of maps and designs: prestretched and relaxed once for the material, and once for every draw."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, in_a_draw
+from dielast.material.arguments import real_numbers
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import failures_of
@@ -24,13 +25,13 @@ from dielast.simulate.setup import Setup, set_up
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
 
-DRAWN_RTOL = 5e-4  # of draws, unless it is stated: their times are then exact to 0.1 %, commonly far less than they differ by
+DRAWN_RTOL = 5e-4  # default for draws; times are then accurate to 0.1 %, usually far less than the differences between draws
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Relaxed films (one for each column) that run together: `films` says which of all films each is, those of the material and
-    then those of each draw. `rtol` is how exactly they are solved.
+    """Relaxed films that run together, one per column. `films` are their numbers in the grid: first the films of the material, then
+    those of each draw. `rtol` is the tolerance of their solution.
     """
 
     film: Film
@@ -41,10 +42,10 @@ class Group:
 
 
 def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Group, ...]:
-    """The films of a setup, numbered from `first`, watched for a pull-in time scale."""
+    """The films of a setup, numbered from `first`, with this pull-in time scale."""
     groups = []
     for columns in setup.groups():
-        films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which takes its time
+        films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which is slow
         film = setup.film(columns, rtol)
         groups.append(Group(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
     return tuple(groups)
@@ -52,9 +53,10 @@ def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tu
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmGrid:
-    """Relaxed films in `groups`, those of the material (films,) and then those of each of the `draws`; the `breakdown_field`
-    (films,) in V/m of the former, infinite where none is known, what is held of all, and the names of the `failures` that they may
-    meet.
+    """Relaxed films in `groups`: those of the material (films,), then those of each of the `draws`.
+
+    `breakdown_field` (films,) in V/m is that of the films of the material, infinite where none is known; `controls` are those of
+    all films, and `failures` are the names of the failures that can happen to them.
     """
 
     groups: tuple[Group, ...]
@@ -65,8 +67,8 @@ class FilmGrid:
 
 
 def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
-    """An axis of a grid `of` films."""
-    array = np.atleast_1d(np.asarray(values, dtype=float))
+    """The values as an axis (n,) of a grid; `InputError` unless they are a list of finite numbers. `of` names the grid."""
+    array = np.atleast_1d(real_numbers(values, name))
     if array.ndim != 1 or not array.size:
         raise InputError(f"the {name} axis of a {of} must be a list of numbers, and not empty", argument=name)
     if not np.all(np.isfinite(array)):
@@ -75,8 +77,8 @@ def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
 
 
 def prestretches_of(prestretch: Prestretch, of: str = "map") -> Floats:
-    """The prestretch of axes 1 and 2 (prestretches, 2) of an axis of numbers, or of pairs."""
-    pairs = np.asarray(prestretch, dtype=float)
+    """The prestretches (n, 2) of axes 1 and 2, from a list of numbers (equibiaxial) or of pairs."""
+    pairs = real_numbers(prestretch, "prestretch")
     pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
     pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:
@@ -86,7 +88,7 @@ def prestretches_of(prestretch: Prestretch, of: str = "map") -> Floats:
 
 
 def check_weights(film: FilmSetup, pairs: Floats) -> None:
-    """`InputError` for a prestretch (prestretches, 2) along an axis that a weight stretches."""
+    """`InputError` for a prestretch (prestretches, 2) other than 1 along an axis that a weight stretches."""
     for axis, weight in enumerate(film.weights[:2]):
         if weight is not None and np.any(pairs[:, axis] != 1):
             stated = "the weight stretches it: a prestretch of 1 says so"
@@ -105,14 +107,15 @@ def lay_out(
     sample: Sample | None = None,
     drawn_rtol: float | None = None,
 ) -> FilmGrid:
-    """Stretch and relax films of the material, of a `prestretch` (films, 2) and `temperature` (films,) each; with a `sample`, also
-    those of all its draws, solved to `drawn_rtol`, by default a loose one. Thickness and electrode share of the `film`, and the
-    breakdown field, are numbers or (films,). Raises `InputError`.
+    """Prestretch and relax films of the material with `prestretch` (films, 2) and `temperature` (films,) in degC.
+
+    With a `sample`, also the films of its draws, solved to `drawn_rtol`, by default a larger tolerance. Thickness and electrode
+    share of the `film`, and the breakdown field, are numbers or (films,). Raises `InputError` for invalid arguments.
     """
     films = temperature.size
 
     def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
-        """The films of each material, one material after the other."""
+        """The setup of the films of all materials, one material after another."""
         first, second = (np.tile(prestretch[:, axis], len(materials)) for axis in (0, 1))
         stretched = (None if film.weights[0] is not None else first, None if film.weights[1] is not None else second)
         share = None if film.electrode_share is None else np.tile(film.electrode_share, len(materials))

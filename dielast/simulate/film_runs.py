@@ -1,4 +1,4 @@
-"""Films run through a voltage programme, and what is known of them then."""
+"""Films simulated under a voltage programme, and the results."""
 
 from __future__ import annotations
 
@@ -30,8 +30,10 @@ from dielast.simulate.wiring import Wiring
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmRuns:
-    """What some films did: the `record`, stretches and determinant at the `begin` (3, cases), what happened, how far they came in
-    s, and their `Status`. Fields are nominal ones, whatever acts on the films; `extra` are the rows of `EXTRA` where films were
+    """Results of films: the `record`; stretches and determinant at the beginning of the programme, `begin` (3, cases); the events
+    that `happened`; the time `reached` in s, and the `Status`.
+
+    Fields are nominal fields, also if the charge is prescribed. `extra` are the rows of `EXTRA` at the end of films that an event
     stopped, or no rows.
     """
 
@@ -46,9 +48,9 @@ class FilmRuns:
 
     @classmethod
     def joined(cls, runs: Sequence[FilmRuns], place: Cases) -> FilmRuns:
-        """The runs of all cases, each of which is at its `place` (cases,) in the runs one after another."""
+        """The cases of all runs, in the order given by their indices `place` (cases,) in the concatenated runs."""
 
-        def whole(name: str) -> Any:
+        def joined_field(name: str) -> Any:
             return np.concatenate([getattr(run, name) for run in runs], axis=-1)[..., place]
 
         happened = {
@@ -57,7 +59,7 @@ class FilmRuns:
         time = np.concatenate([run.record.time for run in runs])[place]
         values = np.concatenate([run.record.values for run in runs], axis=1)[:, place]
         record = replace(runs[0].record, time=time, values=values)
-        return cls(record, whole("begin"), happened, whole("reached"), whole("status"), whole("extra"))
+        return cls(record, joined_field("begin"), happened, joined_field("reached"), joined_field("status"), joined_field("extra"))
 
 
 def run_films(
@@ -72,7 +74,7 @@ def run_films(
     rtol: float,
     seen_at: Floats | None,
 ) -> FilmRuns:
-    """Run some of the films, one of the setup's groups, through the pieces of their programme, or until one of `stops` happens."""
+    """Simulate the films `part` (k,), one of the groups of the setup, through their programme or until one of `stops` happens."""
     film = setup.film(part, rtol)
     film = replace(film, points=wiring.wired(film.points, part))
     watch = Watch(setup.watched(film, part, timescale), CRITERIA, (), stops)
@@ -101,10 +103,10 @@ def run_films(
 def _in_fields(
     points: Points, record: Record, happened: Mapping[Criterion, EventArrays]
 ) -> tuple[Record, dict[Criterion, EventArrays]]:
-    """The record, and what happened, of films on which a charge acts, with the nominal field in its place."""
+    """Record and events of films under a charge, with the nominal field in place of the nominal charge density."""
     values, (cases, rows) = record.values.copy(), record.time.shape
-    many = points.take(np.repeat(np.arange(cases), rows))
-    values[4] = nominal(many, values[:2].reshape(2, -1), values[4].ravel())[0].reshape(cases, rows)
+    points_of_rows = points.take(np.repeat(np.arange(cases), rows))
+    values[4] = nominal(points_of_rows, values[:2].reshape(2, -1), values[4].ravel())[0].reshape(cases, rows)
     return replace(record, values=values), {
         criterion: replace(entry, field=nominal(points, entry.log_squared_stretch, entry.field)[0])
         for criterion, entry in happened.items()

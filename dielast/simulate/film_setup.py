@@ -1,4 +1,4 @@
-"""Films as a user states them: what they are, what is done to them before the voltage, and how they are held."""
+"""Films as a user states them: geometry, treatment before the voltage, and boundary."""
 
 from __future__ import annotations
 
@@ -9,34 +9,37 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
+from dielast.material.arguments import real_number, real_numbers
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.columns import Floats
 from dielast.simulate.wanted import LEAST_RTOL, MOST_RTOL
 
 MESH_RTOL = 1e-6
-CLOSEST = 1e-8  # of shares to 0 and to 1: beyond, stretches no longer tell films apart
+CLOSEST = 1e-8  # smallest distance of a share from 0 and from 1; closer films differ by less than rounding
 
 Prestretch = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]
 
 BOUNDARIES = {"dead-load": Control.STRESS, "clamped": Control.STRETCH}
-# a passive part around the active one: what is prescribed along the axes of the active part
+# the controls along both axes of the active part, for boundaries with a passive part
 SURROUNDED: dict[str, Controls] = {"frame": (Control.NEITHER, Control.NEITHER), "strip": (Control.NEITHER, Control.STRETCH)}
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FilmSetup(Result):
-    """A film, and what is done to it before the voltage; every value may be one number or one a case.
+    """A film, and its treatment before the voltage; every value may be one number or one number per case.
 
-    The film is of an undeformed `thickness` in m. `prestretch` is equibiaxial, or a pair (tuple) with None for an axis left free of
-    stress; it is reached at `prestretch_rate` (1/s, of the larger axis; both ramp together) or at once, and held for `relax` s.
-    `boundary` says for each axis whether it is then a "dead-load", the nominal stress reached, or "clamped"; or, in one word, that
-    the electrode covers a disc in the middle of a circular "frame", or a length of a "strip" between bars that keeps its width. The
-    passive film around it then moves, too: `electrode_share` is the electrode's radius over that of the frame, or its share of
-    the strip's length. What the film around a disc is divided into follows from `mesh_rtol` (see `passive.mesh`).
+    `thickness` is the undeformed one in m. `prestretch` is equibiaxial, or a pair (tuple) with None for an axis free of stress; it
+    is reached at `prestretch_rate` (1/s, of the axis with the larger one; both ramp together) or at once, and held for `relax` s.
 
-    A dead load may be a weight: a `force` in N, along axis 1 or a pair with None for an axis without, on an undeformed `width` in
-    m, likewise. It hangs on the film from the beginning, and stretches an axis whose prestretch is None.
+    `boundary` says for each axis what holds the film under voltage: "dead-load" is the nominal stress reached, "clamped" the
+    stretch. With a passive part it is one word: the electrode covers a disc in the middle of a circular "frame", or a part of the
+    length of a "strip" between bars, whose width is clamped. `electrode_share` is then the radius of the electrode over that of the
+    frame, or its share of the length of the strip. The mesh of the film around a disc follows from `mesh_rtol` (see
+    `passive.mesh`).
+
+    A weight may provide the dead load: a `force` in N and the undeformed `width` in m on which it acts, along axis 1, or pairs with
+    None for an axis without weight. The weight acts from the beginning, and stretches an axis whose prestretch is None.
     """
 
     thickness: ArrayLike
@@ -57,7 +60,7 @@ class FilmSetup(Result):
 
     @property
     def axes(self) -> tuple[ArrayLike | None, ArrayLike | None]:
-        """The prestretch of both axes; `InputError` unless there are two."""
+        """The prestretch of both axes; `InputError` if it is a tuple of any other length."""
         pair = self.prestretch if isinstance(self.prestretch, tuple) else (self.prestretch, self.prestretch)
         if len(pair) != 2:
             raise InputError(f"{len(pair)} values: a pair, one for each axis, is needed", argument="prestretch")
@@ -65,7 +68,7 @@ class FilmSetup(Result):
 
     @property
     def controls(self) -> Controls:
-        """What is prescribed along each axis under voltage; `InputError` for a boundary that is not known."""
+        """The controls along both axes under voltage; `InputError` for an unknown boundary."""
         if (surrounded := self.surrounded) is not None:
             return SURROUNDED[surrounded]
         names = (self.boundary, self.boundary) if isinstance(self.boundary, str) else tuple(self.boundary)
@@ -75,7 +78,7 @@ class FilmSetup(Result):
         return BOUNDARIES[names[0]], BOUNDARIES[names[1]]
 
     def varied(self) -> list[ArrayLike]:
-        """All numbers of which there may be one for each case."""
+        """The numbers that may differ from case to case."""
         return [
             value
             for value in (*self.axes, *self.weights, self.prestretch_rate, self.thickness, self.electrode_share)
@@ -83,16 +86,16 @@ class FilmSetup(Result):
         ]
 
     def check(self) -> None:
-        """`InputError` for a number that makes no sense."""
-        for value in np.atleast_1d(np.asarray(self.thickness, dtype=float)).tolist():
+        """`InputError` for a thickness that is not positive, or a relaxation time that is negative."""
+        for value in np.atleast_1d(real_numbers(self.thickness, "thickness")).tolist():
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{value:g} m: it must be positive", argument="thickness")
-        if not (np.isfinite(self.relax) and self.relax >= 0):
+        if not 0 <= real_number(self.relax, "relax") < np.inf:
             raise InputError(f"{self.relax:g} s: it must not be negative", argument="relax")
 
     @property
     def weights(self) -> tuple[ArrayLike | None, ...]:
-        """The forces along both axes and the widths that they act on."""
+        """The forces along both axes, followed by the widths on which they act; `InputError` for tuples that are not pairs."""
         pairs = [value if isinstance(value, tuple) else (value, None) for value in (self.force, self.width)]
         for name, pair in zip(("force", "width"), pairs, strict=True):
             if len(pair) != 2:
@@ -100,8 +103,8 @@ class FilmSetup(Result):
         return (*pairs[0], *pairs[1])
 
     def hung(self, cases: int) -> tuple[Floats | None, Floats | None]:
-        """The nominal stress (cases,) in Pa of the weight along each axis, None where there is none; `InputError` for a weight
-        that cannot be.
+        """The nominal stress (cases,) in Pa of the weight along each axis, None without one; `InputError` for weights that are not
+        positive, incomplete, or not possible at this boundary and prestretch.
         """
         forces, widths = self.weights[:2], self.weights[2:]
         loads: list[Floats | None] = []
@@ -126,7 +129,7 @@ class FilmSetup(Result):
         return loads[0], loads[1]
 
     def share(self, cases: int) -> Floats | None:
-        """The electrode's share (cases,) of a film with a passive part; `InputError` for one that cannot be."""
+        """The electrode's share (cases,) of films with a passive part, else None; `InputError` if it does not suit the film."""
         name, stated = self.surrounded, self.electrode_share
         if name != "frame" and self.mesh_rtol != MESH_RTOL:
             raise InputError("it is for the boundary frame alone", argument="mesh_rtol")
@@ -161,7 +164,7 @@ class FilmSetup(Result):
         return share
 
     def stretched(self, cases: int) -> tuple[Floats | None, Floats | None]:
-        """The prestretch of both axes (cases,), None for an axis left free; `InputError` for one below 1."""
+        """The prestretch (cases,) of both axes, None for a free axis; `InputError` for a prestretch below 1."""
         first, second = (None if axis is None else spread(axis, "prestretch", cases) for axis in self.axes)
         for axis in (first, second):
             if axis is not None and np.any(axis < 1):
@@ -171,7 +174,7 @@ class FilmSetup(Result):
         return first, second
 
     def ramp(self, cases: int) -> Floats:
-        """Time in s (cases,) that the prestretch takes."""
+        """The duration (cases,) in s of the prestretch."""
         if self.prestretch_rate is None:
             return np.zeros(cases)
         rates = spread(self.prestretch_rate, "prestretch_rate", cases)
@@ -182,6 +185,6 @@ class FilmSetup(Result):
 
 
 def pair_in_words(first: Floats | None, second: Floats | None, case: int) -> str:
-    """The prestretch of a case in words."""
+    """The prestretch of a case for messages, such as "1.9", "3 x 2" or "3 x free"."""
     axes = ["free" if axis is None else f"{axis[case]:g}" for axis in (first, second)]
     return axes[0] if axes[0] == axes[1] else " x ".join(axes)

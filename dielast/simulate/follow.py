@@ -1,4 +1,4 @@
-"""Films followed through the pieces of a load history, one after another: what every simulation has in common."""
+"""The loop over the pieces of a load history, which all simulations share."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from dielast.simulate.record import Recorder
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Driven:
-    """The spans of a course, as the stepper takes them."""
+    """The spans of a course, with the interface of the stepper."""
 
     course: Course
 
@@ -32,22 +32,22 @@ class _Driven:
         return self.course.spans
 
     def lasts(self, cases: Cases, index: Cases) -> Floats:
-        """How long spans last."""
+        """The durations (k,) in s of the spans `index` (k,) of `cases` (k,)."""
         return self.course.span(cases, index)[1]
 
     def enter(self, system: Films, columns: Cases, cases: Cases, index: Cases) -> tuple[Films, Floats]:
-        """The system with columns of these cases in these spans, and how long these last."""
+        """The system whose `columns` (k,), of `cases` (k,), enter the spans `index` (k,), and the durations (k,) of these spans."""
         load, lasts = self.course.span(cases, index)
         return system.driven_by(columns, load), lasts
 
     def smooth(self, index: Cases) -> Flags:
-        """Whether spans go on smoothly from the span before."""
+        """Whether (k,) there is no kink at the beginning of the spans `index` (k,)."""
         return self.course.smooth(index)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Followed:
-    """A `film` at the end of its history, the `Status` (cases,) of each, and how many `steps` (cases,) were tried."""
+    """The `film` at the end of the history, the `Status` (cases,), and the number of `steps` (cases,) tried."""
 
     film: Film
     status: Cases
@@ -55,7 +55,7 @@ class Followed:
 
     @property
     def time(self) -> Floats:
-        """How far each case came, in s (cases,)."""
+        """The time (cases,) in s at which each case ended."""
         return self.film.condition.time
 
 
@@ -69,10 +69,10 @@ def follow(
     meter: CycleMeter | None = None,
     profiler: ProfileRecorder | None = None,
 ) -> Followed:
-    """Follow films through `pieces`, to the end or until its `watch` stops a case.
+    """Follow films through `pieces`, to the end or until the `watch` stops a case.
 
-    Films that are watched have a damper as their last spring; a load at once takes them as `apply_at_once` says. Raises
-    `InputError` for a rate of the wrong sign.
+    Films with a watch have a damper as their last spring. Loads applied at once are treated by `apply_at_once`. Raises `InputError`
+    for a rate of the wrong sign.
     """
     condition = film.condition
     cases = condition.time.size
@@ -85,7 +85,7 @@ def follow(
     for index, piece in enumerate(pieces):
         present = condition.prescribed(piece.controls)
         course = piece.begin(present)
-        # a load that is there already, but for rounding, does not jump
+        # a load that differs from the present one only by rounding does not jump
         apart = np.abs(course.start - present) > 4 * np.finfo(float).eps * np.abs(course.start)
         jumps = (status == Status.COMPLETED) & apart.any(axis=0)
         if jumps.any():
@@ -140,7 +140,7 @@ def follow(
 
 
 def _acting(film: Film, present: Floats, start: Floats) -> Floats:
-    """What acts on films (3, cases) once the source has jumped from the `present` values to the `start` of a course."""
+    """The values (3, cases) that act on films once the source has jumped from the `present` values to the `start` of a course."""
     if film.points.circuit is None:
         return start
     charge = film.points.circuit.charge_after(film.condition.field, present[2], start[2])

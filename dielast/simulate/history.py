@@ -1,4 +1,4 @@
-"""What the histories that simulations give have in common."""
+"""The base class of the histories that simulations return."""
 
 from __future__ import annotations
 
@@ -15,13 +15,11 @@ from dielast.simulate.film import Outcome
 
 
 class History(TabularResult):
-    """Arrays (cases, times) by the names of `UNITS`, None for what is not known; `temperature` (cases,) in degC, one `outcome` a
-    case.
-    """
+    """Arrays (cases, times) by the names of `UNITS`, or None; `temperature` (cases,) in degC; one `outcome` per case."""
 
     __slots__ = ()
     UNITS: ClassVar[Mapping[str, str]]
-    """Units of the columns of the table."""
+    """The columns of the table, with their units."""
 
     temperature: Floats
     stretch_1: Floats
@@ -29,16 +27,16 @@ class History(TabularResult):
     cycles: CycleTable | None
 
     def case(self, row: int) -> dict[str, Floats]:
-        """The columns of a case up to where it ended, (rows,), by their headers."""
+        """The columns (rows,) of a case up to its end, by their headers."""
         reached = np.isfinite(self.stretch_1[row])
-        known = {f"{name} [{unit}]": getattr(self, name) for name, unit in self.UNITS.items()}
-        return {header: np.asarray(values[row][reached]) for header, values in known.items() if values is not None}
+        columns = {f"{name} [{unit}]": getattr(self, name) for name, unit in self.UNITS.items()}
+        return {header: np.asarray(values[row][reached]) for header, values in columns.items() if values is not None}
 
     def columns(self) -> Table:
-        """All cases, one below the other."""
+        """The table of all cases, one after another."""
         return case_table(self.temperature.tolist(), [self.case(row) for row in range(len(self.stretch_1))])
 
     @property
     def completed(self) -> bool:
-        """Whether every case came to its end or to the event that it was to stop at."""
+        """Whether every case ran to its end, or to the event that was to stop it."""
         return all(outcome.completed for outcome in self.outcome)

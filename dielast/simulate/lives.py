@@ -1,4 +1,4 @@
-"""Relaxed films that live under a constant voltage, each under one of its own: what happens to them, and how far they stretch."""
+"""Relaxed films under constant voltages: events and stretches."""
 
 from __future__ import annotations
 
@@ -22,18 +22,20 @@ from dielast.simulate.wanted import Wanted
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lives:
-    """What `happened` to films (k,) and their `Status`; how far they were `stretched` (2, times, k) at the times that were asked
-    for, and in the event (2, k) of each criterion, over what they were when the voltage came; NaN what was never reached.
+    """The events that `happened` to films (k,), their `Status`, and their relative stretches.
+
+    `stretched` (2, times, k) are the relative stretches at the requested times, over those when the voltage is applied; NaN for
+    times that a film does not reach.
     """
 
     happened: Mapping[Criterion, EventArrays]
     status: Cases
     stretched: Floats
     begin: Floats
-    """The stretches (2, k) when the voltage came."""
+    """The stretches (2, k) when the voltage is applied."""
 
     def relative_stretch(self, moment: EventArrays) -> Floats:
-        """The relative stretches (2, k) at a moment."""
+        """The relative stretches (2, k) at an event."""
         return np.asarray(np.exp(0.5 * moment.log_squared_stretch) / self.begin)
 
 
@@ -50,13 +52,14 @@ def live(
     ends: Sequence[str] = (),
     times: Sequence[float] = (),
 ) -> Lives:
-    """Some films of a group, `columns` (k,), under a `voltage` (k,) in V that comes within `ramp` s and stays up to the `horizon`
-    in s. The criteria named in `watched` are watched for; a film is followed until all in `until` have happened, or one in `ends`.
+    """Simulate `columns` (k,) of a group under a `voltage` (k,) in V, which is reached within `ramp` s and held up to `horizon` s.
+
+    `watched` names the criteria to evaluate. A film ends when all events in `until`, or any event in `ends`, have happened.
     """
     count = columns.size
     columns, voltage = paired(columns), np.repeat(voltage, 2) if count == 1 else voltage
     film, field = group.film.take(columns), voltage / group.thickness[columns]
-    watch = Watch(group.watched.take(columns), [known for known in CRITERIA if known.name in watched], until, ends)
+    watch = Watch(group.watched.take(columns), [criterion for criterion in CRITERIA if criterion.name in watched], until, ends)
     pieces = [Ramp(controls, (None, None, field), np.full(field.size, ramp))]
     if horizon > ramp:
         pieces.append(Ramp(controls, (None, None, None), np.full(field.size, horizon - ramp)))

@@ -1,4 +1,4 @@
-"""The plan of a failure map: relaxed films, their voltages, and the cells of which any can be solved without the others."""
+"""The plan of a failure map: relaxed films, their voltages, and the cells, which are independent of each other."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ CHUNK = 2048  # cells
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MapPlan(Result):
-    """All that is needed to solve any cell of a map, and the names of the `failures` that it is about; cells are numbered through
-    groups, films and voltages, the last running fastest.
+    """All data for the solution of any cell of a map, and the names of its `failures`.
+
+    Cells are numbered through groups, films and voltages, the voltages varying fastest.
     """
 
     temperature: Floats
@@ -36,20 +37,20 @@ class MapPlan(Result):
     draws: int = 0
     electrode_share: Floats | None = None
     stretch_at: Mapping[str, float] = field(default_factory=dict)
-    """Times in s at which stretches are asked for, by what tables call them."""
+    """Times in s at which stretches are requested, by their names in tables."""
 
     @property
     def watched(self) -> tuple[str, ...]:
-        """The names of all that is looked for: the failures, and the loss of tension of passive parts."""
+        """The names of the criteria to evaluate: the failures, and the loss of tension of passive parts."""
         return self.failures if self.electrode_share is None else (*self.failures, LossOfTension.name)
 
     @property
     def cells(self) -> int:
-        """Number of cells, those of the draws too."""
+        """The number of cells, including those of the draws."""
         return (1 + self.draws) * self.temperature.size * len(self.prestretch) * self.voltage.size
 
     def chunks(self, size: int = CHUNK) -> list[tuple[int, int]]:
-        """First cell and end of each chunk; no chunk spans two groups."""
+        """First cell and end of each chunk; a chunk lies within one group."""
         result, first = [], 0
         for group in self.groups:
             end = first + group.films.size * self.voltage.size
@@ -60,8 +61,8 @@ class MapPlan(Result):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """What became of the cells from `first` on: `times` in s (cells,) by the name of what happened, NaN where it did not, their
-    `Status`, and the relative stretches (2, times asked for, cells), NaN where a film did not come so far.
+    """Results of the cells from `first` on: `times` (cells,) in s by the name of the event, NaN where it did not happen; `Status`;
+    and relative stretches (2, requested times, cells), NaN where a film failed earlier.
     """
 
     first: int
@@ -71,12 +72,12 @@ class Cells:
 
 
 def column_of(name: str) -> str:
-    """What the time to a failure of this name is called in tables."""
+    """The name of the column with the time of this event."""
     return f"time_to_{name.replace('-', '_')}"
 
 
 def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
-    """Solve the cells from `first` up to `end`, one of the plan's chunks or a part of one."""
+    """Solve the cells from `first` up to, not including, `end`: a chunk of the plan, or a part of one."""
     begin = 0
     for group in plan.groups:
         if first < begin + group.films.size * plan.voltage.size:

@@ -1,4 +1,4 @@
-"""Mechanical tests on a membrane: relaxation, where the stretch is prescribed, and creep, where the nominal stress is."""
+"""Mechanical tests on specimens: relaxation at prescribed stretch, and creep at prescribed nominal stress."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ Test = ParamSpec("Test")
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MembraneHistory(History):
-    """What a membrane did: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, one `outcome` a case.
+    """Histories of specimens: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, one `outcome` per case.
 
-    Where an outcome is not completed, everything after its time is NaN. `viscous_stretch` (2, branches, cases, times) is None
-    unless it was asked for, `cycles` unless there is a waveform; they are about the nominal stress where the stretch is
-    prescribed, and else about the stretch. The table is without `relaxation_modulus`, which is that of uniaxial relaxation alone.
+    All arrays are NaN after the time of an outcome that is not completed. `viscous_stretch` (2, branches, cases, times) is None
+    unless it was requested. `cycles` is None without a waveform; it evaluates the nominal stress if the stretch is prescribed, else
+    the stretch. `relaxation_modulus` is not in the table, as it has a meaning only in uniaxial relaxation.
     """
 
     UNITS: ClassVar = {"time": "s", "stretch_1": "1", "stretch_2": "1"} | {
@@ -70,27 +70,30 @@ class MembraneHistory(History):
 
     @property
     def relaxation_modulus(self) -> Floats:
-        """Nominal stress over (stretch - 1) in axis 1, Pa; where the stretch is 1 it is not defined and infinite."""
+        """Nominal stress over (stretch - 1) in axis 1, (cases, times) in Pa; infinite at stretch 1, where it is undefined."""
         strain = self.stretch_1 - 1
         defined = strain != 0
         return np.where(defined, self.nominal_stress_1 / np.where(defined, strain, 1.0), np.where(np.isnan(strain), np.nan, np.inf))
 
     def stored_energy(self) -> Floats:
-        """Energy per undeformed volume in the springs, (cases, times) in J/m^3; needs the viscous stretches."""
+        """Energy per undeformed volume in the springs, (cases, times) in J/m^3.
+
+        Raises `InputError` without the viscous stretches.
+        """
         squared, law, modulus, _ = self._springs()
         return np.asarray(np.sum(modulus * law.energy(squared), axis=0)).reshape(self.time.shape)
 
     def dissipation(self) -> Floats:
         """Power per undeformed volume lost in the dashpots, (cases, times) in W/m^3, from Eqs. 7 and 8 of DOI 10.1115/1.4030850.
 
-        Needs the viscous stretches.
+        Raises `InputError` without the viscous stretches.
         """
         squared, law, modulus, rate = self._springs()
         p, q = law.stress(squared)
         return np.asarray(np.sum(modulus * rate * (p * p - p * q + q * q), axis=0)).reshape(self.time.shape)
 
     def _springs(self) -> tuple[Floats, SpringLaw, Floats, Floats]:
-        """Squared elastic stretches (2, n, cases * times), and law, modulus and rate to go with them."""
+        """Squared elastic stretches (2, n, cases * times), with the law, modulus and rate of the springs."""
         if self.viscous_stretch is None:
             raise InputError("energies need the viscous stretches: ask for internal=True")
         viscous = np.concatenate((np.ones_like(self.viscous_stretch[:, :1]), self.viscous_stretch), axis=1)
@@ -112,24 +115,24 @@ def simulate(
     cycles: str | Sequence[int] | None = None,
     nominal_field: ArrayLike | None = None,
 ) -> MembraneHistory:
-    """What a membrane at rest does under `steps` of stretch (`relax`), of nominal stress or dead load (`creep`), or of both.
+    """Simulate specimens, initially undeformed and relaxed, under `steps` of stretch (`relax`), nominal stress (`creep`), or both.
 
-    The cases are as many as the longest of: values in the steps, `temperature` (degC; default the material's reference
-    temperature), materials. Cases of one call share the way they are solved and their output, so that cases whose steps differ in
-    kind (one at once, another a ramp) need separate calls.
+    The number of cases is the largest length of the arrays in the steps, of `temperature` (degC; by default the reference
+    temperature of the material), and of the list of materials; other lengths must be 1. All cases of one call have the same kinds
+    of steps: cases with a jump in a step in which others have a waveform, for instance, need separate calls.
 
-    Output is at `times` in s since the start, (k,) or (cases, k), or else at `points_per_decade` from the start of each step to its
-    end, and evenly spaced in a ramp. Stated times at the moment of a load applied at once show what was before it. Of a `Waveform`
-    the `cycles` are kept in full: "all", "last", or their numbers from 1; by default all up to 100, or else 1, 2, 5, 10, 20 and so
-    on, and the last. `internal` keeps the viscous stretches. In uniaxial mode the result has a `relaxation_modulus`, nominal stress
-    over (stretch - 1), in Pa.
+    Output is at `times` in s since the start, (k,) or (cases, k), or else `points_per_decade` from the beginning of each step to
+    its end, and evenly spaced in ramps. At the time of a load applied at once, stated times show the state before it. `cycles`
+    selects the cycles of a `Waveform` with output in full: "all", "last", or numbers from 1; by default all of up to 100, or else
+    1, 2, 5, 10, 20 and so on, and the last. `internal` stores the viscous stretches. In uniaxial mode the result has a
+    `relaxation_modulus`, nominal stress over (stretch - 1), in Pa.
 
-    A `nominal_field` in V/m, a voltage over the undeformed thickness, acts from the start on between electrodes on both faces; the
-    nominal stress is what the machine then holds.
+    A `nominal_field` in V/m, the voltage over the undeformed thickness, acts from the start between electrodes on both faces; the
+    nominal stress is then that which the machine holds.
 
     `rtol` bounds the local relative error of stretches (not of stretch - 1), of viscous stretches, and of stresses above 1e-4 of
-    the equilibrium modulus. Raises `InputError` for anything wrong with the arguments; numerics that give up are an outcome in the
-    result.
+    the equilibrium modulus. The equations are those of Sec. 3 of DOI 10.1115/1.4030850. Raises `InputError` for invalid arguments;
+    a case in which the numerics give up is an `Outcome`, not an error.
     """
     materials = [material] if isinstance(material, Material) else list(material)
     if not materials or not all(isinstance(each, Material) for each in materials):
@@ -180,26 +183,27 @@ def simulate(
 
 
 def _switched_on(first: Piece, field: Floats) -> Piece:
-    """A nominal field (cases,) in V/m at once, before the `first` piece of a history: what that holds is as it was at rest."""
+    """A nominal field (cases,) in V/m, applied at once before the `first` piece of a history, whose controls keep their values."""
     return Ramp(first.controls, (None, None, field), np.zeros_like(field))
 
 
 def _prescribing(
     function: Callable[Test, MembraneHistory], name: str, control: Control, other: str
 ) -> Callable[Test, MembraneHistory]:
-    """The same function for histories that prescribe one control, in a step at least; the `other` function is for those that
-    prescribe the other control alone.
+    """The function `simulate` for histories with at least one step of this control.
+
+    `InputError` for histories that prescribe only the other control, which need the function named `other`.
     """
-    wrong = next(each.value for each in Control if each is not control)
+    other_control = next(each.value for each in Control if each is not control)
 
     @wraps(function)
     def run(*arguments: Test.args, **keywords: Test.kwargs) -> MembraneHistory:
         stated: Any = keywords["steps"] if "steps" in keywords else arguments[1] if len(arguments) > 1 else ()
         steps = [step for step in stated if isinstance(step, Step)] if isinstance(stated, Sequence) else []
-        others = [index for index, step in enumerate(steps) if getattr(step, wrong) is not None]
+        others = [index for index, step in enumerate(steps) if getattr(step, other_control) is not None]
         if others and all(getattr(step, control.value) is None for step in steps):
             needed = f"{name} is about a {control.value} that is prescribed: state that, or use {other}"
-            raise InputError(needed, step=others[0], argument=wrong)
+            raise InputError(needed, step=others[0], argument=other_control)
         return function(*arguments, **keywords)
 
     run.__name__ = run.__qualname__ = name

@@ -1,4 +1,4 @@
-"""The passive parts of films, around the electrode, as they are laid out for the solver."""
+"""The passive parts of films, around the electrode, discretised for the solver."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point import Points
 from dielast.numerics.columns import Cases, Floats
 
-COARSER = 10.0 ** np.arange(-10, -1)  # tolerances that may do where a finer one does not
+COARSER = 10.0 ** np.arange(-10, -1)  # tolerances to suggest where the requested one cannot be met
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Passive:
-    """The passive parts of films: the electrode's `share` (cases,) of a disc in a frame, or of a strip, and in how many `points`
-    (cases,) the passive part is computed.
+    """The passive parts of films: the `share` (cases,) of the electrode of a disc in a frame or of a strip, and the number of
+    `points` (cases,) in the passive part.
     """
 
     share: Floats
@@ -29,8 +29,9 @@ class Passive:
 
     @classmethod
     def of(cls, points: Points, share: Floats, first: Floats, second: Floats | None, mesh_rtol: float) -> Passive:
-        """Of films with these prestretches (cases,), strips where there is a second one; `InputError` for a `mesh_rtol` that no
-        number of points meets.
+        """The passive parts of films with these prestretches (cases,), strips if there is a second one.
+
+        Raises `InputError` for a `mesh_rtol` that no number of points meets.
         """
         if second is not None:
             return cls(share, np.ones(share.size, dtype=np.intp), True)
@@ -39,17 +40,24 @@ class Passive:
             case = int(np.argmin(needed))
             film = f"the film around an electrode of share {float(share[case])!r}, at prestretch {first[case]:g},"
             exact = f"no division of {film} is so exact"
-            larger = next((each for each in COARSER if each > mesh_rtol and points_needed(points, share, first, each).all()), None)
+            larger = next(
+                (
+                    tolerance
+                    for tolerance in COARSER
+                    if tolerance > mesh_rtol and points_needed(points, share, first, tolerance).all()
+                ),
+                None,
+            )
             instead = "nor so that a larger one would do" if larger is None else f"{larger:g} can be had"
             raise InputError(f"{mesh_rtol:g}: {exact}; {instead}", argument="mesh_rtol", case=of_case(case, share.size))
         return cls(share, needed, False)
 
     def structure(self, cases: Cases, first: Floats, second: Floats) -> Structure:
-        """The structure of some films with as many points, at prestretches (k,)."""
+        """The structure of the films `cases` (k,), which all have the same number of points, at prestretches (k,)."""
         share = self.share[cases]
         return strip(share, first, second) if self.is_strip else disc(share, first, int(self.points[cases[0]]))
 
     def spread(self, cases: Cases) -> Spread:
-        """Where in these films profiles are told."""
+        """The places of these films at which profiles are evaluated."""
         share = self.share[cases]
         return across_strip(share) if self.is_strip else across_disc(share, int(self.points[cases[0]]))

@@ -20,25 +20,27 @@ UNITS = {
     **{"time": "s", "radius": "1", "stretch_1": "1", "stretch_2": "1"},
     **{"nominal_stress_1": "Pa", "nominal_stress_2": "Pa"},
 }
-"""Units of the columns of a profile."""
+"""The columns of a profile, with their units."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Profiles(TabularResult):
-    """Of each case the columns (rows,) by header, one time below the other: the radius over that of the electrode, of a disc in a
-    frame; of a strip the place along its length, over half that of the electrode. The electrode's edge is there twice, as the
-    active and as the passive part see it. Axis 1 is the radius, or the length; stresses are nominal, the Maxwell stress included.
+    """The columns (rows,) of each case by header, one time after another.
+
+    The radius of a disc in a frame is over that of the electrode; for a strip, it is the place along the length over half the
+    length of the electrode. The edge of the electrode appears twice, on its active and on its passive side. Axis 1 is the radius,
+    or the length. Stresses are nominal and include the Maxwell stress.
     """
 
     cases: tuple[Mapping[str, Floats], ...]
 
     def columns(self) -> Table:
-        """All cases, one below the other."""
+        """The table of all cases, one after another."""
         return profile_table(self.cases)
 
 
 def profile_table(cases: Sequence[Mapping[str, Floats]]) -> Table:
-    """The profiles of cases, one below the other."""
+    """The table of the profiles of all cases, one after another."""
     headers = [f"{name} [{unit}]" for name, unit in UNITS.items()]
     counts = [case[headers[0]].size for case in cases]
     values = [np.concatenate([case[header] for case in cases]) for header in headers]
@@ -47,7 +49,7 @@ def profile_table(cases: Sequence[Mapping[str, Floats]]) -> Table:
 
 
 def given_times(times: object) -> Floats | None:
-    """Times of profiles as an array (k,); `InputError` unless they are finite, not negative and ascend."""
+    """Times of profiles as an array (k,); `InputError` unless they are finite, not negative and ascending."""
     if times is None:
         return None
     array = np.atleast_1d(np.asarray(times, dtype=float))
@@ -58,7 +60,10 @@ def given_times(times: object) -> Floats | None:
 
 @dataclass(slots=True, eq=False)
 class ProfileRecorder:
-    """Observes the stepper; between pieces of load, `begin` is called. What is never reached stays NaN."""
+    """An observer of the stepper that stores profiles. `begin` is to be called before a piece of load.
+
+    Profiles at times that a film does not reach are NaN.
+    """
 
     times: Floats
     spread: Spread
@@ -72,7 +77,7 @@ class ProfileRecorder:
         self._start = np.zeros(cases)
 
     def begin(self, system: Films, state: Floats, start: Floats, alive: Flags) -> None:
-        """A piece of load begins at `start` (cases,) in s since the programme began."""
+        """Begin a piece of load at `start` (cases,) in s since the programme began."""
         self._start = start
         if self.times[0] == 0:
             first = paired(np.flatnonzero(alive & (start == 0)))
@@ -80,9 +85,9 @@ class ProfileRecorder:
                 self._write(system.take(first), state[:, first], np.zeros(first.size), first, np.zeros(first.size, dtype=np.intp))
 
     def __call__(self, stride: Stride) -> None:
-        """Write what lies within the step."""
+        """Store the profiles at times within the step."""
         begin = self._start[stride.cases] + stride.begin
-        slack = 1e-12 * (begin + stride.until)  # a time that was asked for may lie beyond the end by rounding
+        slack = 1e-12 * (begin + stride.until)  # a requested time may exceed the end by rounding
         for row, time in enumerate(self.times.tolist()):
             within = stride.accepted & (time > begin + stride.time) & (time <= begin + stride.until + slack)
             if within.any():
@@ -94,23 +99,23 @@ class ProfileRecorder:
                 self._write(stride.system.take(columns), state, local, stride.cases[columns], np.full(columns.size, row))
 
     def _write(self, system: Films, state: Floats, local: Floats, cases: Cases, row: Cases) -> None:
-        """Write films at a time (k,) since their span began."""
+        """Store the profiles of films at time `local` (k,) in s since their span began."""
         assert isinstance(system, FramedFilms)
         now = Surroundings(system.assembly, state[system.border :])
         stresses = now.stresses(system.internal(state), system.load.value(local)[2])
-        everywhere = np.concatenate((now.stretch(), stresses))
-        self._values[:, :, cases, row] = np.einsum("rpc,apc->arc", self.spread.weight[..., cases], everywhere)
+        at_points = np.concatenate((now.stretch(), stresses))
+        self._values[:, :, cases, row] = np.einsum("rpc,apc->arc", self.spread.weight[..., cases], at_points)
 
     def collect(self, ends: Floats) -> list[Mapping[str, Floats]]:
-        """The profiles of each case up to where it ended, in s (cases,)."""
+        """The profiles of each case up to its end (cases,) in s."""
         radii = len(self.spread.radius)
         result: list[Mapping[str, Floats]] = []
         for case, end in enumerate(ends.tolist()):
-            there = np.isfinite(self._values[0, 0, case]) & (self.times <= end * (1 + 1e-12))
+            shown = np.isfinite(self._values[0, 0, case]) & (self.times <= end * (1 + 1e-12))
             columns = [
-                np.repeat(self.times[there], radii),
-                np.tile(self.spread.radius[:, case], np.count_nonzero(there)),
-                *(values[:, case, there].T.ravel() for values in self._values),
+                np.repeat(self.times[shown], radii),
+                np.tile(self.spread.radius[:, case], np.count_nonzero(shown)),
+                *(values[:, case, shown].T.ravel() for values in self._values),
             ]
             result.append({f"{name} [{unit}]": column for (name, unit), column in zip(UNITS.items(), columns, strict=True)})
         return result

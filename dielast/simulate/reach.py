@@ -1,4 +1,4 @@
-"""What a history of load means for the films that go through it: the symmetry they keep, and stretches that no spring can reach."""
+"""Properties of a history of load: the symmetry that films keep in it, and stretches beyond the limit of a spring."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from dielast.mechanics.span import Control
 from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.numerics.columns import Cases, Flags, Floats
 
-PER_CENT = 20  # stretches from here on may be per cent
+PER_CENT = 20  # a larger stretch may be meant in per cent
 
 
 def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
-    """The symmetry that a film at rest keeps throughout a history, if any."""
+    """The symmetry that a specimen at rest keeps throughout a history, None without one."""
     stress = Control.STRESS
 
     def free(target: Floats | None) -> bool:
@@ -39,7 +39,7 @@ def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
 
 
 def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
-    """`InputError` for a stretch beyond the equilibrium spring's limit, or the branches' if at once from rest."""
+    """`InputError` for a stretch beyond the limit of the equilibrium spring, or of the branches if applied at once at rest."""
     never = np.zeros(points.stress_floor.size, dtype=bool)
     for index, piece in enumerate(pieces):
         held = {
@@ -54,7 +54,7 @@ def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
 
 
 def _check(points: Points, held: Sequence[Floats], at_once: Flags, origin: int) -> None:
-    """`InputError` for stretches of the held axes, each (cases,), that are out of reach."""
+    """`InputError` for stretches of held axes, each (cases,), beyond the limit of a spring."""
     beyond, spring = out_of_reach(points, held, at_once)
     if beyond.any():
         case = int(np.argmax(beyond))
@@ -64,26 +64,26 @@ def _check(points: Points, held: Sequence[Floats], at_once: Flags, origin: int) 
 
 
 def or_per_cent(stretch: float) -> str:
-    """What to add to an error about a `stretch` so large that it may be per cent."""
+    """The question to add to an error about a `stretch` so large that it may be meant in per cent; empty for others."""
     if stretch < PER_CENT:
         return ""
     share = stretch / 100
-    both = f", and a stretch of {stretch:g} % is {share:g}" if share >= 1 else ""
-    return f"; is it in per cent? a strain of {stretch:g} % is a stretch of {1 + share:g}{both}"
+    as_stretch = f", and a stretch of {stretch:g} % is {share:g}" if share >= 1 else ""
+    return f"; is it in per cent? a strain of {stretch:g} % is a stretch of {1 + share:g}{as_stretch}"
 
 
 def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tuple[Flags, Cases]:
-    """Which cases (cases,) the stretches of the axes that are `held`, each (cases,), lead beyond a spring's limit, and the spring
-    (cases,) that ends first.
+    """Whether (cases,) the stretches of the axes `held`, each (cases,), are beyond the limit of a spring, and the spring (cases,)
+    with the smallest margin.
 
-    It is the equilibrium spring, or also a branch where the stretches are reached `at_once` from rest.
+    It is the equilibrium spring, or any spring where the stretches are reached `at_once` from rest.
     """
     if not held:
         return np.zeros(at_once.shape, dtype=bool), np.zeros(at_once.shape, dtype=np.intp)
     squared = [np.square(stretch) for stretch in held]
-    # an axis left open settles as under uniaxial stress
-    both = np.stack((squared[0], squared[1] if len(squared) == 2 else 1 / np.sqrt(squared[0])))
-    room = points.law.room(np.repeat(both[:, None], points.modulus.shape[0], axis=1))
+    # a free axis is assumed to contract as under uniaxial stress
+    squared_stretches = np.stack((squared[0], squared[1] if len(squared) == 2 else 1 / np.sqrt(squared[0])))
+    room = points.law.room(np.repeat(squared_stretches[:, None], points.modulus.shape[0], axis=1))
     room[1:, ~at_once] = np.inf
     first = np.argmin(room, axis=0)
     return np.asarray(np.min(room, axis=0) <= 0), first

@@ -1,4 +1,4 @@
-"""Where results are kept: the stepper's dense output at the times that are asked for."""
+"""The record of results: the dense output of the stepper at the output times."""
 
 from __future__ import annotations
 
@@ -17,16 +17,18 @@ from dielast.simulate.electrical import EXTRA, ElectricMeter
 from dielast.simulate.wanted import Wanted
 
 ROWS = 6
-DIGITS = 1e-8  # of a time; no table tells rows apart that are closer
-ROWS_AT_A_LOOK = np.arange(8)  # after the next one: a step often passes several
-AFTER = 1e-13  # of the duration of a piece: a row so soon after another shows what has jumped
+DIGITS = 1e-8  # relative distance of times below which the rows of a table cannot be told apart
+ROWS_AT_A_LOOK = np.arange(8)  # output rows to check at once: a step often passes several
+AFTER = 1e-13  # of the duration of a piece; a row this soon after the beginning shows the state after a jump
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Record:
-    """Films at output times (cases, rows) in s: `values` (6 + exposures + electrical ones, cases, rows), NaN for what was never
-    reached, and x (2, n, cases, rows) if it was asked for. Below the first six rows are `exposures` rows of what adds up over time
-    in films that are watched, and those of `electrical.EXTRA`, if they were asked for.
+    """Films at output times `time` (cases, rows) in s.
+
+    `values` (6 + exposures + electrical rows, cases, rows) are Lambda (2), mechanical nominal stress (2), field and determinant,
+    then the `exposures` of films with a watch, then the rows of `electrical.EXTRA` if requested; NaN for times that a film does not
+    reach. `internal` is x (2, n, cases, rows) if requested.
     """
 
     time: Floats
@@ -36,12 +38,12 @@ class Record:
 
     @property
     def stretch(self) -> Floats:
-        """Of axes 1 and 2, (2, cases, rows)."""
+        """The stretches of axes 1 and 2, (2, cases, rows)."""
         return np.asarray(np.exp(0.5 * self.values[:2]))
 
     @property
     def nominal_stress(self) -> Floats:
-        """Mechanical, of axes 1 and 2, (2, cases, rows) in Pa."""
+        """The mechanical nominal stresses of axes 1 and 2, (2, cases, rows) in Pa."""
         return self.values[2:4]
 
     @property
@@ -51,24 +53,27 @@ class Record:
 
     @property
     def determinant(self) -> Floats:
-        """That of pull-in (cases, rows), of films that are watched."""
+        """The determinant of pull-in (cases, rows), of films with a watch."""
         return np.asarray(self.values[5])
 
     @property
     def exposed(self) -> Floats:
-        """What adds up over time (exposures, cases, rows)."""
+        """The exposures (exposures, cases, rows)."""
         return self.values[ROWS : ROWS + self.exposures]
 
     @property
     def electrical(self) -> Floats:
-        """What is electrical, (6, cases, rows), or no rows."""
+        """The rows of `EXTRA`, (6, cases, rows), or no rows."""
         return self.values[ROWS + self.exposures :]
 
 
 @dataclass(slots=True, eq=False)
 class Recorder:
-    """Writes Lambda and nominal stress of both axes, the nominal field, and with a `watch` the determinant of the tangent, and on
-    request x. Observes the stepper; between pieces of load, `begin` is called. What is never reached stays NaN.
+    """An observer of the stepper that stores Lambda and nominal stress of both axes, the nominal field, with a `watch` the
+    determinant
+    of the tangent, and x if requested. `begin` is to be called before a piece of load.
+
+    Values at times that a film does not reach are NaN.
     """
 
     wanted: Wanted
@@ -81,15 +86,15 @@ class Recorder:
     _internal: list[Floats] = field(default_factory=list)
     _relative: Floats = field(init=False)
     _next: Cases = field(init=False)
-    _moved: Floats = field(init=False)
-    """How long the load took to come to where it is, and what has passed since then, in s (cases,)."""
+    _load_time: Floats = field(init=False)
+    """The time (cases,) in s that the last change of the load took, plus the time since then."""
 
     def __post_init__(self) -> None:
-        self._moved = np.full(self.cases, np.inf)
+        self._load_time = np.full(self.cases, np.inf)
 
     @property
     def exposures(self) -> int:
-        """How many things add up over time."""
+        """The number of exposures."""
         return 0 if self.watch is None else len(self.watch.exposures)
 
     def begin(
@@ -102,7 +107,9 @@ class Recorder:
         state: Floats,
         last: bool,
     ) -> None:
-        """A piece of load begins at `start` (cases,) in s for the cases that are `alive`, some of which have `jumped` to it."""
+        """Begin a piece of load at `start` (cases,) in s, for the cases that are `alive`; those in `jumped` jump to its first
+        value.
+        """
         times = self.wanted.times
         if times is None:
             relative = self._rows(course, start, jumped)
@@ -126,39 +133,39 @@ class Recorder:
                 self._values[-1][-len(EXTRA) :, case, row] = self.electric.now(system.take(case), state[:, case], case)
 
     def _rows(self, course: Course, start: Floats, jumped: Flags) -> Floats:
-        """Times (cases, k) of a piece since it began that suit its load; NaN is no time."""
+        """Output times (cases, k) in s since a piece began, suited to its load and padded with NaN."""
         kept = self.wanted.kept(course.cycles)
-        rows = course.rows(self.wanted.points_per_decade, kept, np.where(jumped, 0.0, self._moved))
+        rows = course.rows(self.wanted.points_per_decade, kept, np.where(jumped, 0.0, self._load_time))
         lasts = course.duration
         moving = np.any(course.start != course.end, axis=0) | (course.cycles > 0)
-        self._moved = np.where(moving, lasts, np.where(jumped, 0.0, self._moved) + lasts)
+        self._load_time = np.where(moving, lasts, np.where(jumped, 0.0, self._load_time) + lasts)
         if rows.shape[1] == 1:
             return rows
-        # what the load begins with, where that is not the last row of the piece before
+        # the first row repeats the last row of the piece before, unless the load jumps
         begins = jumped | (not self._times)
         rows = np.where((rows == 0) & ~begins[:, None], np.nan, rows)
-        if not isinstance(course, Chain):  # whose points are asked for, however close
+        if not isinstance(course, Chain):  # the points of a table are output times, however close they are
             rows = np.where((rows > 0) & (rows < np.minimum(DIGITS * start, lasts)[:, None]), np.nan, rows)
         if self.watch is not None and np.isfinite(rise := course.rises(kept)).any():
-            # there the clock of the pull-in time scale starts anew, and the determinant jumps
+            # the clock of the pull-in time scale restarts there, and the determinant jumps
             rise = np.where(rise < lasts[:, None], rise, np.nan)
             rows = np.concatenate((rows, np.where(rise > 0, rise, np.nan), rise + AFTER * lasts[:, None]), axis=1)
-        # what is no time comes first, so that every case ends in the last column
+        # NaN come first, so that every case ends in the last column
         rows = np.sort(np.where(np.isfinite(rows), rows, -1.0), axis=1)
         rows = np.sort(np.where(np.diff(rows, axis=1, prepend=-1.0) > 0, rows, -1.0), axis=1)
         rows = rows[:, rows.shape[1] - int((rows >= 0).sum(axis=1).max()) :]
         return np.where(rows >= 0, rows, np.nan)
 
     def __call__(self, stride: Stride) -> None:
-        """Write what lies within the step."""
+        """Store the output within the step."""
         pooled, rows = self._due(stride)
         if pooled.size:
             pooled, rows = paired(pooled), paired(rows)
             case = stride.cases[pooled]
             moment = self._relative[case, rows] - stride.begin[pooled]
             assert isinstance(stride.system, Films)
-            whole = self.watch is not None or self.wanted.internal
-            part = slice(None) if whole else slice(stride.system.border, None)
+            needs_springs = self.watch is not None or self.wanted.internal
+            part = slice(None) if needs_springs else slice(stride.system.border, None)
             fraction = np.minimum((moment - stride.time[pooled]) / stride.step[pooled], 1.0)
             state = stride.dense(part, pooled, fraction)
             exposed = None if self.watch is None else self.watch.exposed_along(stride, pooled, fraction)
@@ -195,8 +202,10 @@ class Recorder:
         begin: Floats,
         exposed: Floats | None,
     ) -> None:
-        """Write states (rows, k) of columns `pooled` of the system at times (k,) since a span began, `begin` (k,) since the piece
-        did, and what has added up, `exposed` (exposures, k), of films that are watched.
+        """Store states (rows, k) of the columns `pooled` (k,) of the system.
+
+        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece; `exposed`
+        (exposures, k) are the exposures of films with a watch.
         """
         if not case.size:
             return
@@ -204,8 +213,8 @@ class Recorder:
         log_squared, nominal = system.membrane(state, driven)
         self._values[-1][:5, case, row] = np.concatenate((log_squared, nominal, driven[2:]))
         if self.watch is not None:
-            seen = self.watch.moment(system.take(pooled), case, begin, moment, state)
-            self._values[-1][5, case, row] = self.watch.stability(seen).determinant
+            at_output = self.watch.moment(system.take(pooled), case, begin, moment, state)
+            self._values[-1][5, case, row] = self.watch.stability(at_output).determinant
             self._values[-1][ROWS : ROWS + self.exposures, case, row] = exposed
         if self.wanted.internal:
             self._internal[-1][:, :, case, row] = system.internal(state)
@@ -218,18 +227,18 @@ class Recorder:
 
     @staticmethod
     def _within(times: Floats, start: Floats, duration: Floats, last: bool) -> Floats:
-        """Those of the times that lie in a piece, counted from its start; the start itself belongs to the piece before."""
+        """The times (cases, k) that lie in a piece, in s since its start, else NaN; the start belongs to the piece before."""
         begin, end = start[:, None], (start + duration)[:, None]
-        slack = 1e-12 * end if last else 0.0
+        slack = 1e-12 * end if last else 0.0  # for times that exceed the end by rounding
         relative = np.clip(times - begin, 0.0, duration[:, None])
         return np.where(((times > begin) | ((times == 0) & (begin == 0))) & (times <= end + slack), relative, np.nan)
 
 
 def ending(record: Record, reached: Floats, at_end: Floats) -> Record:
-    """The record up to `reached` (cases,), whose last row is what held there, `at_end` (6, cases), NaN for a case that has its last
-    row already; it has as many rows as the record has.
+    """The record up to the time `reached` (cases,), with the values `at_end` (rows, cases) as last row of each case.
 
-    That comes in the place of the first output that was not reached, or of one at the same time.
+    A case whose `at_end` is NaN is unchanged. The row replaces the first output that was not reached, or an output at the same
+    time; the number of rows stays the same.
     """
     time, values = record.time.copy(), record.values.copy()
     case = np.flatnonzero(np.isfinite(at_end[0]))

@@ -1,4 +1,4 @@
-"""What drives the life of films: shares of the spread of the log life, or its derivatives by one number after the other."""
+"""Sensitivity of the life of films: shares in the variance of log life, or derivatives with respect to one number at a time."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ LN10 = np.log(10.0)
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class LifeShares(TabularResult):
-    """Shares (sources, films) of the variance of the log life of films, whose columns are `films`, that the `sources` have.
+    """Shares (sources, films) of `sources` in the variance of the log life of `films` (a table that identifies them).
 
-    `first_order` is what is explained by a source alone, `total` what is left where all others are known; each has a standard
-    error. `spread` (films,) is the standard deviation of log10 life, in decades. `censored` (films,) is the share of the runs
-    without a time to failure above 0 s: they survive, fail at once, or were not finished. A film with any has no shares, NaN.
+    `first_order` is the share that a source explains alone, `total` the share that remains if all other sources are known; both
+    have standard errors. `spread` (films,) is the standard deviation of log10 life, in decades. `censored` (films,) is the fraction
+    of runs without a time to failure above 0 s: these survive, fail at once, or were not finished. A film with such runs has no
+    shares (NaN).
 
-    Sources are independent of each other, but for the parts of a material, which are drawn together. Of a part, `total` is the
-    share if it alone is drawn anew, and `first_order` the covariance of the life with what the part explains, over the variance
-    (Li et al., J. Phys. Chem. A 114 (2010) 6022, DOI 10.1021/jp9096919): parts that compensate each other have totals above that
-    of the material, and first-order shares below zero.
+    Sources are independent of each other, except the parts of a material, which are drawn together. For a part, `total` is its
+    share if only this part is drawn anew, and `first_order` is the covariance of the life with the contribution of the part, over
+    the variance (Li et al., J. Phys. Chem. A 114 (2010) 6022, DOI 10.1021/jp9096919). Parts that compensate each other have totals
+    above that of the material, and negative first-order shares.
     """
 
     films: Table
@@ -45,7 +46,7 @@ class LifeShares(TabularResult):
     censored: Floats
 
     def columns(self) -> Table:
-        """One row for each source of each film."""
+        """The table, one row per film and source."""
         count = len(self.sources)
         names = ("first_order", "first_order_stderr", "total", "total_stderr")
         return [
@@ -64,11 +65,11 @@ class LifeShares(TabularResult):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class LifeElasticities(TabularResult):
-    """Derivatives (sources, films) of the log life of films, whose columns are `films`, by the log of each number, the others as
-    they are: by how many per cent the life changes if a number is one per cent larger.
+    """Derivatives (sources, films) of the log life of `films` (a table that identifies them) with respect to the log of one number
+    at a time: the change of the life in per cent if the number increases by one per cent.
 
-    The `elasticity_error` (sources, films) bounds the error of the central difference where the life is smooth; where it is large,
-    the life has a kink, such as from breakdown to pull-in. NaN where a film does not fail, or fails at once.
+    `elasticity_error` (sources, films) bounds the error of the central difference where the life is smooth; a large value indicates
+    a kink, such as from breakdown to pull-in. NaN where a film does not fail, or fails at once.
     """
 
     films: Table
@@ -77,7 +78,7 @@ class LifeElasticities(TabularResult):
     elasticity_error: Floats
 
     def columns(self) -> Table:
-        """One row for each number of each film."""
+        """The table, one row per film and number."""
         return [
             *_of_films(self.films, self.elasticity.shape[1], self.sources),
             Column("elasticity", "1", self.elasticity.T.ravel()),
@@ -95,42 +96,44 @@ Variation = Exchange | Perturbed
 
 
 def variation_for(material: Material, sample: Sample | None, seed: int = 1) -> Variation:
-    """The films to be solved for the sensitivity of a life, in its `sample`: exchanges between the draws of a sample where there
-    is one, and the material with its numbers changed one at a time where there is none.
+    """The variation of a material for the sensitivity of a life: exchanges between the draws of a `sample`, or, without a sample,
+    the material with its numbers changed one at a time.
     """
     return Perturbed.of(material) if sample is None else Exchange.of(sample, seed)
 
 
 def sensitivity_of(variation: Variation, life: Floats, films: Table) -> Sensitivity:
-    """The sensitivity of films with these columns to the sources of a variation, from the `life` (draws, films) in s of all of its
-    draws, NaN where they do not fail.
+    """The sensitivity of films (identified by the table `films`) to the sources of a variation.
+
+    `life` (draws, films) in s is the life in all its draws, NaN where a film does not fail.
     """
-    known = life > 0
-    logs = np.log(np.where(known, life, 1.0))
+    fails = life > 0
+    logs = np.log(np.where(fails, life, 1.0))
     if isinstance(variation, Perturbed):
-        slope, error = variation.slopes(np.where(known, logs, np.nan))
+        slope, error = variation.slopes(np.where(fails, logs, np.nan))
         return LifeElasticities(films, variation.names, slope, error)
     pairs, count = variation.first.size, len(variation.sources)
     exchanged = logs[variation.draws :].reshape(count, 2, pairs, -1)
     shares = variance_shares(logs[variation.first], logs[variation.second], exchanged[:, 0], exchanged[:, 1])
     used = np.concatenate((variation.first, variation.second, np.arange(variation.draws, len(life))))
-    censored = np.mean(~known[used], axis=0)
+    censored = np.mean(~fails[used], axis=0)
     values = {name: np.where(censored > 0, np.nan, getattr(shares, name)) for name in (field.name for field in fields(shares))}
     spread = np.sqrt(values.pop("variance")) / LN10
     return LifeShares(films, variation.sources, **values, spread=spread, censored=censored)
 
 
 def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: int = 1, **film: Any) -> Sensitivity:
-    """What drives the life of the films of a `failure_map`, whose arguments `film` are.
+    """The sensitivity of the life of the films of a `failure_map`, whose arguments are `film`.
 
-    With a `sample`, the draws of material and films, the shares of each source in the spread of the log life: n draws and k
-    sources take n(k + 1) lives of each film; `seed` says which draws are paired. Without one, the derivatives by every number. All
-    lives are solved to `rtol`, in a map of draws to the looser `drawn_rtol` only if that is stated.
+    With a `sample`, the draws of material and films, the result is the shares of sources in the variance of the log life
+    (`LifeShares`). For n draws and k sources this takes n(k + 1) lives per film; `seed` selects the pairs of draws. Without a
+    sample, the result is the derivatives with respect to every number (`LifeElasticities`). All lives are solved to `rtol`, unless
+    `drawn_rtol` is stated.
 
         sample = draw_sample(read_draws("material.toml"), 200, thickness=NormalScatter(0.02))
         life_sensitivity(material, sample, voltage=4e3, prestretch=1.9, thickness=0.5e-3, horizon=1e9).to_frame()
 
-    Raises `InputError` for anything wrong with the arguments.
+    Raises `InputError` for invalid arguments. Source of the shares: `numerics.shares` (Sobol' 2001, Saltelli et al. 2010).
     """
     variation = variation_for(material, sample, seed)
     film.setdefault("drawn_rtol", film.get("rtol", 1e-6))
@@ -139,13 +142,13 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
 
 
 def sensitivity_of_map(variation: Variation, result: FailureMap, drawn: Sequence[FailureMap]) -> Sensitivity:
-    """The sensitivity of every cell of a map, from the maps of all draws of the variation."""
+    """The sensitivity of every cell of a map, from the maps of all draws of the variation, in their order."""
     life = np.array([each.time_to_failure.ravel() for each in drawn])
     return sensitivity_of(variation, life, failure_cells(result))
 
 
 def _of_films(films: Table, count: int, sources: Any) -> Table:
-    """The columns of the films, for each of the sources, and the names of these."""
+    """The columns of the films, repeated for each source, and the column of the sources."""
     rows = np.repeat(np.arange(count), len(sources))
     repeated = [Column(column.name, column.unit, np.asarray(column.values)[rows]) for column in films]
     return [*repeated, Column("source", None, list(sources) * count)]

@@ -1,4 +1,4 @@
-"""Films under voltage laid out case by case, and how they are stretched and relaxed before the voltage."""
+"""Films under voltage: arguments as arrays over cases, and prestretch and relaxation before the voltage."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ from dielast.simulate.wanted import check_tolerance
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
-    """Films before they are stretched: `thickness` (cases,) in m; `prestretch` of both axes (cases,), None for an axis left free;
-    `ramp` (cases,) the time in s that takes.
+    """Films before the prestretch: `thickness` (cases,) in m; `prestretch` of both axes (cases,), None for a free axis, reached
+    within `ramp` (cases,) s and held for `relax` s; `hung` is the nominal stress (cases,) in Pa of a weight along each axis, or
+    None.
     """
 
     points: Points
@@ -53,16 +54,18 @@ class Setup:
 
     @property
     def alike(self) -> Flags:
-        """Cases (cases,) both of whose axes are alike."""
+        """Cases (cases,) whose axes are equal in prestretch and control."""
         first, second = self.prestretch
-        if first is None or second is None or self.controls[0] is not self.controls[1]:  # so are those of a disc in a frame
+        if first is None or second is None or self.controls[0] is not self.controls[1]:
             return np.zeros(self.temperature.size, dtype=bool)
         return np.asarray(first == second)
 
     def groups(self, with_circuit: Flags | None = None) -> list[Cases]:
-        """Cases whose axes are alike, which run with one unknown a spring, and the others, each parted into those without and
-        `with_circuit` (cases,), so that no case depends on what it runs with; lone ones twice. Films with a passive part run with
-        those that have as many points.
+        """Groups of cases that run together; a group of one case has it twice.
+
+        Cases with equal axes have one unknown per spring, and are apart from the others; cases `with_circuit` (cases,) are apart
+        from those without. Films with a passive part are grouped by the number of their points. So no result depends on other
+        cases.
         """
         circuit = np.zeros_like(self.alike) if with_circuit is None else with_circuit
         parts = [np.flatnonzero(alike & wired) for wired in (~circuit, circuit) for alike in (self.alike, ~self.alike)]
@@ -72,9 +75,9 @@ class Setup:
         return [paired(part) for part in parts if part.size]
 
     def film(self, cases: Cases, rtol: float) -> Film:
-        """Some of the films, one of `groups`, stretched and relaxed, and damped; at time 0 of the voltage programme.
+        """The films of one of the `groups`, prestretched, relaxed and with a damper, at time 0 of the voltage programme.
 
-        Raises `NumericsError` if one does not get through.
+        Raises `NumericsError` if the prestretch of a film cannot be computed.
         """
         first, second = (None if axis is None else axis[cases] for axis in self.prestretch)
         symmetry = EQUIBIAXIAL if self.alike[cases].all() else None
@@ -94,7 +97,7 @@ class Setup:
         return film.framed(self.passive.structure(cases, first, second))
 
     def watched(self, film: Film, cases: Cases, timescale: TimeScale) -> WatchedFilms:
-        """What criteria may ask of some of the films, stretched and relaxed."""
+        """The data for criteria on the films `cases` (k,), which are prestretched and relaxed."""
         following = None if self.following is None else self.following.take(cases)
         damage = None if self.damage is None else self.damage.take(cases)
         relaxed = film.condition.nominal_stress, film.points.stress_floor
@@ -109,9 +112,10 @@ def prestretched(
     rtol: float,
     hung: Sequence[Floats | None] = (None, None),
 ) -> tuple[Film, Cases]:
-    """Films at rest stretched within `duration` (cases,) s to `stretch` (cases,) an axis, None for an axis left free or with a
-    nominal stress in Pa `hung` (cases,) on it, held for `relax` s and given a damper; and the `Status` (cases,) of each. Use a film
-    only where its status is COMPLETED.
+    """Films at rest, prestretched, relaxed for `relax` s and given a damper, and their `Status` (cases,).
+
+    `stretch` (cases,) of each axis is reached within `duration` (cases,) s; None is an axis that is free, or under the nominal
+    stress `hung` (cases,) in Pa. Use a film only where its status is COMPLETED.
     """
     first, second = (Control.STRESS if target is None else Control.STRETCH for target in stretch)
     zero = np.zeros_like(duration)
@@ -120,7 +124,7 @@ def prestretched(
     pieces = [Ramp((first, second), (targets[0], targets[1], None), duration)]
     if relax > 0:
         pieces.append(Ramp((first, second), (None, None, None), np.full_like(duration, relax)))
-    # only the viscous stretches at the end matter, not the stress on the way
+    # only the final viscous stretches matter, not the stress on the way
     relaxing = replace(film.points, stress_floor=np.full_like(film.points.stress_floor, np.inf))
     followed = follow(replace(film, points=relaxing), pieces, rtol=rtol)
     condition = followed.film.condition
@@ -138,7 +142,10 @@ def set_up(
     rtol: float,
     spanning: Sequence[ArrayLike] = (),
 ) -> Setup:
-    """Lay out films; the cases are as many as the longest of the arrays in any argument and in `spanning`. Raises `InputError`."""
+    """Films from the arguments of a simulation; the number of cases is the largest length of the arrays in them and in `spanning`.
+
+    Raises `InputError` for invalid arguments.
+    """
     materials = [material] if isinstance(material, Material) else list(material)
     varied = film.varied()
     if temperature is None:
@@ -169,14 +176,14 @@ def set_up(
     stretch = _equibiaxial((first, second), cases)
     field, following = limits.field(stretch, thickness, cases), limits.following(stretch, thickness, cases)
     if any(load is not None for load in hung) and limits.over_prestretch():
-        open_ = "a field over prestretch is not known of a film that a weight stretches: state one number"
-        raise InputError(open_, argument="breakdown_field")
+        needed_number = "a field over prestretch is not known of a film that a weight stretches: state one number"
+        raise InputError(needed_number, argument="breakdown_field")
     damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
     passive = None
     if share is not None and first is not None and second is not None:
         passive = Passive.of(points, share, first, None if film.surrounded == "frame" else second, film.mesh_rtol)
-    laid_out = Setup(points, temperatures, thickness, (first, second), ramp, film.relax, controls, field, following, damage)
-    return replace(laid_out, passive=passive, hung=hung)
+    setup = Setup(points, temperatures, thickness, (first, second), ramp, film.relax, controls, field, following, damage)
+    return replace(setup, passive=passive, hung=hung)
 
 
 def _check_permittivity(points: Points, first: Floats | None, second: Floats | None) -> None:
@@ -184,7 +191,7 @@ def _check_permittivity(points: Points, first: Floats | None, second: Floats | N
     held = [axis for axis in (first, second) if axis is not None]
     if points.stretching is None or not held:
         return
-    # an axis left free settles as under uniaxial stress
+    # a free axis is assumed to contract as under uniaxial stress
     log_squared = 2 * np.log(np.stack((held[0], held[1] if len(held) == 2 else held[0] ** -0.5)))
     permittivity = points.permittivity_at(log_squared)
     for case in np.flatnonzero(~(np.isfinite(permittivity) & (permittivity > 0)))[:1].tolist():
@@ -194,7 +201,7 @@ def _check_permittivity(points: Points, first: Floats | None, second: Floats | N
 
 
 def _equibiaxial(prestretch: tuple[Floats | None, Floats | None], cases: int) -> Floats:
-    """The prestretch sqrt(l1 l2) (cases,) of films; an axis left free keeps the area of uniaxial stress."""
+    """The prestretch sqrt(l1 l2) (cases,) of films; the area of a free axis is that under uniaxial stress."""
     first, second = prestretch
     held = [axis for axis in prestretch if axis is not None]
     area = np.ones(cases) if not held else np.sqrt(held[0]) if first is None or second is None else first * second

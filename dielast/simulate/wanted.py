@@ -1,4 +1,4 @@
-"""What a simulation is to leave behind, and whether there is such a thing."""
+"""The output that a simulation is asked for, and checks of it."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.errors import InputError, shown
+from dielast.material.arguments import real_numbers
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.course import Piece
 from dielast.numerics.columns import Cases, Floats
 
-KEPT_WHOLE = 100  # cycles of a step up to which all are kept in full, unless it is stated which
+KEPT_WHOLE = 100  # number of cycles in a step up to which all are stored in full by default
 LEAST_RTOL, MOST_RTOL = 1e-12, 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wanted:
-    """What a history is to leave behind: rows at `times` (cases, k) in s, or at those that suit each piece of load, with so many
+    """The output of a history: rows at `times` (cases, k) in s, or, if None, at times suited to each piece of load, with
     `points_per_decade`, and in full for the `cycles` of a waveform, counted from 1; with `internal`, x of all springs.
     """
 
@@ -29,16 +30,16 @@ class Wanted:
 
     @classmethod
     def of(cls, times: object, cases: int, points_per_decade: int, cycles: object = None, internal: bool = False) -> Wanted:
-        """What the arguments of a simulation of so many cases ask for; `InputError` for times or cycles that cannot be."""
+        """The output from the arguments of a simulation of `cases` cases; `InputError` for invalid times or cycles."""
         return cls(None if times is None else _given_times(times, cases), points_per_decade, _kept_cycles(cycles), internal)
 
     def take(self, cases: Cases) -> Wanted:
-        """The same of some of the cases."""
+        """The output of the selected cases (k,)."""
         return self if self.times is None else replace(self, times=self.times[cases])
 
     def kept(self, cycles: int) -> Cases:
-        """The cycles kept in full, counted from 0: by default all if they are few, or else 1, 2, 5, 10, 20 and so on, and the
-        last.
+        """The cycles (k,) stored in full, counted from 0: by default all of up to `KEPT_WHOLE`, else 1, 2, 5, 10, 20 and so on, and
+        the last (counted from 1).
         """
         if self.cycles == "all" or (self.cycles is None and cycles <= KEPT_WHOLE):
             return np.arange(cycles)
@@ -51,14 +52,14 @@ class Wanted:
 
 
 def check_tolerance(rtol: float) -> None:
-    """`InputError` for a relative tolerance that no run could keep, or that says nothing."""
+    """`InputError` for a relative tolerance outside of [`LEAST_RTOL`, `MOST_RTOL`]."""
     if not LEAST_RTOL <= rtol <= MOST_RTOL:
         raise InputError(f"{rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}", argument="rtol")
 
 
 def _given_times(times: object, cases: int) -> Floats:
-    """Output times as an array (cases, k); `InputError` unless they are finite, not negative and never fall."""
-    array = np.atleast_2d(np.asarray(times, dtype=float))
+    """Output times as an array (cases, k); `InputError` unless they are finite, not negative and never decrease."""
+    array = np.atleast_2d(real_numbers(times, "times"))
     if array.ndim != 2 or array.shape[0] not in (1, cases) or not array.size:
         raise InputError(f"one list for all cases, or one for each of {cases} cases, is needed", argument="times")
     if not np.all(np.isfinite(array)) or np.any(array < 0):
@@ -69,28 +70,28 @@ def _given_times(times: object, cases: int) -> Floats:
 
 
 def _kept_cycles(cycles: object) -> str | tuple[int, ...] | None:
-    """Which cycles to keep in full, "all", "last" or their numbers from 1; `InputError` for anything else."""
+    """The cycles to store in full: None, "all", "last" or their numbers from 1; `InputError` for anything else."""
     if cycles is None or (isinstance(cycles, str) and cycles in ("all", "last")):
         return cycles
     numbers = [cycles] if isinstance(cycles, int) else list(cycles) if isinstance(cycles, Sequence) else []
     if (
         not numbers
         or isinstance(cycles, str)
-        or any(isinstance(one, bool) or not isinstance(one, int) or one < 1 for one in numbers)
+        or any(isinstance(number, bool) or not isinstance(number, int) or number < 1 for number in numbers)
     ):
         raise InputError(f'{shown(cycles)}: "all", "last" or a list of their numbers from 1 is needed', argument="cycles")
     return tuple(numbers)
 
 
 def check_cycles(cycles: str | tuple[int, ...] | None, pieces: Sequence[Piece]) -> None:
-    """`InputError` for a cycle that no waveform of the pieces has."""
+    """`InputError` for a cycle that exceeds the number of cycles in every waveform of the pieces."""
     most = max((piece.cycles for piece in pieces), default=0)
     if isinstance(cycles, tuple) and most and max(cycles) > most:
         raise InputError(f"{max(cycles)}: there {'is only 1' if most == 1 else f'are only {most}'} of them", argument="cycles")
 
 
 def check_end(times: Floats | None, end: Floats, what: str, argument: str = "times") -> None:
-    """`InputError` with this `argument` if output times (cases, k) lie after the `end` (cases,) of `what`."""
+    """`InputError` with this `argument` if output times (cases, k) lie after the `end` (cases,) in s of `what`."""
     if times is not None and np.any(late := times[:, -1] > end * (1 + 1e-12)):
         case = int(np.argmax(late))
         late_by = f"{times[case, -1]:g} s lies after the end of the {what} at {end[case]:g} s"

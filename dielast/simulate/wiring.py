@@ -1,4 +1,4 @@
-"""How films are wired: what the source prescribes, through which resistance, and what leaks."""
+"""The electrical source of films: voltage or charge, its resistance, and the leakage through the film."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from dielast.numerics.columns import Cases, Flags, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wiring:
-    """Whether the source delivers a `charge`, or a voltage through a `resistance` r = R A/L_3 (cases,) in ohm m, with a `leakage`
-    of numbers (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None where it is not known.
+    """Whether the source prescribes the `charge`, or else a voltage, through a `resistance` r = R A/L_3 (cases,) in ohm m.
+
+    `leakage` has constants (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None if unknown.
     """
 
     charge: bool
@@ -31,7 +32,10 @@ class Wiring:
     def of(
         cls, charge: bool, resistance: ArrayLike | None, leakage: Leakage | None, area: ArrayLike | None, thickness: Floats
     ) -> Wiring:
-        """Of films of a `thickness` (cases,) in m, with a resistance in ohm and an area in m^2; `InputError` for what cannot be."""
+        """The wiring of films of `thickness` (cases,) in m, from a resistance in ohm and an area in m^2.
+
+        Raises `InputError` for values that are impossible or incomplete.
+        """
         cases = thickness.size
         if resistance is not None and charge:
             raise InputError("a source that prescribes the charge has none: leave it out", argument="source_resistance")
@@ -56,7 +60,7 @@ class Wiring:
         return np.asarray(self.leakage.conductivity) > 0 if self.charge else self.resistance > 0
 
     def wired(self, points: Points, cases: Cases) -> Points:
-        """Points of some of the films, of which all have a circuit or none has, in what they are wired to."""
+        """The points of the films `cases` (k,) with electrical load and circuit; all of these films have a circuit, or none."""
         if not self.has_circuit[cases].any():
             return replace(points, electric=CHARGE) if self.charge else points
         resistance = None if self.charge else self.resistance[cases]

@@ -1,1 +1,1 @@
-"""From measurements at several temperatures to a master curve."""
+"""Time-temperature superposition: from measurements at several temperatures to a master curve."""

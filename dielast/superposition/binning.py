@@ -1,7 +1,7 @@
-"""Condense relaxation curves into points of even weight in log time, with the noise of each measured from the scatter.
+"""Average curves over bins of equal width in log time, and measure the noise of every average from the scatter.
 
-A curve sampled linearly in time has nine tenths of its points in the last decade, where noise is worst. Averaging the modulus over
-short bins of log time gives every decade the same weight, and the scatter within the bins is the noise.
+A curve sampled linearly in time has nine tenths of its points in the last decade, where noise is largest. Averages of the modulus
+over short bins of log time give every decade the same weight, and the scatter within the bins is the noise.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import numpy as np
 from dielast.numerics.arrays import Flags, Floats, Index
 
 BINS_PER_DECADE = 20
-POOL = 3  # bins on either side that share one estimate of the scatter
-MIN_FREEDOM = 6  # degrees of freedom that an estimate of the scatter needs
-SIGNAL_TO_NOISE = 3.0  # a mean modulus below this many standard deviations of one reading is lost in the noise
-LOW = 0.1  # of a curve's largest modulus: a noise floor lies below
+POOL = 3  # number of bins on either side whose scatter is pooled
+MIN_FREEDOM = 6  # degrees of freedom needed to estimate the scatter
+SIGNAL_TO_NOISE = 3.0  # a mean modulus below this many standard deviations of one reading is lost in noise
+LOW = 0.1  # fraction of a curve's largest modulus, below which a noise floor lies
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,7 +24,7 @@ class Binned:
     """Points of all curves, sorted by curve, then time; every array has shape (n,).
 
     `log_time` and `log_modulus` are decimal logarithms of s and Pa, `variance` is the measured variance of `log_modulus` (0 where
-    the curve is too sparse to tell), `bin_of_point` maps each raw point to its bin (-1 where it was dropped as noise floor).
+    the curve is too sparse to measure it), `bin_of_point` maps each raw point to its bin (-1 if dropped as noise floor).
     """
 
     curve: Index
@@ -37,8 +37,8 @@ class Binned:
 def bin_curves(curve: Index, time: Floats, modulus: Floats) -> Binned:
     """Bin raw points, sorted by curve and then time; `modulus` (Pa) may hold readings below zero, as a noise floor gives.
 
-    The mean is taken of the modulus, not of its logarithm, so that additive noise does not bias it; the trend within a bin is
-    removed first. Bins start at the first time of each curve, so that the unit of time makes no difference.
+    The average is that of the modulus, not of its logarithm, so that additive noise causes no bias; the trend within a bin is
+    removed first. Bins start at the first time of each curve, so that the result does not depend on the unit of time.
     """
     x = np.log10(time)
     first = np.searchsorted(curve, np.arange(curve[-1] + 1))
@@ -64,9 +64,9 @@ def bin_curves(curve: Index, time: Floats, modulus: Floats) -> Binned:
 
 
 def _scatter(owner: Index, count: Index, away: Floats, detrended: Floats) -> tuple[Floats, Index]:
-    """Sum of squares of the readings' scatter in each bin, and its degrees of freedom; `away` is log time from the bin's centre.
+    """Sum of squares of the scatter in each bin, and its degrees of freedom; `away` is log time minus that of the bin's centre.
 
-    In bins of three readings or more, the scatter is that about a straight line through the bin: real decay is no noise.
+    In bins of at least three readings, the scatter is taken about a straight line, as decay within the bin is not noise.
     """
     size = count.size
     square = np.bincount(owner, detrended**2, minlength=size)
@@ -78,9 +78,9 @@ def _scatter(owner: Index, count: Index, away: Floats, detrended: Floats) -> tup
 
 
 def _noise_floor(group: Index, mean: Floats, lost: Flags, known: Flags) -> Flags:
-    """Bins that are noise floor: `lost` in measured noise, in a tail of their curve that is low and half lost or more.
+    """Mask of bins that are noise floor: bins `lost` in noise, in a tail of their curve that is low and at least half lost.
 
-    A modulus that decays fast scatters as well, but not about a low level at the end of the curve.
+    A fast decay causes scatter as well, but not about a low level at the end of the curve.
     """
     lost = lost & known
     bounds = np.searchsorted(group, np.arange(group[-1] + 2))
@@ -93,7 +93,7 @@ def _noise_floor(group: Index, mean: Floats, lost: Flags, known: Flags) -> Flags
 
 
 def _slope(group: Index, x: Floats, y: Floats, valid: Flags) -> Floats:
-    """d y/d x from each point's neighbours in the same curve, zero where there is none."""
+    """d y/d x from the neighbours of each point in the same curve, 0 without neighbours."""
     rise, run = np.zeros(x.size), np.zeros(x.size)
     joined = (group[1:] == group[:-1]) & valid[1:] & valid[:-1]
     dx, dy = np.where(joined, np.diff(x), 0.0), np.where(joined, np.diff(y), 0.0)
@@ -104,7 +104,7 @@ def _slope(group: Index, x: Floats, y: Floats, valid: Flags) -> Floats:
 
 
 def windows(group: Index, width: int) -> tuple[Index, Index]:
-    """First and last but one of the points (n,) within `width` on either side in the same group; groups stand together."""
+    """The range [first, last) of points within `width` of each point (n,) in the same group; groups are contiguous."""
     here = np.arange(group.size)
     low = np.maximum(here - width, np.searchsorted(group, group))
     return low, np.minimum(here + width + 1, np.searchsorted(group, group, side="right"))
@@ -121,11 +121,11 @@ def _pooled(group: Index, square: Floats, freedom: Index) -> tuple[Floats, Index
 
 
 def _borrowed(group: Index, mean: Floats, scatter: Floats, known: Flags) -> Floats:
-    """Variance of one reading; where it is not known, borrowed from the nearest later bin of the curve, or else an earlier one.
+    """Variance of one reading; where it is unknown, that of the nearest later bin of the curve, else of the nearest earlier one.
 
-    Noise may be additive or in proportion to the modulus. From a later bin the larger of the two is borrowed; from an earlier one,
-    of higher modulus, the noise in proportion, because additive noise that was never observed would drown the end of the curve.
-    Zero where the whole curve is sparse.
+    Noise may be additive or proportional to the modulus. From a later bin, the larger of these two estimates is used; from an
+    earlier bin, whose modulus is higher, only the proportional one: additive noise that was never observed would hide the end of
+    the curve. The variance is 0 if the whole curve is sparse.
     """
     sources = np.flatnonzero(known)
     if sources.size in (0, known.size):

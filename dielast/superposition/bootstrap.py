@@ -1,6 +1,6 @@
-"""The uncertainty of a master curve by resampling: the master curves of the same tests with other noise.
+"""The uncertainty of a master curve by resampling: master curves of the same tests with different noise.
 
-`dielast.superposition.resample` describes how new tests are made. Each draw is shifted and fitted like the measurement.
+`dielast.superposition.resample` describes how new tests are generated. Each draw is shifted and fitted like the measurement.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from dielast.numerics.random_streams import stream
 from dielast.superposition.mastercurve import MasterCurve, Vertical, build_master_curve
 from dielast.superposition.resample import Resampled
 
-GRID = 100  # reduced times at which the curves of all draws are kept
+GRID = 100  # reduced times at which the curves of all draws are stored
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MasterCurveDraws(TabularResult):
-    """Draws of a master curve of m temperatures: what resampled tests give, each row one draw.
+    """Draws of a master curve of m temperatures: the results of resampled tests, one row per draw.
 
-    `log10_shift_factor` and `vertical_shift` (draws, m) at `temperature` (m,) in degC, NaN where a draw does not determine it;
-    `law_parameters` (draws, p) are the numbers that the draws of the shift `law` differ in, in the units of `law.drawn`.
+    `log10_shift_factor` and `vertical_shift` (draws, m) at `temperature` (m,) in degC are NaN where a draw does not determine them.
+    `law_parameters` (draws, p) are the parameters of the shift `law` that vary between draws, in the units of `law.drawn`.
     `smooth_ordinates` (draws, c, k) are the smooth curves at `smooth_abscissa` (k,), both as in `MasterCurve`.
-    `number` (draws,) counts the draws from 0; those that gave no master curve are missing.
+    `number` (draws,) numbers the draws from 0; draws without a master curve are missing.
     """
 
     number: Index
@@ -44,7 +44,7 @@ class MasterCurveDraws(TabularResult):
     smooth_ordinates: Floats
 
     def columns(self) -> Table:
-        """Shift factors, one draw below the other."""
+        """The shift factors of all draws, one draw after another."""
         count, m = self.log10_shift_factor.shape
         return [
             Column("draw", None, np.repeat(self.number, m)),
@@ -54,7 +54,7 @@ class MasterCurveDraws(TabularResult):
         ]
 
     def stderr(self) -> dict[str, float]:
-        """Standard errors of the law's parameters by name, as the draws scatter."""
+        """Standard errors of the law's parameters by name: the standard deviations of the draws."""
         spread = np.std(self.law_parameters, axis=0, ddof=1)
         return dict(zip((name for name, _ in self.law.drawn()), spread.tolist(), strict=True))
 
@@ -70,10 +70,11 @@ def bootstrap_master_curve(
     thermal_expansion: float = 0.0,
     progress: Callable[[int, int], None] | None = None,
 ) -> MasterCurveDraws:
-    """Draws of the `master` curve that `build_master_curve` made of `curves` with the same arguments.
+    """Draws of the `master` curve that `build_master_curve` made from `curves` with the same arguments.
 
-    A draw depends on nothing but `seed` and its number. `progress` is called with the numbers of draws done and of all. Raises
-    `InputError` for fewer than two draws, and `NumericsError` if less than half of them give a master curve.
+    A draw depends only on `seed` and its number. `progress` is called with the number of finished draws and that of all. The method
+    is the wild bootstrap of `dielast.superposition.resample` (Wu, DOI 10.1214/aos/1176350142). Raises `InputError` for fewer than
+    two draws, and `NumericsError` if less than half of them give a master curve.
     """
     if draws < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")
@@ -101,7 +102,7 @@ def bootstrap_master_curve(
                 if progress is not None:
                     progress(draw + 1, draws)
         if not master.law.allows(values):
-            continue  # relaxation that is slower when warmer is no material's
+            continue  # no material relaxes more slowly when it is warmer
         rows.append((draw, drawn.log10_shift_factor, drawn.vertical_shift, values, _on_grid(drawn, grid)))
     if 2 * len(rows) < draws:
         raise NumericsError(f"only {len(rows)} of {draws} draws give a master curve: the data are too poor for an uncertainty")
@@ -110,7 +111,7 @@ def bootstrap_master_curve(
 
 
 def _on_grid(master: MasterCurve, grid: Floats) -> Floats:
-    """Smooth curves (c, k) through all points at the abscissas `grid` (k,), continued straight in log-log beyond their ends."""
+    """Smooth curves (c, k) through all points at the abscissas `grid` (k,), extrapolated linearly in log-log."""
     x, wanted = np.log(master.smooth_abscissa), np.log(grid)
     before, after = np.minimum(wanted - x[0], 0.0), np.maximum(wanted - x[-1], 0.0)
     rows = []

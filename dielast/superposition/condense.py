@@ -1,4 +1,4 @@
-"""Measurements of any kind as points that fall along log time, averaged over short bins: the points that are fitted."""
+"""Measurements of any kind as the points to fit: averages over short bins, which fall along log time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.binning import bin_curves
 from dielast.superposition.gather import Gathered
 
-FINEST = 1e-4  # decades: no oscillation is measured to 0.02 %, nor does a spline follow the sharp end of a loss modulus any better
+FINEST = 1e-4  # decades; no oscillation is measured to 0.02 %, and no spline follows the sharp end of a loss modulus more closely
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,15 +30,15 @@ class Condensed:
 
     @property
     def bounds(self) -> Index:
-        """Where the points of each curve begin, and the last ones end (m + 1,)."""
+        """The index of the first point of each curve, and the number of points at the end (m + 1,)."""
         return np.searchsorted(self.curve, np.arange(self.curve[-1] + 2))
 
 
 def condense(data: Gathered) -> Condensed:
     """Average the points over bins of the position along which the ordinates fall.
 
-    A compliance is averaged as such, and its noise floor is at short times. Bins that are noise floor in one channel are left out
-    of all channels.
+    A compliance is averaged as a compliance, with its noise floor at short times. A bin that is noise floor in one channel is
+    dropped from all channels.
     """
     channels = [bin_curves(data.curve, data.position, ordinate) for ordinate in data.ordinates]
     kept = np.all([channel.bin_of_point >= 0 for channel in channels], axis=0)

@@ -1,11 +1,12 @@
-"""Vertical offsets and tilts of whole curves, as random effects of which the spread is estimated.
+"""Vertical offsets and tilts of whole curves, as random effects with estimated spreads.
 
-Differences between specimens or load cells, and a drift between two temperatures, slide a curve up or down. A systematic error of
-the first or the last points of a test tilts it. The noise of one curve does not distinguish either from a shift factor; the curves
-together do, as they fail to superpose. The spreads are those of greatest restricted likelihood (H. D. Patterson and R. Thompson,
+Differences between specimens or load cells, and a drift between two temperatures, shift a curve up or down. A systematic error of
+the first or the last points of a test tilts it. Within one curve, neither can be told from a shift factor; the curves together show
+both, as they fail to superpose. The spreads are those of greatest restricted likelihood (H. D. Patterson and R. Thompson,
 Biometrika 58 (1971) 545), by the update of S. N. Wood and M. Fasiolo, Biometrics 73 (2017) 1071. A few curves hardly determine a
-spread, and the likeliest value is then often zero or absurd. A prior prevents both (Y. Chung et al., Psychometrika 78 (2013) 685,
-with the tail of A. Gelman, Bayesian Anal. 1 (2006) 515); where the curves say nothing, the spread is that of usual specimens.
+spread, and the likeliest value is then often zero or far too large. A prior prevents both (Y. Chung et al., Psychometrika 78 (2013)
+685, with the tail of A. Gelman, Bayesian Anal. 1 (2006) 515); where the curves have no information, the spread is that of usual
+specimens.
 """
 
 from __future__ import annotations
@@ -16,28 +17,28 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 
-AVOID = 0.25  # the prior rises from zero with this power of the spread
-LEAST = 1e-5  # decades: no spread is smaller
-SETTLED = 0.02  # relative change of a spread at which its iteration ends
+AVOID = 0.25  # exponent with which the prior rises from zero
+LEAST = 1e-5  # decades; lower bound of a spread
+SETTLED = 0.02  # relative change of a spread at which the iteration ends
 
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """One kind of effect: the `usual` spread of the prior, the `first` to try and the `most` allowed, in decades of modulus."""
+    """One kind of random effect: the `usual` spread (prior), the `first` to try and the `most` allowed, in decades of modulus."""
 
     usual: float
     first: float
     most: float
 
 
-# Offsets of 12 % and more are no scatter of specimens, and curves tilted by more than 2 % from end to end do not superpose.
+# Offsets of 12 % and more are not scatter of specimens, and curves tilted by more than 2 % from end to end do not superpose.
 OFFSET = Effect(0.01, 0.01, 0.05)
 TILT = Effect(0.005, 0.002, 0.01)
 
 
 @dataclass(frozen=True, slots=True)
 class LikelySpread:
-    """The likeliest spread, how many parameters the effects count for, and their part of -2 ln likelihood."""
+    """The likeliest spread, the effective number of parameters of the effects, and their contribution to -2 ln likelihood."""
 
     spread: float
     counted: float
@@ -47,10 +48,10 @@ class LikelySpread:
 def likeliest(
     effect: Effect, normal: Floats, right: Floats, spread: float, rounds: int, known: Floats | None = None
 ) -> LikelySpread:
-    """The likeliest spread of effects (m,), by at most so many `rounds` of an iteration that begins with `spread`.
+    """The likeliest spread of effects (m,), by at most `rounds` iterations from `spread`.
 
-    `normal` (m, m) and `right` (m,) are the normal equations of the effects without any prior. `known` (m, m) is a covariance that
-    the effects have besides that of the spread.
+    `normal` (m, m) and `right` (m,) are the normal equations of the effects without a prior. `known` (m, m) is a covariance that
+    the effects have in addition to that of the spread.
     """
     likely, counted = spread, 0.0
     for _ in range(rounds):
@@ -58,30 +59,30 @@ def likeliest(
         covariance = np.linalg.inv(normal + precision)
         pulled = precision @ covariance @ right
         counted = float(np.sum(normal * covariance))
-        shown = float(pulled @ pulled) + AVOID / likely**2
+        observed = float(pulled @ pulled) + AVOID / likely**2
         expected = float(np.trace(precision - precision @ covariance @ precision)) + 2 / (effect.usual**2 + likely**2)
-        fresh = min(max(likely * float(np.sqrt(np.clip(shown / expected, 0.01, 100.0))), LEAST), effect.most)
-        settled, likely = abs(fresh - likely) <= SETTLED * likely, fresh
+        updated = min(max(likely * float(np.sqrt(np.clip(observed / expected, 0.01, 100.0))), LEAST), effect.most)
+        settled, likely = abs(updated - likely) <= SETTLED * likely, updated
         if settled:
             break
     precision = precision_of(likely, normal.shape[0], known)
     effects = np.linalg.solve(normal + precision, right)
     volume = np.linalg.slogdet(normal + precision)[1] - np.linalg.slogdet(precision)[1]
-    share = likely / effect.usual
-    prior = 2 * np.log1p(share**2) - 2 * AVOID * np.log(share)
+    ratio = likely / effect.usual
+    prior = 2 * np.log1p(ratio**2) - 2 * AVOID * np.log(ratio)
     return LikelySpread(likely, counted, float(effects @ precision @ effects + volume + prior))
 
 
 def precision_of(spread: float, curves: int, known: Floats | None = None) -> Floats:
-    """Inverse of the covariance (m, m) of effects with this spread and, besides, the covariance `known`."""
+    """Inverse of the covariance (m, m) of effects with this spread, in addition to the covariance `known`."""
     independent = np.eye(curves) * max(spread, LEAST) ** 2
     return np.asarray(np.linalg.inv(independent if known is None else independent + known))
 
 
 def walk(order: Index, step: float) -> Floats:
-    """Covariance (m, m) of a random walk of standard deviation `step` from one curve to the next; the first is a step from zero.
+    """Covariance (m, m) of a random walk with standard deviation `step` from one curve to the next; the first has one step from 0.
 
-    `order` (m,) lists the curves in the order in which they drift.
+    `order` (m,) lists the curves in the order of the walk.
     """
     place = np.empty(order.size)
     place[order] = np.arange(1, order.size + 1)

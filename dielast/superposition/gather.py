@@ -1,4 +1,4 @@
-"""Measurements of any kind, checked and put into one order."""
+"""Measurements of any kind, checked and sorted."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from dielast.material.measurement import Measurement
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Flags, Floats, Index
 
-NOTABLE_DIFFERENCE = 1.05  # factor of modulus between two runs at one temperature that is warned of,
-CONTRADICTION = 1.25  # and factor that is an error
+NOTABLE_DIFFERENCE = 1.05  # ratio of the moduli of two runs at one temperature above which a warning is issued
+CONTRADICTION = 1.25  # ratio above which it is an error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gathered:
-    """All points (n,), sorted by temperature, position and ordinate; `curve` is the place in the ascending `temperature` (m,).
+    """All points (n,), sorted by temperature, position and ordinate; `curve` is the index into the ascending `temperature` (m,).
 
-    `abscissa` is the time in s, which is `offset` s less than measured, or the angular frequency in rad/s. `ordinates` (c, n) are
-    the relaxation modulus, the creep compliance, or storage and loss modulus. The ordinates fall along `position`: time, the
-    inverse of the frequency, or for a compliance, which rises with time, the inverse of the time. `order` (m,) lists the
-    temperatures in the order of the curves given, which is that of the measurements.
+    `abscissa` is the time in s, which is the measured time minus `offset` in s, or the angular frequency in rad/s. `ordinates` (c,
+    n) are the relaxation modulus, the creep compliance, or storage and loss modulus. The ordinates fall along `position`: time, the
+    inverse of the frequency, or, for a compliance, which rises with time, the inverse of the time. `order` (m,) lists the
+    temperatures in the order of the curves as passed, which is that of the measurements.
     """
 
     kind: MeasurementKind
@@ -39,7 +39,7 @@ class Gathered:
 
     @property
     def good(self) -> Flags:
-        """Points whose ordinates are all positive (n,)."""
+        """Mask (n,) of the points whose ordinates are all positive."""
         return np.asarray(np.all(self.ordinates > 0, axis=0))
 
     @property
@@ -49,11 +49,11 @@ class Gathered:
 
 
 def gather(curves: Sequence[Measurement]) -> Gathered:
-    """Check `curves`, merge those of one temperature, and sort; raises `InputError` as `build_master_curve` says."""
+    """Check `curves`, merge those of one temperature, and sort the points; raises `InputError` as `build_master_curve` states."""
     kinds = list(dict.fromkeys(curve.KIND for curve in curves))
     if len(kinds) > 1:
-        both = " and ".join(kind.curves for kind in kinds)
-        raise InputError(f"{both} cannot be shifted together: give the curves of one kind of measurement")
+        names = " and ".join(kind.curves for kind in kinds)
+        raise InputError(f"{names} cannot be shifted together: give the curves of one kind of measurement")
     temperature, first, run_curve = np.unique(
         [float(curve.temperature) for curve in curves], return_index=True, return_inverse=True
     )
@@ -76,29 +76,32 @@ def gather(curves: Sequence[Measurement]) -> Gathered:
 
 
 def _repeated(kind: MeasurementKind, temperature: Floats, curve: Index, run: Index, abscissa: Floats, ordinates: Floats) -> Flags:
-    """Rows (n,) equal to the row before; warns of them, and of an abscissa that stands twice in a run with other values."""
-    again = (np.diff(curve, prepend=-1) == 0) & (np.diff(abscissa, prepend=np.nan) == 0)
-    same = again & np.all(np.diff(ordinates, prepend=np.nan) == 0, axis=0)
-    other = again & ~same & (np.diff(run, prepend=-1) == 0)
+    """Mask (n,) of rows equal to the preceding row; warns of them, and of equal abscissas in a run with different values."""
+    same_abscissa = (np.diff(curve, prepend=-1) == 0) & (np.diff(abscissa, prepend=np.nan) == 0)
+    same_values = same_abscissa & np.all(np.diff(ordinates, prepend=np.nan) == 0, axis=0)
+    other = same_abscissa & ~same_values & (np.diff(run, prepend=-1) == 0)
     name, unit = kind.abscissa
-    for rows, outcome in ((same, "with the same values: each is taken once"), (other, "with different values: all are taken")):
+    for rows, outcome in (
+        (same_values, "with the same values: each is taken once"),
+        (other, "with different values: all are taken"),
+    ):
         if np.any(rows):
             k, count = int(np.flatnonzero(rows)[0]), int(np.count_nonzero(rows))
             many = f"; {count - 1} more such row{'s' if count > 2 else ''}" if count > 1 else ""
             place = f"{temperature[curve[k]]:g} degC: {spoken(name)} {abscissa[k]:g} {unit}"
             warn(f"{place} appears twice, {outcome}{many}")
-    return np.asarray(same)
+    return np.asarray(same_values)
 
 
 def where(curves: Sequence[Measurement], temperature: float) -> str:
-    """A temperature as messages name it, with its file if the curves come from several."""
+    """A temperature for messages, with its file if the curves come from several files."""
     sources = dict.fromkeys(curve.source for curve in curves if curve.temperature == temperature)
     known = "" not in sources and len({curve.source for curve in curves}) > 1
     return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if known else "")
 
 
 def _check_signs(temperature: Floats, curve: Index, run: Index, wrong: Flags, kind: MeasurementKind) -> None:
-    """Raise `InputError` where most values of a curve are zero or negative; warn of fewer, as a noise floor gives them."""
+    """Raise `InputError` if most values of a curve are zero or negative; warn of fewer, which are a noise floor."""
     total = np.bincount(curve, minlength=temperature.size)
     below = np.bincount(curve[wrong], minlength=temperature.size)
     for k in np.flatnonzero(below):
@@ -110,7 +113,7 @@ def _check_signs(temperature: Floats, curve: Index, run: Index, wrong: Flags, ki
 
 
 def _check_runs(temperature: float, runs: list[Floats], kind: MeasurementKind) -> None:
-    """Two runs at one temperature are one measurement if they agree where their abscissas overlap; runs are (1 + c, n)."""
+    """`InputError` for runs at one temperature that differ where their abscissas overlap; runs are (1 + c, n)."""
     for one, other in combinations(map(_sorted_log, runs), 2):
         if not one[0].size or not other[0].size:
             continue
@@ -126,7 +129,7 @@ def _check_runs(temperature: float, runs: list[Floats], kind: MeasurementKind) -
 
 
 def _gap(run: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> Floats:
-    """log10 of the ordinates of a run over those of another, where it lies within the other's abscissas."""
+    """log10 of the ordinates of a run over those of another, within the abscissas of the other."""
     inside = (run[0] >= other[0][0]) & (run[0] <= other[0][-1])
     return np.asarray(run[1][inside] - np.interp(run[0][inside], *other))
 

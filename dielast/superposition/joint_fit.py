@@ -1,7 +1,7 @@
-"""The joint fit: the best smooth curve and shift factors, with knots as dense as the data ask for.
+"""The joint fit: the best smooth curve and shift factors, with a knot spacing chosen by Akaike's criterion.
 
-Real specimens and load cells differ by a few percent, which slides a whole curve up or down, or tilts it, and would pull its shift
-factor along. The offsets are therefore fitted too, as random effects, and the standard errors allow for tilts (see `effects`).
+Specimens and load cells differ by a few percent, which shifts a whole curve up or down, or tilts it, and would bias its shift
+factor. The offsets are therefore fitted too, as random effects, and the standard errors allow for tilts (see `effects`).
 """
 
 from __future__ import annotations
@@ -32,26 +32,26 @@ from dielast.superposition.robust import channel_shares, even_weights, noise_sha
 from dielast.superposition.spline import Spline, spacing_bounds
 
 ITERATIONS = 40
-OFFSET_ROUNDS = 6  # of the spread of the offsets to one step of the shifts
-BEGINNING = 3  # steps for each spacing of the knots
-FINER = 1  # spacings finer than that of the least criterion
-AMBIGUOUS = 0.1  # decades by which the shifts may depend on the part of the curves that they are read from
-SPACING_RATIO = 1.5  # from one spacing of the knots that is tried to the next
-SAME_START = 0.01  # decades
+OFFSET_ROUNDS = 6  # iterations of the spread of the offsets per step of the shifts
+BEGINNING = 3  # steps at each knot spacing
+FINER = 1  # number of spacings by which the final one is finer than that of the lowest criterion
+AMBIGUOUS = 0.1  # decades; dependence of the shifts on the part of the curves, above which a misfit matters
+SPACING_RATIO = 1.5  # ratio of successive knot spacings
+SAME_START = 0.01  # decades; closer starting values are taken as equal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MasterFit:
     """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curves and the residuals (n,).
 
-    `noise_stderr` (m,) is the standard error of the shifts without the part that stands for their dependence on the part of the
-    curves that they are read from. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the
-    vertical offsets of the curves and of their tilts from end to end, which the errors allow for but which are not applied:
-    `placed` are smooth curves through the points as they lie. `misfit` is the distance of the curves beyond noise and offsets.
+    `noise_stderr` (m,) is the standard error of the shifts without the contribution of their dependence on the part of the curves
+    that determines them. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the vertical
+    offsets of the curves and of their tilts from end to end. The errors allow for these, but they are not applied: `placed` are
+    smooth curves through the points without them. `misfit` is the distance of the curves beyond noise and offsets.
 
-    `score` is Akaike's criterion: of two fits to the same points the one with the lower score is better. `left_out` says for each
-    channel how well points that are left out are predicted: the mean square of their distance from the prediction, over the
-    variance of the prediction, of the scatter, and of specimens and instruments.
+    `score` is Akaike's criterion: of two fits to the same points, the one with the lower score is better. `left_out` is, for each
+    channel, the mean square distance of omitted points from their prediction, over the variance of prediction, scatter, specimens
+    and instruments together.
     """
 
     shift: Floats
@@ -69,16 +69,18 @@ class MasterFit:
 
 
 def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None) -> MasterFit:
-    """Fit the smooth curve and all shifts together, from each of the starting values (m,); the curve numbered `anchor` stays put.
+    """Fit the smooth curve and all shifts together, from each of the starting values (m,); the curve numbered `anchor` is not
+    shifted.
 
-    With `vertical`, the curves slide along the modulus too. A stated `drift` is the covariance (m, m) of the vertical offsets that
-    are expected. Knots grow denser until Akaike's criterion no longer gains; of the fits from several starts the best is kept.
+    With `vertical`, the curves are also shifted along the modulus. A stated `drift` is the expected covariance (m, m) of the
+    vertical offsets. Knots are refined until Akaike's criterion no longer improves; the best of the fits from several starts is
+    returned.
     """
     m = points.curves
     best: tuple[float, State, Prior] | None = None
     for k, start in enumerate(starts):
-        known = [*starts[:k], *([] if best is None else [best[1].theta[:m]])]
-        if any(np.max(np.abs(start - other)) < SAME_START for other in known):
+        earlier = [*starts[:k], *([] if best is None else [best[1].theta[:m]])]
+        if any(np.max(np.abs(start - other)) < SAME_START for other in earlier):
             continue
         state, prior, score = _fit(points, *_begin(points, start, anchor, vertical, drift))
         if best is None or score < best[0]:
@@ -135,7 +137,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
 
 
 def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift: Floats | None) -> tuple[Floats, Prior]:
-    """All parameters to begin with, and their prior."""
+    """The initial values of all parameters, and their prior."""
     m = points.curves
     theta = np.concatenate((start, np.zeros(m)))
     random = not vertical and bool(np.any(points.lift))
@@ -146,7 +148,7 @@ def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift:
 
 
 def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior]:
-    """The likeliest spread of the vertical shifts, given the linearised fit."""
+    """The fit with the likeliest spread of the vertical offsets, given the linearised equations."""
     if prior.spread == 0:
         return state, prior
     m = prior.mean.size // 2
@@ -170,7 +172,7 @@ def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Pri
 
 
 def _fit(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, float]:
-    """Try knot spacings from wide to narrow, then iterate with the best until nothing moves; with Akaike's criterion."""
+    """Try knot spacings from wide to narrow, then iterate with the best one to convergence; also returns Akaike's criterion."""
     tried: list[tuple[float, State]] = []
     weights, last = even_weights(points.variance), theta
     for spacing in knot_spacings(points, theta, prior.free.size):
@@ -186,12 +188,12 @@ def _fit(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, 
         best = min(range(len(tried)), key=lambda k: tried[k][0])
         if len(tried) > best + 2:
             break
-    # The best smoothing still bends the curves a little, and so moves the shifts: one step finer costs next to nothing.
+    # The spacing of the lowest criterion still bends the curves slightly, and so biases the shifts; one step finer costs little.
     return converge(points, prior, tried[min(best + FINER, len(tried) - 1)][1])
 
 
 def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior, float]:
-    """Iterate shifts, weights and the spread of the offsets until nothing moves; with Akaike's criterion."""
+    """Iterate shifts, weights and the spread of the offsets to convergence; also returns Akaike's criterion."""
     for _ in range(ITERATIONS):
         state, prior = _respread(points, prior, state)
         state, moved = gauss_newton_step(points, prior, state)
@@ -202,7 +204,7 @@ def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prio
 
 
 def knot_spacings(points: FitPoints, theta: Floats, parameters: int) -> Floats:
-    """Knot spacings to try, wide to narrow, in decades."""
+    """Knot spacings to try, from wide to narrow, in decades."""
     span = float(np.ptp(points.log_time - theta[points.curve]))
     widest, finest = spacing_bounds(span, points.curve.size / points.channels - parameters)
     return np.geomspace(widest, finest, 2 + int(np.log(widest / finest) / np.log(SPACING_RATIO)))

@@ -1,8 +1,8 @@
-"""The joint problem: one smooth curve of log modulus over log reduced time, and all shift factors with it.
+"""The joint problem: a smooth curve of log modulus over log reduced time, together with all shift factors.
 
-The smooth curve is a cubic B-spline on even knots; a frequency sweep has two channels, with a curve each, that share the shifts.
-For given shifts the coefficients are a linear problem, so they are projected out (variable projection in Kaufman's form, DOI
-10.1007/BF01932995), and a Gauss-Newton iteration moves the shifts alone.
+The smooth curve is a cubic B-spline on even knots; a frequency sweep has two channels, each with its curve, that share the shifts.
+For given shifts, the coefficients are a linear problem, so they are projected out (variable projection in Kaufman's form, DOI
+10.1007/BF01932995), and a Gauss-Newton iteration acts on the shifts alone.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from dielast.superposition.points import FitPoints
 from dielast.superposition.robust import Weights, robust_weights
 from dielast.superposition.spline import Spline, SplineProblem
 
-LOOSE = 30.0**-2  # precision (1/decade^2) of the prior, so that the normal matrix stays regular where no data are
-MAX_STEP = 0.5  # decades a shift may move in one iteration
-SHORTENINGS = 8  # of a step, each to a third, before it is given up
+LOOSE = 30.0**-2  # precision (1/decade^2) of the prior, which keeps the normal matrix regular where there are no data
+MAX_STEP = 0.5  # decades; largest change of a shift in one iteration
+SHORTENINGS = 8  # of a step, each by a factor of 3, before it is abandoned
 CONVERGED = 0.01  # standard errors
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
-    """Mean (2m,) and precision (2m, 2m) of all shifts, then all vertical shifts, and which of them are free.
+    """Mean (2m,) and precision (2m, 2m) of all shifts, followed by all vertical shifts, and the indices of those that are `free`.
 
-    With a `spread` the vertical shifts are random effects of that spread and, besides, of the covariance `drift` (m, m). The free
-    parameters count for `freedom` parameters, and random effects add `evidence` to -2 ln likelihood.
+    If `spread` is positive, the vertical shifts are random effects with that spread, plus the covariance `drift` (m, m). The free
+    parameters count as `freedom` parameters, and random effects add `evidence` to -2 ln likelihood.
     """
 
     mean: Floats
@@ -42,8 +42,10 @@ class Prior:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """The best splines for given shifts and vertical shifts `theta` (2m,), with the cost, its gradient and normal matrix over the
-    free parameters, and the weights used."""
+    """The best splines for given shifts and vertical shifts `theta` (2m,), with the cost, its gradient and normal matrix with
+    respect
+    to the free parameters, and the weights used.
+    """
 
     theta: Floats
     splines: tuple[Spline, ...]
@@ -56,12 +58,12 @@ class State:
 
     @property
     def parameters(self) -> float:
-        """Number of parameters that the fit counts for."""
+        """The effective number of parameters of the fit."""
         return sum(spline.coefficient.size for spline in self.splines) + self.freedom
 
     @property
     def spacing(self) -> float:
-        """Distance of the knots in decades."""
+        """Knot spacing in decades."""
         return self.splines[0].spacing
 
 
@@ -69,8 +71,8 @@ class State:
 class LinearParts:
     """The best smooth curves at given shifts: the `inverse` of their normal matrix (K, K), coefficients (K,) and residuals (n,).
 
-    `sides` are the derivatives (n,) of the residuals with respect to shifts and vertical shifts, and `cross` (K, sides m) is what
-    these share with the basis of the curves.
+    `sides` are the derivatives (n,) of the residuals with respect to shifts and vertical shifts, and `cross` (K, sides m) their
+    weighted products with the basis of the curves.
     """
 
     curves: SplineProblem
@@ -82,7 +84,7 @@ class LinearParts:
 
 
 def with_spread(prior: Prior, spread: float, repeated: float = 1.0) -> Prior:
-    """The prior with vertical shifts of another spread, for points of which so many `repeated` ones count for one."""
+    """The prior with another spread of the vertical shifts; `repeated` correlated points count as one independent point."""
     m = prior.mean.size // 2
     precision = prior.precision.copy()
     precision[m:, m:] = repeated * precision_of(spread, m, prior.drift)
@@ -102,7 +104,7 @@ def linear_parts(points: FitPoints, theta: Floats, free: Index, weights: Weights
 
 
 def cross_products(curves: SplineProblem, points: FitPoints, side: Floats) -> Floats:
-    """Sums (K, m) of the basis functions times `side` (n,), curve by curve."""
+    """Sums (K, m) over the points of each curve of the basis functions times `side` (n,)."""
     m, size = points.curves, curves.size * curves.channels
     key = (curves.rows * m + points.curve).ravel()
     return np.asarray(np.bincount(key, (curves.basis * side).ravel(), minlength=size * m).reshape(size, m), dtype=float)
@@ -116,16 +118,16 @@ def assemble(points: FitPoints, theta: Floats, prior: Prior, weights: Weights, s
         [[np.diag(np.bincount(curve, weight * one * other, minlength=m)) for other in parts.sides] for one in parts.sides]
     )
     pull = np.hstack([np.bincount(curve, weight * parts.residual * side, minlength=m) for side in parts.sides])
-    away = theta - prior.mean
+    deviation = theta - prior.mean
     normal = normal - parts.cross.T @ parts.inverse @ parts.cross
     normal = np.asarray(normal[np.ix_(free, free)] + prior.precision[np.ix_(free, free)], dtype=float)
-    gradient = np.asarray(pull[free] + prior.precision[free] @ away, dtype=float)
-    cost = float(np.sum(weight * parts.residual**2) + away @ prior.precision @ away)
+    gradient = np.asarray(pull[free] + prior.precision[free] @ deviation, dtype=float)
+    cost = float(np.sum(weight * parts.residual**2) + deviation @ prior.precision @ deviation)
     return State(theta, parts.curves.splines(parts.coefficient), parts.residual, cost, gradient, normal, weights, prior.freedom)
 
 
 def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[State, float]:
-    """One Gauss-Newton step of the shifts, shortened until the cost falls; with how far it moved, in standard errors."""
+    """One Gauss-Newton step of the shifts, shortened until the cost falls, and its length in standard errors."""
     if not prior.free.size:
         return state, 0.0
     step = -np.linalg.solve(state.normal, state.gradient)
@@ -142,20 +144,20 @@ def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[St
 
 
 def reweigh(points: FitPoints, state: State, prior: Prior, share: Floats) -> State:
-    """The same shifts with weights from the residuals; `share` (n,) is that of `robust_weights`."""
+    """The fit at the same shifts with weights from the residuals; `share` (n,) is that of `robust_weights`."""
     weights = robust_weights(points.variance, state.residual, state.parameters, share, state.weights)
     return assemble(points, state.theta, prior, weights, state.spacing)
 
 
 def akaike(state: State, evidence: float) -> float:
-    """Akaike's criterion corrected for small samples, with a bound on what an outlier adds; random effects add `evidence`."""
+    """Akaike's criterion corrected for small samples, with a bound on the contribution of an outlier, plus `evidence`."""
     n, p = state.residual.size, state.parameters
     bounded = np.minimum(state.residual**2 / state.weights.variance, 16.0)
     return float(np.sum(np.log(state.weights.variance)) + np.sum(bounded)) + evidence + 2 * p * n / max(n - p - 1, 1)
 
 
 def correlation(points: FitPoints, state: State) -> float:
-    """Factor on the covariance for residuals that keep their sign for long: (1 + r)/(1 - r), r the correlation of neighbours."""
+    """Factor on the covariance for correlated residuals: (1 + r)/(1 - r), with r the correlation of neighbours."""
     z = state.residual * np.sqrt(state.weights.weight)
     joined = points.series[1:] == points.series[:-1]
     r = float(np.sum((z[1:] * z[:-1])[joined]) / max(float(np.sum(z**2)), 1e-300))

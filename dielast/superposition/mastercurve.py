@@ -1,7 +1,7 @@
 """Time-temperature superposition: from measurements at several temperatures to one master curve.
 
-Every curve of log modulus over log time is slid along the time until all lie on one smooth curve (Sec. 2.3 of DOI
-10.1115/1.4030850). The shift factors, the smooth curve and, if asked for, vertical shifts are fitted together, with no starting
+Every curve of log modulus over log time is shifted along time until all lie on one smooth curve (Sec. 2.3 of DOI
+10.1115/1.4030850). The shift factors, the smooth curve and, if requested, vertical shifts are fitted together, without starting
 values from the user. Reduced time is t / a, reduced angular frequency omega a, reduced moduli are b E, reduced compliances J / b;
 log10 a > 0 below the reference temperature.
 """
@@ -16,6 +16,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from dielast.errors import InputError, shown, warn
+from dielast.material.arguments import real_number
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve, is_temperature
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
@@ -49,7 +50,7 @@ __all__ = [
 Vertical = Literal["none", "density-temperature", "free"]
 ShiftOn = Basis | Literal["auto"]
 
-TEMPERATURE_STDERR = 0.1  # K, of a good thermostat
+TEMPERATURE_STDERR = 0.1  # K; a good thermostat
 
 
 def build_master_curve(
@@ -65,24 +66,28 @@ def build_master_curve(
 ) -> MasterCurve:
     """Build the master curve of `curves` of one kind, in any order, at `reference_temperature` (degC), measured or not.
 
-    `vertical` shifts the modulus too: "density-temperature" by b = rho_ref T_ref / (rho T), T in kelvin, with rho_ref / rho =
-    1 + `thermal_expansion` (T - T_ref), where `thermal_expansion` (1/K) is that of the volume; "free" fits b with the shifts.
-    Frequency sweeps are shifted `on` storage and loss "moduli" together, on "tan-delta" alone, which no vertical shift changes (b
-    is then fitted to the moduli so shifted), or on the "storage" modulus alone. "auto" takes a basis that predicts points left out,
-    both moduli if they do, else the one with the most certain shifts.
+    `law` is the shift law to fit, or "table". `vertical` also shifts the modulus: "density-temperature" by b = rho_ref T_ref / (rho
+    T) with T in kelvin and rho_ref / rho = 1 + `thermal_expansion` (T - T_ref), where `thermal_expansion` (1/K) is that of the
+    volume; "free" fits b together with the shifts.
 
-    Two errors that the scatter of points does not show are stated. `temperature_stderr` is the standard error in K of each
-    temperature by itself, which moves a shift factor along the slope of log10 a over T. `drift` is the relative standard deviation
-    by which the modulus of the specimen changes from one temperature to the next, in the order of the curves given: a random walk,
-    of which the first step leads from the material to the first curve. Both are in all standard errors. Offsets of whole curves
-    beyond a stated drift are estimated, and so are tilts.
+    Frequency sweeps are shifted `on` storage and loss "moduli" together; on "tan-delta" alone, which vertical shifts do not change
+    (b is then fitted to the moduli at these shifts); or on the "storage" modulus alone. "auto" uses a basis that predicts omitted
+    points: both moduli if they do, else the basis with the most certain shifts.
 
-    Curves of fewer than three points apart, and single ones that share no modulus with any other, are left out with a warning.
-    Raises `InputError` for an unknown choice, for fewer than two temperatures, for curves of several kinds, for a curve that is
-    mostly zero or negative, and for groups of curves that do not overlap. Warns of each temperature whose shift the data do not
-    determine, of points far off the master curve, and of results that look wrong.
+    Two errors that the scatter of points does not show are stated by the user. `temperature_stderr` is the independent standard
+    error of each temperature in K, which changes a shift factor along the slope of log10 a over T. `drift` is the relative standard
+    deviation of the modulus of the specimen from one temperature to the next, in the order of `curves`: a random walk, whose first
+    step leads from the material to the first curve. Both contribute to all standard errors. Offsets of whole curves beyond a stated
+    drift, and tilts, are estimated.
+
+    Curves with fewer than three distinct points, and single curves without a modulus in common with any other, are omitted with a
+    warning. Warns of each temperature whose shift the data do not determine, of points far from the master curve, and of
+    implausible results. Raises `InputError` for an unknown option, fewer than two temperatures, curves of several kinds, a curve
+    that is mostly zero or negative, and groups of curves that do not overlap.
     """
-    reference = float(reference_temperature)
+    if isinstance(curves, Measurement):
+        raise InputError("a list of curves is needed", argument="curves")
+    reference = real_number(reference_temperature, "reference_temperature")
     if not is_temperature(reference):
         raise InputError(f"{reference:g} degC is not a temperature above absolute zero", argument="reference_temperature")
     if not 0 <= temperature_stderr < np.inf:
@@ -136,6 +141,6 @@ def _density_temperature(temperature: Floats, reference: float, expansion: float
 
 
 def _steepest(condensed: Condensed) -> int:
-    """The curve that falls furthest: it is held fast in the fit, so that the others are not measured against a plateau."""
+    """The curve with the largest decrease: it is the fixed one, so that the others are not measured against a plateau."""
     falling = condensed.log_modulus[0]
     return int(np.argmax([np.subtract(*np.percentile(falling[a:b], (90, 10))) for a, b in pairwise(condensed.bounds)]))

@@ -1,4 +1,4 @@
-"""How well curves superpose: by how much they miss the master curve beyond their noise, and where."""
+"""How well curves superpose: their distance from the master curve beyond noise, and where it is largest."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats, Index
 
-PARTS = 4  # of each curve, even in log time
-VISIBLE = 0.01  # decades of modulus: less is within the usual differences of specimens and instruments
+PARTS = 4  # number of parts of each curve, of equal length in log time
+VISIBLE = 0.01  # decades of modulus; usual differences of specimens and instruments
 SURE = 4.0  # standard errors of the correlation of neighbours
-WORST = 3  # temperatures named
-STANDS_OUT = 1.4  # times the misfit of all, above which one part of the curves is named
+WORST = 3  # number of temperatures in a message
+STANDS_OUT = 1.4  # ratio to the misfit of all parts, above which a part of the curves is mentioned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Misfit:
     """Root mean squares of the misfit in decades of modulus, of all points, `by_curve` (m,) and `by_part` of the curves (PARTS,).
 
-    `noise` is that of the scatter, and `part` (n,) the part of its curve that a point is in. A misfit is `sure` when chance does
-    not explain it. It `matters` when it is also larger than the noise and than usual differences between specimens, or when it
-    moves the shift factors.
+    `noise` is the root mean square of the scatter, and `part` (n,) the part of its curve that contains a point. A misfit is `sure`
+    if chance does not explain it. It `matters` if it also exceeds the noise and usual differences between specimens, or if it
+    changes the shift factors.
     """
 
     rms: float
@@ -38,8 +38,8 @@ class Misfit:
 def find_misfit(series: Index, curve: Index, log_time: Floats, residual: Floats) -> Misfit:
     """The misfit from the `residual` (n,) of points sorted by series (a channel of a curve), then time.
 
-    Neighbouring points share the misfit but not the noise. The mean product of their residuals is therefore the square of the
-    misfit, and the difference of their residuals gives the noise.
+    Neighbouring points share the misfit but not the noise. So the mean product of their residuals is the square of the misfit, and
+    the difference of their residuals is due to noise.
     """
     bounds = np.searchsorted(series, np.arange(series[-1] + 2))
     begin, end = log_time[bounds[:-1]], log_time[bounds[1:] - 1]
@@ -61,7 +61,7 @@ def _root(square: Floats | float) -> Floats:
 
 
 def warn_if_misfit(temperature: Floats, misfit: Misfit, vertical: bool, kind: MeasurementKind) -> None:
-    """Say how far the curves fail to superpose, where most, and what may mend it."""
+    """Warn of curves that do not superpose, with the distance, the worst temperatures, and possible remedies."""
     if not misfit.matters:
         return
     worst = sorted(k for k in np.argsort(-misfit.by_curve, kind="stable")[:WORST] if misfit.by_curve[k] > misfit.rms)

@@ -1,4 +1,4 @@
-"""Single points far off the master curve: slips of the instrument, or of a hand."""
+"""Single points far from the master curve: errors of the instrument or the operator."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_fit import MasterFit
 
-FAR = 8.0  # robust standard deviations,
-FACTOR = 0.05  # and relative difference from its curve beyond which a point is named
-NEIGHBOURHOOD = 10  # points on either side that the scatter of a point is taken from, besides that of its whole curve
-NAMED = 5
+FAR = 8.0  # robust standard deviations, and
+FACTOR = 0.05  # relative difference from its curve, above which a point is reported
+NEIGHBOURHOOD = 10  # points on either side whose scatter is compared, in addition to that of the whole curve
+NAMED = 5  # number of points in a message
 
 
 def warn_of_outliers(data: Gathered, imposed: Floats, fit: MasterFit, channels: int) -> Flags:
-    """Name points that lie off the smooth curves of a fit by far more than others of their curve; returns which (c, n).
+    """Warn of points whose distance from the smooth curves is far larger than that of others of their curve; returns their mask (c,
+    n).
 
-    `imposed` (m,) is log10 b where it was prescribed; the first `channels` of the ordinates are what was fitted. The distance of
-    a point is taken relative to the master curve, not in its logarithm, so that readings at a noise floor, which may fall to zero,
-    are no outliers.
+    `imposed` (m,) is log10 b where it was prescribed; the first `channels` ordinates were fitted. The distance is relative, not
+    logarithmic, so that readings at a noise floor, which may be zero, are not outliers.
     """
     size = np.full(data.ordinates.shape, np.nan)
     log_time = data.log_time - fit.shift[data.curve]
@@ -37,7 +37,7 @@ def warn_of_outliers(data: Gathered, imposed: Floats, fit: MasterFit, channels: 
 
 
 def _warn(data: Gathered, size: Floats, far: Index) -> None:
-    """Name the worst of the points with the places `far` (k, 2) among channels and points, in their order."""
+    """Warn of the worst of the points `far` (k, 2), given as channel and point, in their order."""
     unit, named = data.kind.abscissa[1], []
     worst = np.sort(np.argsort(-np.abs(np.log(size[tuple(far.T)])), kind="stable")[:NAMED])
     for channel, point in far[worst].tolist():
@@ -54,8 +54,8 @@ def _warn(data: Gathered, size: Floats, far: Index) -> None:
 
 
 def _far(curve: Index, ratio: Floats) -> Floats:
-    """The ratio of each point to the middle of its curve, if the point is far from it by the scatter of the curve and that of
-    its neighbours; NaN for all other points (n,).
+    """The ratio (n,) of each point to the median of its curve if it is far from it, by the scatter of the curve and by that of its
+    neighbours; NaN for all other points.
     """
     far = np.full(ratio.size, np.nan)
     for first, last in pairwise(np.searchsorted(curve, np.arange(int(curve[-1]) + 2)).tolist()):

@@ -1,4 +1,4 @@
-"""Starting values for the shift factors: the horizontal distance of curves at equal modulus, outwards from one of them."""
+"""Starting values for the shift factors: horizontal distances of curves at equal modulus, from one curve outwards."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from dielast.material.measurement_kind import RELAXATION, MeasurementKind
 from dielast.numerics.arrays import Flags, Floats, Index
 
 Monotone: TypeAlias = tuple[Floats, Floats]
-"""Ascending levels of log modulus, and the log times at which a falling curve passes them."""
+"""Ascending levels of log modulus, and the log times at which a monotonic curve passes them."""
 
-TOUCH = 0.02  # decades of modulus that a gap may measure and still count as touching: two plateaus a few percent apart
-JUMP = 0.3  # decades of modulus by which one point must exceed the point before to be a slip of the instrument
-LEVELS = 32  # moduli at which the distance of two curves is taken
-NEIGHBOURS = 3  # placed curves that a new one is compared with
-TRIAL_STEP = 0.05  # decades between shifts that are tried
-LEAST_NOISE = 0.005  # decades: a match to 1 % is good
-USUAL_OFFSET = 0.02  # decades by which two specimens may differ
-REFUTED = 12.0  # squared standard deviations at which a point counts as much against a shift as a point that fits counts for it
+TOUCH = 0.02  # decades of modulus; a smaller gap counts as overlap, such as between two plateaus a few percent apart
+JUMP = 0.3  # decades of modulus; a larger rise from one point to the next is an error of the instrument
+LEVELS = 32  # number of moduli at which the distance of two curves is evaluated
+NEIGHBOURS = 3  # number of placed curves with which a new one is compared
+TRIAL_STEP = 0.05  # decades between trial shifts
+LEAST_NOISE = 0.005  # decades; a match to 1 % is good
+USUAL_OFFSET = 0.02  # decades; usual difference of two specimens
+REFUTED = 12.0  # squared standard deviations at which a point counts as much against a shift as a matching point counts for it
 
 
 def starting_shifts(
@@ -29,9 +29,9 @@ def starting_shifts(
 ) -> Floats:
     """log10 a of each curve, relative to the curve numbered `anchor`, from the distance of the curves at equal modulus.
 
-    `temperature` (m,) in degC, ascending; the points (n,) are sorted by curve, then time. Each curve is first made to fall
-    monotonically (isotonic regression), so that noise and bumps do no harm. The distance is a median, so that a bad
-    stretch does no harm either. Raises `InputError` if the curves fall into groups with no modulus in common.
+    `temperature` (m,) in degC, ascending; the points (n,) are sorted by curve, then time. Each curve is first made monotonic
+    (isotonic regression), to be insensitive to noise and bumps. The distance is a median, to be insensitive to a bad section.
+    Raises `InputError` if the curves fall into groups with no modulus in common.
     """
     falling, bottom, top, common = _falling(temperature.size, curve, log_time, log_modulus)
     shift = np.zeros(temperature.size)
@@ -54,7 +54,7 @@ def starting_shifts(
 
 
 def find_isolated(curves: int, curve: Index, log_modulus: Floats, kind: MeasurementKind) -> dict[int, str]:
-    """Single curves, by number, that share no modulus with any other, and why they cannot be shifted; empty if there are groups.
+    """The numbers of single curves that share no modulus with any other, and the reason; empty if there are separate groups.
 
     The points (n,) are sorted by curve, then time.
     """
@@ -62,7 +62,7 @@ def find_isolated(curves: int, curve: Index, log_modulus: Floats, kind: Measurem
     joined = common > -TOUCH
     alone = np.count_nonzero(joined, axis=1) == 1
     main = joined & ~alone
-    for _ in range(curves):  # which curves can be reached
+    for _ in range(curves):  # transitive closure of overlap
         main = (main.astype(int) @ main.astype(int)) > 0
     if not np.any(alone) or np.count_nonzero(~alone) < 2 or not np.all(main[np.ix_(~alone, ~alone)]):
         return {}
@@ -74,7 +74,7 @@ def find_isolated(curves: int, curve: Index, log_modulus: Floats, kind: Measurem
 
 
 def _falling(curves: int, curve: Index, log_time: Floats, log_modulus: Floats) -> tuple[list[Monotone], Floats, Floats, Floats]:
-    """The falling fit to each curve, its lowest and its highest level (m,), and how many decades any two have in common (m, m)."""
+    """The monotonic fit to each curve, its lowest and highest level (m,), and the overlap (m, m) of any two curves in decades."""
     bounds = np.searchsorted(curve, np.arange(curves + 1))
     falling = [_monotone(log_time[a:b], _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)]
     bottom, top = np.array([(level[0], level[-1]) for level, _ in falling]).T
@@ -82,20 +82,20 @@ def _falling(curves: int, curve: Index, log_time: Floats, log_modulus: Floats) -
 
 
 def _without_jumps(y: Floats) -> Floats:
-    """The curve without single points that make it rise as no relaxation does: a median of three in their place."""
+    """The curve with single points that cause a large rise replaced by a median of three."""
     if y.size < 3:
         return y
-    near = np.stack((y[:-2], y[1:-1], y[2:]))
-    middle = np.median(near, axis=0)
+    neighbours = np.stack((y[:-2], y[1:-1], y[2:]))
+    middle = np.median(neighbours, axis=0)
     middle = np.concatenate((middle[:1], middle, middle[-1:]))
     rises = np.concatenate(([False], np.diff(y) > JUMP)) | np.concatenate((np.diff(y) > JUMP, [False]))
     return np.where(rises, middle, y)
 
 
 def _monotone(x: Floats, y: Floats) -> Monotone:
-    """The best falling fit to a curve, by pooling adjacent violators.
+    """The best monotonic (falling) fit to a curve, by pooling adjacent violators.
 
-    SciPy's isotonic_regression gives the same, but loading scipy.optimize takes half a second, which nothing else here needs.
+    SciPy's isotonic_regression gives the same result, but importing scipy.optimize takes half a second and is not needed otherwise.
     """
     blocks: list[tuple[float, float, int]] = []  # mean y, mean x, count
     for here, value in zip(x.tolist(), y.tolist(), strict=True):
@@ -111,7 +111,7 @@ def _monotone(x: Floats, y: Floats) -> Monotone:
 
 
 def _distance(curve: Monotone, other: Monotone) -> Floats:
-    """Log time of `curve` less that of `other` at equal modulus, at evenly spaced levels: steep stretches count for more."""
+    """Log time of `curve` minus that of `other` at equal modulus, at evenly spaced levels, so that steep sections count most."""
     low, high = max(curve[0][0], other[0][0]), min(curve[0][-1], other[0][-1])
     levels = np.linspace(low, high, LEVELS + 2)[1:-1] if high > low else np.array([(low + high) / 2])
     return np.interp(levels, *curve) - np.interp(levels, *other)
@@ -131,8 +131,8 @@ def _slope(x: Floats, y: Floats) -> float:
 def _no_overlap(
     temperature: Floats, bottom: Floats, top: Floats, common: Floats, placed: Flags, kind: MeasurementKind, rising: Flags
 ) -> InputError:
-    """The error that names the two curves, one of them placed, that are nearest in modulus; or the curves that are no decays,
-    `rising` (m,), if these are most of them.
+    """The error that names the two curves, one of them already placed, that are closest in modulus; or the curves that are no
+    decays, `rising` (m,), if these are most of them.
     """
     if 2 * np.count_nonzero(rising) > rising.size:
         along, falls = ("frequency", "falls") if kind.over_frequency else ("time", "rises")
@@ -142,18 +142,19 @@ def _no_overlap(
             "are columns mixed up, or is it another quantity?"
         )
     inside, outside = np.flatnonzero(placed), np.flatnonzero(~placed)
-    near = np.unravel_index(np.argmax(common[np.ix_(inside, outside)]), (inside.size, outside.size))
-    pair = sorted((int(inside[near[0]]), int(outside[near[1]])))
+    neighbours = np.unravel_index(np.argmax(common[np.ix_(inside, outside)]), (inside.size, outside.size))
+    pair = sorted((int(inside[neighbours[0]]), int(outside[neighbours[1]])))
     both = " and ".join(f"{temperature[k]:g} degC ({kind.stiffness} {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa)" for k in pair)
     return InputError(f"no overlap between {both}: measure {kind.more_overlap}, or at a temperature in between")
 
 
 def matching_shifts(curves: int, curve: Index, log_time: Floats, log_modulus: Floats, anchor: int) -> Floats:
-    """log10 a of each curve of sweeps, relative to the curve numbered `anchor`, at which both moduli lie best on a neighbour's.
+    """log10 a of each curve of sweeps, relative to the curve numbered `anchor`, from the best match of both moduli with a
+    neighbour.
 
-    `log_modulus` is (2, k). Every shift of a curve against the next one towards the anchor is tried: points that both moduli of the
-    neighbour predict speak for it, others against it, while an offset common to both moduli costs little. A level storage modulus,
-    or a loss modulus that rises and falls, has no distance at equal modulus.
+    `log_modulus` is (2, k). Trial shifts of a curve are compared with the next curve towards the anchor: points that both moduli of
+    the neighbour predict count for a shift, others against it; an offset common to both moduli costs little. This works for a level
+    storage modulus, and for a loss modulus that rises and falls, which have no distance at equal modulus.
     """
     bounds = np.searchsorted(curve, np.arange(curves + 1))
     parts = [(log_time[a:b], log_modulus[:, a:b]) for a, b in pairwise(bounds)]
@@ -167,17 +168,17 @@ def matching_shifts(curves: int, curve: Index, log_time: Floats, log_modulus: Fl
 
 
 def _best_match(curve: tuple[Floats, Floats], other: tuple[Floats, Floats], sign: int) -> float:
-    """log10 a of `curve` relative to `other`, of the given `sign` or zero."""
-    (x, y), (there, values) = curve, other
+    """log10 a of `curve` relative to `other`, with the given `sign`, or zero."""
+    (x, y), (other_x, values) = curve, other
     variance = np.array([max(_noise(channel), _noise(beside), LEAST_NOISE) ** 2 for channel, beside in zip(y, values, strict=True)])
-    width = float(max(x[-1] - there[0], there[-1] - x[0]))
+    width = float(max(x[-1] - other_x[0], other_x[-1] - x[0]))
     least, best = np.inf, 0.0
     for shift in sign * np.arange(0.0, max(width, TRIAL_STEP), TRIAL_STEP):
         moved = x - shift
-        inside = (moved >= there[0]) & (moved <= there[-1])
+        inside = (moved >= other_x[0]) & (moved <= other_x[-1])
         if np.count_nonzero(inside) < 2:
             break
-        away = np.array([row[inside] - np.interp(moved[inside], there, beside) for row, beside in zip(y, values, strict=True)])
+        away = np.array([row[inside] - np.interp(moved[inside], other_x, beside) for row, beside in zip(y, values, strict=True)])
         weight = 1 / variance[:, None]
         level = float(np.sum(weight * away) / (np.sum(weight * np.ones_like(away)) + USUAL_OFFSET**-2))
         score = float(np.sum(np.minimum((away - level) ** 2 * weight, REFUTED)) + (level / USUAL_OFFSET) ** 2)
@@ -188,7 +189,7 @@ def _best_match(curve: tuple[Floats, Floats], other: tuple[Floats, Floats], sign
 
 
 def _noise(y: Floats) -> float:
-    """Standard deviation by how far each point lies off the line through its neighbours."""
+    """Standard deviation of the noise, from the distance of each point from the line through its neighbours."""
     if y.size < 4:
         return LEAST_NOISE
     return float(np.median(np.abs(y[2:] - 2 * y[1:-1] + y[:-2])) / 0.6745 / np.sqrt(6.0))

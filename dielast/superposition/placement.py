@@ -1,4 +1,4 @@
-"""From a joint fit to the master curve: the shift law, and everything moved to the reference temperature."""
+"""From a joint fit to the master curve: the shift law, and all results relative to the reference temperature."""
 
 from __future__ import annotations
 
@@ -41,46 +41,50 @@ def place_at_reference(
     reference: float,
     stated: Stated,
 ) -> MasterCurve:
-    """Fit the law and move everything from the curve that was held fast, `anchor`, to the `reference` temperature in degC.
+    """Fit the law, and refer all results to the `reference` temperature in degC instead of the curve `anchor`.
 
-    `imposed` (m,) is log10 b where it was prescribed, `outlying` (c, n) says which points lie far off. Raises `InputError` where
-    fewer than two shift factors are determined; warns of what looks wrong with shift factors, law and plateau.
+    `imposed` (m,) is log10 b where it was prescribed, `outlying` (c, n) marks points far from their curve. Raises `InputError` if
+    fewer than two shift factors are determined; warns of implausible shift factors, law and plateau.
     """
     temperature, m, fit, kind = data.temperature, data.temperature.size, basis_fit.fit, data.kind
-    sure = ~np.isin(temperature, [entry.temperature for entry in undetermined])
-    if np.count_nonzero(sure) < 2:
+    determined = ~np.isin(temperature, [entry.temperature for entry in undetermined])
+    if np.count_nonzero(determined) < 2:
         raise _nothing_determined(undetermined)
-    known = np.ix_(sure, sure)
+    both_determined = np.ix_(determined, determined)
     slope = np.zeros(m)
-    slope[sure] = np.gradient(fit.shift[sure], temperature[sure])
+    slope[determined] = np.gradient(fit.shift[determined], temperature[determined])
     thermometer = np.diag((slope * stated.temperature_stderr) ** 2)
     measured = fit.covariance[:m, :m] + _relative(thermometer, np.eye(m)[anchor])
-    shift_fit = fit_shift_law(law, temperature[sure], fit.shift[sure], measured[known], int(np.sum(sure[:anchor])), reference)
+    shift_fit = fit_shift_law(
+        law, temperature[determined], fit.shift[determined], measured[both_determined], int(np.sum(determined[:anchor])), reference
+    )
     weight, excess = np.zeros(m), 0.0
-    here = sure & (temperature == reference)
-    if np.any(here):
-        weight[here], origin = 1.0, float(fit.shift[here][0])
+    at_reference = determined & (temperature == reference)
+    if np.any(at_reference):
+        weight[at_reference], origin = 1.0, float(fit.shift[at_reference][0])
     else:
-        weight[sure], origin, excess = shift_fit.origin_weight, shift_fit.origin, shift_fit.origin_excess
-    shift = np.where(sure, fit.shift - origin, np.nan)
-    covariance = np.diag(np.where(sure, 0.0, np.inf))
-    covariance[known] = _relative(measured, weight)[known] + excess
+        weight[determined], origin, excess = shift_fit.origin_weight, shift_fit.origin, shift_fit.origin_excess
+    shift = np.where(determined, fit.shift - origin, np.nan)
+    covariance = np.diag(np.where(determined, 0.0, np.inf))
+    covariance[both_determined] = _relative(measured, weight)[both_determined] + excess
     stderr = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     between = np.array([np.interp(reference, temperature, row) for row in np.eye(m)])
     raised = float(between @ fit.vertical)
     vertical = 10 ** (fit.vertical - raised + imposed)
     vertical_variance = np.diag(_relative(fit.covariance[m:, m:], between))
     by_law = _law_values(shift_fit.law, temperature)
-    warn_if_rising(temperature[sure], shift[sure], stderr[sure])
-    warn_if_law_misses(temperature[sure], shift[sure], stderr[sure], by_law[sure], shift_fit.misfit, len(shift_fit.names))
+    warn_if_rising(temperature[determined], shift[determined], stderr[determined])
+    warn_if_law_misses(
+        temperature[determined], shift[determined], stderr[determined], by_law[determined], shift_fit.misfit, len(shift_fit.names)
+    )
     warn_if_no_plateau(fit.splines[0], kind)
 
-    placed = np.where(sure, shift, np.where(_astray(shift_fit, temperature, sure), np.nan, by_law))
+    placed = np.where(determined, shift, np.where(_astray(shift_fit, temperature, determined), np.nan, by_law))
     used = (condensed.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
     curve, abscissa = data.curve[used], data.abscissa[used]
     reduced = abscissa / (10 ** placed[curve]) ** kind.time_power
     order = np.lexsort((abscissa, reduced))
-    along = slice(None, None, kind.time_power)  # of the smooth curves, by ascending abscissa
+    along = slice(None, None, kind.time_power)  # order of the smooth curves by ascending abscissa
     x = np.linspace(fit.splines[0].origin, fit.splines[0].end, SMOOTH_POINTS)
 
     def smooth(splines: Sequence[Spline]) -> Floats:
@@ -124,9 +128,9 @@ def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
     return InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in places))
 
 
-def _astray(fit: ShiftFit, temperature: Floats, sure: Flags) -> Flags:
+def _astray(fit: ShiftFit, temperature: Floats, determined: Flags) -> Flags:
     """Undetermined temperatures (m,) at which the extrapolated law is as uncertain as the data; warns of them."""
-    astray = ~sure & (_law_stderr(fit, temperature, temperature[sure]) > UNDETERMINED)
+    astray = ~determined & (_law_stderr(fit, temperature, temperature[determined]) > UNDETERMINED)
     if np.any(astray):
         places = ", ".join(f"{value:g}" for value in temperature[astray])
         warn(
@@ -137,7 +141,7 @@ def _astray(fit: ShiftFit, temperature: Floats, sure: Flags) -> Flags:
 
 
 def _rms(fit: MasterFit, condensed: Condensed, outlying: Flags) -> float:
-    """Root mean square of the residuals in decades, without averages that hold an outlying point (c, n)."""
+    """Root mean square of the residuals in decades, without averages that contain an outlying point (c, n)."""
     trusted = np.ones((len(outlying), condensed.curve.size), dtype=bool)
     for row, far in zip(trusted, outlying & (condensed.bin_of_point >= 0), strict=True):
         row[condensed.bin_of_point[far]] = False
@@ -145,18 +149,18 @@ def _rms(fit: MasterFit, condensed: Condensed, outlying: Flags) -> float:
 
 
 def _relative(covariance: Floats, weight: Floats) -> Floats:
-    """Covariance of values taken relative to a weighted mean of themselves."""
+    """Covariance of values relative to their weighted mean."""
     relative = np.eye(weight.size) - weight
     return np.asarray(relative @ covariance @ relative.T)
 
 
-def _law_stderr(fit: ShiftFit, temperature: Floats, known: Floats) -> Floats:
-    """Standard error (m,) of the law's log10 a relative to the nearest of the `known` temperatures, from its constants; 0 for a
-    table, or where the constants have no finite errors.
+def _law_stderr(fit: ShiftFit, temperature: Floats, both_determined: Floats) -> Floats:
+    """Standard error (m,) of log10 a by the law, relative to the nearest `known` temperature, from its constants; 0 for a table, or
+    if the constants have no finite errors.
     """
     if not fit.names or not np.all(np.isfinite(fit.covariance)):
         return np.zeros(temperature.size)
-    nearest = known[np.argmin(np.abs(temperature[:, None] - known), axis=1)]
+    nearest = both_determined[np.argmin(np.abs(temperature[:, None] - both_determined), axis=1)]
     slope = np.empty((len(fit.names), temperature.size))
     for row, (name, value) in enumerate(fit.parameters.items()):
         step = 1e-4 * abs(value) or 1e-6
@@ -169,7 +173,7 @@ def _law_stderr(fit: ShiftFit, temperature: Floats, known: Floats) -> Floats:
 
 
 def _law_values(law: ShiftLaw, temperature: Floats) -> Floats:
-    """log10 a by the law; NaN where a table ends or a law has its pole."""
+    """log10 a by the law; NaN outside of a table, and at a pole of the law."""
     values = np.full(temperature.size, np.nan)
     for k, value in enumerate(temperature):
         with suppress(InputError):

@@ -1,4 +1,4 @@
-"""The points of a joint fit: the channels of all curves, one after the other."""
+"""The points of a joint fit: the channels of all curves, one channel after another."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dielast.superposition.condense import Condensed
 class FitPoints:
     """Points (n,) of `curves` curves, sorted by channel, curve and time; `variance` is the measured variance of `log_modulus`.
 
-    Every channel has a smooth curve of its own, and a vertical shift log10 b moves its points by `lift` (n,) times as much.
+    Every channel has its smooth curve, and a vertical shift log10 b shifts its points by `lift` (n,) times log10 b.
     """
 
     curve: Index
@@ -28,18 +28,18 @@ class FitPoints:
 
     @property
     def series(self) -> Index:
-        """The curve of one channel that each point belongs to."""
+        """The index (n,) of the curve and channel of each point."""
         return self.channel * self.curves + self.curve if self.channels > 1 else self.curve
 
     @property
     def lean(self) -> Floats:
-        """By how much a tilt of its curve by one decade from end to end raises each point (n,)."""
+        """The change (n,) of each point if its curve is tilted by one decade from end to end."""
         along = along_curve(self.curve, self.log_time, self.curves)
         return np.asarray(along * self.lift if np.any(self.lift) else along)
 
 
 def points_of(data: Condensed, curves: int, beta: float = 0.0) -> FitPoints:
-    """The channels of `data` one after the other, the second less `beta` times the first."""
+    """The channels of `data`, one after another, the second minus `beta` times the first."""
     value, variance, lift = data.log_modulus, data.variance, np.ones(len(data.log_modulus))
     if beta:
         value = np.stack((value[0], value[1] - beta * value[0]))
@@ -59,13 +59,13 @@ def one_channel(points: FitPoints, channel: int) -> FitPoints:
 
 
 def loss_tangent(data: Condensed, curves: int) -> FitPoints:
-    """Tan delta, which no vertical shift moves."""
+    """Tan delta, which no vertical shift changes."""
     ratio = one_channel(points_of(data, curves, 1.0), 1)
     return replace(ratio, lift=np.zeros(ratio.curve.size))
 
 
 def along_curve(curve: Index, log_time: Floats, curves: int) -> Floats:
-    """Place (n,) of each point on its curve, from -1/2 at the least `log_time` to 1/2 at the greatest."""
+    """Position (n,) of each point along its curve, from -1/2 at the smallest `log_time` to 1/2 at the largest."""
     low, high = np.full(curves, np.inf), np.full(curves, -np.inf)
     np.minimum.at(low, curve, log_time)
     np.maximum.at(high, curve, log_time)

@@ -1,11 +1,11 @@
-"""New tests with other noise: what could have been measured instead.
+"""New tests with different noise, as they might have been measured.
 
-Every measured quantity, moved by the fitted shift factors, lies on one smooth curve. New tests are that curve plus the residuals
-times random signs, a wild bootstrap (C. F. J. Wu, Ann. Stat. 14 (1986) 1261, DOI 10.1214/aos/1176350142): a residual stays where it
-was measured, so that noise may differ from curve to curve and along a curve. Where neighbouring residuals are correlated, new noise
-of their local size and correlation takes their place. The mean residual of each curve is resampled by itself, because specimens
-differ; with a stated drift a random walk takes its place. Curves are tilted by the estimated spread of tilts, and every temperature
-is off by its stated standard error, which moves its curve along time.
+Every measured quantity, shifted by the fitted factors, lies on a smooth curve. New tests are that curve plus the residuals times
+random signs, a wild bootstrap (C. F. J. Wu, Ann. Stat. 14 (1986) 1261, DOI 10.1214/aos/1176350142): a residual stays at its
+abscissa, so that noise may differ between curves and along a curve. If neighbouring residuals are correlated, they are replaced by
+new noise with their local size and correlation. The mean residual of each curve is resampled separately, because specimens differ;
+with a stated drift, it is replaced by a random walk. Curves are tilted by the estimated spread of tilts, and every temperature has
+an error with its stated standard error, which shifts its curve along time.
 """
 
 from __future__ import annotations
@@ -22,19 +22,21 @@ from dielast.superposition.points import along_curve
 from dielast.superposition.result import MasterCurve
 from dielast.superposition.spline import SplineProblem, spacing_bounds
 
-SPACING_RATIO = 1.4  # from one spacing of the knots that is tried to the next
-ROUNDS = 4  # of weighing outliers down
-BEND = 2.5  # standard deviations beyond which a residual bends the smooth curve no further
-PASSES = 3  # of finding out how far residuals are correlated
-NEIGHBOURHOOD = 5  # points on either side that share one estimate of the noise, where neighbours are correlated
-LARGEST_CORRELATION = 0.9  # of neighbours that is allowed for
+SPACING_RATIO = 1.4  # ratio of successive knot spacings
+ROUNDS = 4  # of reweighting outliers
+BEND = 2.5  # standard deviations beyond which the weight of a residual is reduced
+PASSES = 3  # of estimating the correlation of residuals
+NEIGHBOURHOOD = 5  # points on either side whose noise is pooled, if neighbours are correlated
+LARGEST_CORRELATION = 0.9  # of neighbours
 SIGNIFICANT = 3.0  # standard errors of the correlation of neighbours
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Channel:
-    """One ordinate of all points (n,): `fitted` values, relative residuals `rest`, the residuals' mean by measurement (m,), and the
-    `correlation` of neighbours."""
+    """One ordinate of all points (n,): `fitted` values, relative residuals `rest` minus the mean residual (m,) of their
+    measurement,
+    and the `correlation` of neighbours.
+    """
 
     fitted: Floats
     rest: Floats
@@ -46,8 +48,8 @@ class _Channel:
 class Resampled:
     """The `measurements` (m of them), their channels as fitted with the shift factors of `master`, and their points (n,).
 
-    Points are sorted by measurement, `owner`, then abscissa, from where they stand by `order`; `along` is the place of a point on
-    its curve, from -1/2 at the shortest to 1/2 at the longest times. `temperature` (m,) is the place of a measurement's
+    Points are sorted by measurement, `owner`, then abscissa; `order` are their original indices. `along` is the position of a point
+    along its curve, from -1/2 at the shortest to 1/2 at the longest times. `temperature` (m,) is the index of a measurement's
     temperature in `master`.
     """
 
@@ -72,17 +74,17 @@ class Resampled:
         placed = np.isfinite(shift)
         x = np.log10(abscissa) - kind.time_power * np.where(placed, shift, 0.0)[owner]
         lift = kind.stiffness_power * np.log(master.vertical_shift)[at][owner]
-        group = np.where(placed, 0, np.arange(m) + 1)[owner]  # curves without a place are fitted one by one
+        group = np.where(placed, 0, np.arange(m) + 1)[owner]  # curves without a shift are fitted separately
         along = kind.time_power * along_curve(owner, x, m)
         channels = tuple(_fit_channel(owner, group, x, values, lift, m) for values in ordinates)
         return cls(tuple(curves), master, at, owner, order, along, channels)
 
     def draw(self, random: np.random.Generator) -> list[Measurement]:
-        """New measurements."""
+        """New measurements, with the abscissas and types of the originals."""
         at, master, stated, kind = self.temperature, self.master, self.master.stated, self.master.kind
         temperatures, raised = master.temperature.size, None
         if stated.drift > 0:
-            # from one temperature to the next, in the order in which they were first measured
+            # a random walk over the temperatures, in the order in which they were first measured
             listed = np.array(list(dict.fromkeys(at.tolist())))
             walked = np.empty(temperatures)
             walked[listed] = np.cumsum(stated.drift * random.standard_normal(listed.size))
@@ -92,47 +94,47 @@ class Resampled:
         columns = np.concatenate([curve.columns for curve in self.measurements], axis=1)
         columns[0] *= 10 ** (kind.time_power * moved[at])[self.owner]
         for row, channel in enumerate(self.channels, start=1):
-            # tan delta, which curves are shifted on, is tilted by a tilt of the loss modulus alone
+            # the tilt of tan delta, on which curves are shifted, is that of the loss modulus
             level = row < len(self.channels) and master.shifted_on == "tan-delta"
             columns[row, self.order] = self._values(channel, random, raised, np.zeros(at.size) if level else tilted)
         ends = np.cumsum(np.bincount(self.owner, minlength=at.size))[:-1]
         return [curve.with_columns(part) for curve, part in zip(self.measurements, np.split(columns, ends, axis=1), strict=True)]
 
     def _values(self, channel: _Channel, random: np.random.Generator, raised: Floats | None, tilted: Floats) -> Floats:
-        """New values (n,) of curves that are `raised` (m,) and `tilted` (m,) from end to end, both in ln of the value.
+        """New values (n,) of curves with offsets `raised` (m,) and tilts `tilted` (m,) from end to end, both in ln of the value.
 
-        Without `raised`, the offsets are of the size of the curves' mean residuals.
+        If `raised` is None, offsets have the size of the mean residuals of the curves.
         """
         owner, m, correlation = self.owner, channel.mean.size, channel.correlation
-        fresh, offset = random.standard_normal(owner.size), random.standard_normal(m)
-        if raised is None:  # new noise has a mean, too
+        normal, offset = random.standard_normal(owner.size), random.standard_normal(m)
+        if raised is None:  # the mean of the new noise is part of the offset
             count = np.maximum(np.bincount(owner, minlength=m), 1)
             repeated = (1 + correlation) / (1 - correlation)
             noise = np.sqrt(np.bincount(owner, channel.rest**2, minlength=m) * repeated) / count
             raised = offset * np.sqrt(np.maximum(channel.mean**2 - noise**2, 0.0))
         if correlation == 0:
-            # signs alone keep every residual's size, by which outliers are recognised
+            # random signs keep the size of every residual, and so the outliers
             level = raised[owner] + tilted[owner] * self.along
-            return np.asarray(channel.fitted * (np.exp(level) + channel.rest * np.sign(fresh)))
+            return np.asarray(channel.fitted * (np.exp(level) + channel.rest * np.sign(normal)))
         innovation = np.sqrt(1 - correlation**2)
         for k in np.flatnonzero(np.diff(owner) == 0) + 1:
-            fresh[k] = correlation * fresh[k - 1] + innovation * fresh[k]
+            normal[k] = correlation * normal[k - 1] + innovation * normal[k]
         low, high = windows(owner, NEIGHBOURHOOD)
         total = np.concatenate(([0.0], np.cumsum(channel.rest**2)))
         size = np.sqrt((total[high] - total[low]) / (high - low))
-        # correlated noise tilts curves by itself
-        return np.asarray(channel.fitted * (np.exp(raised[owner]) + size * fresh))
+        # correlated noise already includes tilts
+        return np.asarray(channel.fitted * (np.exp(raised[owner]) + size * normal))
 
 
 def _fit_channel(owner: Index, group: Index, x: Floats, values: Floats, lift: Floats, m: int) -> _Channel:
-    """The smooth curve through one ordinate of all points, raised by `lift`; points of each `group` have a curve of their own."""
+    """The smooth curve through one ordinate of all points, shifted up by `lift`; each `group` of points has its curve."""
     fitted, spare, correlation = np.empty(x.size), np.empty(x.size), 0.0
     count = np.maximum(np.bincount(owner, minlength=m), 1)
     for _ in range(PASSES):
-        for here in (group == g for g in np.unique(group)):
+        for selected in (group == g for g in np.unique(group)):
             repeated = (1 + correlation) / (1 - correlation)
-            smooth, spare[here] = _smooth(owner[here], x[here], values[here], lift[here], repeated)
-            fitted[here] = np.exp(smooth - lift[here])
+            smooth, spare[selected] = _smooth(owner[selected], x[selected], values[selected], lift[selected], repeated)
+            fitted[selected] = np.exp(smooth - lift[selected])
         relative = values / fitted - 1
         mean = np.bincount(owner, relative, minlength=m) / count
         rest = (relative - mean[owner]) / np.sqrt(spare)
@@ -143,21 +145,22 @@ def _fit_channel(owner: Index, group: Index, x: Floats, values: Floats, lift: Fl
 
 
 def _neighbours(owner: Index, rest: Floats) -> float:
-    """Correlation of neighbouring residuals, zero if it is not significant."""
+    """Correlation of neighbouring residuals, 0 if it is not significant."""
     scale = np.sqrt(np.bincount(owner, rest**2) / np.maximum(np.bincount(owner), 1))
     z = rest / np.maximum(scale[owner], 1e-300)
     joined = owner[1:] == owner[:-1]
     r = float(np.sum((z[1:] * z[:-1])[joined]) / max(float(np.sum(z**2)), 1e-300))
     if r <= SIGNIFICANT / np.sqrt(z.size):
         return 0.0
-    # level and place of each curve have been fitted, which hides some (M. G. Kendall, Biometrika 41 (1954) 403)
+    # correct the bias due to the fitted level and shift of each curve (M. G. Kendall, Biometrika 41 (1954) 403)
     points = float(np.mean(np.bincount(owner)[np.unique(owner)]))
     return min(r + 2 * (1 + 4 * r) / points, LARGEST_CORRELATION)
 
 
 def _smooth(owner: Index, x: Floats, values: Floats, lift: Floats, repeated: float) -> tuple[Floats, Floats]:
-    """Logarithm of the raised values on a smooth curve through all points (n,), and the share of its variance that each residual
-    keeps. The knots are as dense as Akaike's criterion asks for, with so many `repeated` points counting for one.
+    """Logarithm of the shifted values on a smooth curve through all points (n,), and the fraction of its variance that each
+    residual
+    retains after the fit. Akaike's criterion selects the knot spacing; `repeated` correlated points count as one independent point.
     """
     good = values > 0
     target = np.log(np.where(good, values, 1.0)) + lift
@@ -165,12 +168,12 @@ def _smooth(owner: Index, x: Floats, values: Floats, lift: Floats, repeated: flo
     spacings = widest / SPACING_RATIO ** np.arange(1 + int(np.log(widest / finest) / np.log(SPACING_RATIO) + 1e-9))
     trials = (_robust(owner, x, target, good, spacing, repeated) for spacing in spacings.tolist())
     fitted, leverage, _ = min(trials, key=lambda trial: trial[2])
-    shifted = 1.0 / np.bincount(owner)[owner]  # what a curve's shift takes out
+    shifted = 1.0 / np.bincount(owner)[owner]  # degree of freedom of the shift of a curve
     return fitted, np.clip(1 - repeated * (leverage + shifted), 0.2, 1.0)
 
 
 def _robust(owner: Index, x: Floats, target: Floats, good: Flags, spacing: float, repeated: float) -> tuple[Floats, Floats, float]:
-    """Values and leverages (n,) of a robust spline fit, each curve with a noise of its own, and Akaike's criterion."""
+    """Values and leverages (n,) of a robust spline fit, with separate noise for each curve, and Akaike's criterion."""
     problem = SplineProblem.of(x, spacing)
     trust, scale = good.astype(float), np.ones(x.size)
     for _ in range(ROUNDS):
@@ -179,8 +182,8 @@ def _robust(owner: Index, x: Floats, target: Floats, good: Flags, spacing: float
         rest = np.abs(target - fitted)
         noise = np.zeros(int(owner[-1]) + 1)
         for k in np.unique(owner):
-            here = (owner == k) & good
-            noise[k] = 1.48 * np.median(rest[here]) if np.any(here) else 1.0
+            selected = (owner == k) & good
+            noise[k] = 1.48 * np.median(rest[selected]) if np.any(selected) else 1.0
         scale = np.maximum(noise[owner], max(0.2 * float(np.median(noise[np.unique(owner)])), 1e-9))
         trust = good * np.minimum(1.0, BEND * scale / np.maximum(rest, 1e-300))
     leverage = weight * problem.leverage(inverse)

@@ -1,4 +1,4 @@
-"""The result of time-temperature superposition: a master curve, whatever was measured."""
+"""The result of time-temperature superposition: a master curve of any kind of measurement."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ from dielast.superposition.undetermined import Undetermined
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """Errors that are stated because the scatter of points does not show them: the standard error of each temperature in K, and the
-    relative standard deviation of the modulus of the specimen from one temperature to the next, in the order of measurement."""
+    """Errors stated by the user, as the scatter of points does not show them: the standard error of each temperature in K, and the
+    relative standard deviation of the modulus of the specimen from one temperature to the next, in the order of measurement.
+    """
 
     temperature_stderr: float
     drift: float
@@ -29,7 +30,7 @@ class Stated:
 class _Quantity:
     """A measured quantity of a master curve: the row called `name` among the values of `field`.
 
-    Raises `InputError` where the curve is of another kind of measurement, which lacks that quantity.
+    Raises `InputError` if the curve is of a kind of measurement without that quantity.
     """
 
     def __init__(self, name: str, field: str, doc: str) -> None:
@@ -52,27 +53,27 @@ class MasterCurve(TabularResult):
     """A master curve of m temperatures, ascending; SI units and degC.
 
     `log10_shift_factor`, its standard error (both (m,)) and its `covariance` (m, m) are measured, relative to the reference
-    temperature. Where the data do not determine a shift it is NaN, its standard error infinite, and `undetermined` says why. The
-    errors allow for noise, for curves that do not superpose and, where the reference temperature was not measured, for the error of
-    the law there (infinite if that is 50 K and more below all data and these do not determine C2).
-    `log10_shift_factor_fit` (m,) is the fitted law; NaN for a temperature that a table lacks. `vertical_shift` (m,) is b.
-    `shifted_on` says what the shifts of frequency sweeps were read from: both moduli, tan delta, or the storage modulus alone.
+    temperature. Where the data do not determine a shift, it is NaN, its standard error is infinite, and `undetermined` has the
+    reason. The errors allow for noise, for curves that do not superpose and, if the reference temperature was not measured, for the
+    error of the law there (infinite if it is 50 K or more below all data and these do not determine C2). `log10_shift_factor_fit`
+    (m,) is the fitted law; NaN for a temperature that a table lacks. `vertical_shift` (m,) is b. `shifted_on` says what the shifts
+    of frequency sweeps were read from: both moduli, tan delta, or the storage modulus alone.
 
     The points used (n,), sorted by reduced abscissa: `point_temperature`, `abscissa` (time in s, or angular frequency in rad/s),
     `reduced_abscissa` (time / a, angular frequency times a) and `ordinates` (c, n): relaxation modulus (Young's, Pa, times b),
-    creep compliance (tensile, 1/Pa, over b), or storage and loss modulus (Young's, Pa, times b); properties name them one by one.
-    Points of an undetermined temperature are placed by the law, or left out if that is a table. `smooth_abscissa` (k,), reduced,
-    and `smooth_ordinates` (c, k) are the fitted curves.
+    creep compliance (tensile, 1/Pa, over b), or storage and loss modulus (Young's, Pa, times b), which are also available as
+    properties by name. Points of an undetermined temperature are shifted by the law, or omitted if the law is a table.
+    `smooth_abscissa` (k,), reduced, and `smooth_ordinates` (c, k) are the fitted curves.
 
     `equilibrium_modulus` is the fitted modulus at the longest reduced time or lowest reduced frequency (of a compliance, its
-    inverse), `glassy_modulus` its maximum. `rms_residual_decades`, of log10 modulus or compliance, is that of the fitted points,
-    which are averages over 1/20 decade of time or frequency; those that hold one of the `outlying_points` far off the master curve
-    are not counted.
+    inverse), `glassy_modulus` its maximum. `rms_residual_decades` is that of the fitted points, in log10 of modulus or compliance;
+    these are averages over 1/20 decade of time or frequency. Averages that contain one of the `outlying_points`, which are far from
+    the master curve, are excluded.
 
-    `stated` are the errors of the temperatures and the drift of the specimen that were stated. `offset_spread` and
-    `tilt_spread` are the estimated standard deviations, in decades of modulus, of the vertical offsets (beyond a stated drift) and
-    tilts of whole curves; both are in the standard errors, and taken out of the smooth curves: `placed_ordinates` (c, k) are those
-    through the points as they lie. `log10_shift_factor_slope` (m,) is that over temperature, in decades per K.
+    `stated` are the errors stated by the user. `offset_spread` and `tilt_spread` are the estimated standard deviations, in decades
+    of modulus, of the vertical offsets (beyond a stated drift) and tilts of whole curves. The standard errors include both, and the
+    smooth curves are corrected for them; `placed_ordinates` (c, k) are smooth curves through the uncorrected points.
+    `log10_shift_factor_slope` (m,) is the slope over temperature, in decades per K.
     """
 
     measurement: KindName
@@ -116,7 +117,7 @@ class MasterCurve(TabularResult):
         return [Column("temperature", "degC", self.point_temperature), *points]
 
     def shift_columns(self) -> Table:
-        """The shift factors, one temperature a row."""
+        """The shift factors, one row per temperature."""
         return [
             Column("temperature", "degC", self.temperature),
             Column("log10_shift_factor", "1", self.log10_shift_factor),

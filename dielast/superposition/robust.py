@@ -1,4 +1,4 @@
-"""Weights of the points in the joint fit: measured noise, what the model misses, and distrust of outliers."""
+"""Weights of the points in the joint fit: measured noise, misfit of the model, and outliers."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 
-SMALLEST = 1e-9  # decades squared: no test is exact to 0.01 %, and sharper weights would spoil the normal equations
-BEND, ZERO = 3.0, 6.0  # standard deviations at which a point begins to lose trust, and has lost all
+SMALLEST = 1e-9  # decades squared; no test is accurate to 0.01 %, and larger weights would spoil the normal equations
+BEND, ZERO = 3.0, 6.0  # standard deviations at which the trust in a point begins to fall, and reaches 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,15 +24,15 @@ class Weights:
 
 
 def even_weights(variance: Floats) -> Weights:
-    """Weights to begin with, before there are residuals: as if the model missed by 2 %."""
+    """Initial weights, before there are residuals: for a misfit of 2 %."""
     total = variance + 1e-4
     return Weights(1 / total, np.ones(total.size), total, np.ones(total.size), 0.0)
 
 
 def robust_weights(variance: Floats, residual: Floats, parameters: float, share: Floats, old: Weights) -> Weights:
-    """Weights from the residuals (n,) of a fit with so many `parameters`: the floor makes the reduced chi-square one.
+    """Weights from the residuals (n,) of a fit with `parameters` parameters; the floor is such that the reduced chi-square is 1.
 
-    `share` (n,) is the noise of a point's curve relative to that of all.
+    `share` (n,) is the variance of the noise of a point's curve relative to that of all curves.
     """
     square = residual**2
     floor = old.floor if old.floor > 0 else float(np.median(square)) / 0.455
@@ -40,7 +40,7 @@ def robust_weights(variance: Floats, residual: Floats, parameters: float, share:
     score = np.abs(residual) / np.sqrt(variance + floor * share)
     trust = np.clip((ZERO - score) / (ZERO - BEND), 0, 1) * np.minimum(1, BEND / np.maximum(score, BEND))
     freedom = max(float(np.sum(trust)) - parameters, 1.0)
-    for _ in range(5):  # Newton's method for the floor, on the reciprocal of chi-square, which is nearly straight
+    for _ in range(5):  # Newton's method for the floor, on the reciprocal of chi-square, which is nearly linear in it
         total = variance + floor * share
         part = trust * square / total
         chi = float(np.sum(part))
@@ -53,7 +53,7 @@ def robust_weights(variance: Floats, residual: Floats, parameters: float, share:
 
 
 def channel_shares(channel: Index, residual: Floats) -> Floats:
-    """Variance of each point's channel relative to all (n,), from the medians."""
+    """Variance of each point's channel relative to that of all (n,), from medians."""
     if channel[-1] == 0:
         return np.ones(channel.size)
     typical = np.array([np.median(residual[channel == k] ** 2) for k in range(channel[-1] + 1)])
@@ -62,9 +62,9 @@ def channel_shares(channel: Index, residual: Floats) -> Floats:
 
 
 def noise_shares(curve: Index, residual: Floats, channel: Index) -> Floats:
-    """Variance of each point's curve relative to all (n,), from the medians; one unless the difference is significant.
+    """Variance of each point's curve relative to that of all (n,), from medians; 1 unless the difference is significant.
 
-    The curves of a channel are compared with the noise of that channel.
+    Curves are compared within their channel.
     """
     among = channel_shares(channel, residual)
     square = residual**2 / among

@@ -18,13 +18,13 @@ class ShiftFit:
     """A shift law, its parameters by name (SI units) and their covariance (p, p); a table has none.
 
     `misfit` is the reduced chi-square of the law against the shift factors: the squared distance between the two in standard errors
-    of the shift factors, per degree of freedom. About one where the law fits, far above one where it does not, zero for a table and
-    where there are no more temperatures than parameters. Above one, the covariance has been scaled up by it.
+    of the shift factors, per degree of freedom. It is about 1 if the law fits, far above 1 if it does not, and 0 for a table and if
+    there are no more temperatures than parameters. If it is above 1, the covariance is multiplied by it.
 
-    `origin` is log10 a at the reference temperature relative to the temperature that the law was fitted about. It is the value of
+    `origin` is log10 a at the reference temperature relative to the temperature about which the law was fitted. It is the value of
     the law plus the distance of the shift factors from the law, interpolated between the neighbouring temperatures; at a measured
-    temperature it is thus the measured one. `origin_weight` (m,) is its derivative with respect to the shift factors, and
-    `origin_excess` the variance that is added by the misfit and by a C2 that is only assumed.
+    temperature it is therefore the measured value. `origin_weight` (m,) is its derivative with respect to the shift factors, and
+    `origin_excess` the additional variance due to the misfit and to an assumed C2.
     """
 
     law: ShiftLaw
@@ -43,7 +43,7 @@ class ShiftFit:
 
     @property
     def stderr(self) -> dict[str, float]:
-        """Standard errors by name; infinite for what the data do not determine."""
+        """Standard errors by name; infinite if the data do not determine the parameter."""
         return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
 
@@ -53,9 +53,9 @@ def fit_shift_law(
     """Fit `law` to log10 a (m,) at `temperature` (m,) in degC, ascending, by generalised least squares with the covariance (m, m).
 
     The shift factors are relative to the temperature numbered `anchor`, where log10 a and its covariance are zero; the law is then
-    moved to `reference_temperature`, which need not have been measured. Warns where the data cannot tell C1 from C2, and then takes
-    C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for
-    every C2 that agrees with the data and puts the pole of the law at least 50 K below the coldest temperature.
+    referred to `reference_temperature`, which need not have been measured. If the data cannot separate C1 from C2, this warns, and
+    uses C2 = T_ref in kelvin, with which WLF is Arrhenius' law. The variance of the origin then allows for every C2 that agrees
+    with the data and puts the pole of the law at least 50 K below the coldest temperature.
     """
     m, base = temperature.size, float(temperature[anchor])
     kind = SHIFTS[law]
@@ -72,7 +72,7 @@ def fit_shift_law(
     neighbours = [(near[k], fitted.about(float(temperature[k]) - base), k) for k in np.flatnonzero(near)]
     off = np.array([log10_shift_factor[k] - neighbour.origin for _, neighbour, k in neighbours])
     shares = np.array([share for share, _, _ in neighbours])
-    # what is left of the law: from the neighbours to the reference temperature
+    # the difference of the law between the neighbours and the reference temperature
     step = moved.to_origin - sum(share * neighbour.to_origin for share, neighbour, _ in neighbours)
     weight = near.copy()
     weight[others] += step @ fitted.response
@@ -98,7 +98,7 @@ def fit_shift_law(
 
 
 def _spread(differences: Floats) -> float:
-    """Root mean square; infinite if some are not known."""
+    """Root mean square; infinite if a difference is unknown."""
     if not differences.size:
         return 0.0
     return float(np.sqrt(np.mean(differences**2))) if np.all(np.isfinite(differences)) else np.inf

@@ -1,6 +1,6 @@
-"""Cubic B-splines on even knots: value, slope, and penalised fits, their normal equations gathered by counting.
+"""Cubic B-splines on even knots: values, slopes and penalised fits, with normal equations assembled by bincount.
 
-SciPy has such splines, but loading scipy.interpolate takes longer than to build a whole master curve.
+SciPy has such splines, but importing scipy.interpolate takes longer than building a whole master curve.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 
-FINEST, WIDEST = 0.15, 1.6  # decades between knots that are tried,
-LEAST_POINTS, LEAST_INTERVALS = 3, 3  # but with about so many points to an interval, and so many intervals
+FINEST, WIDEST = 0.15, 1.6  # decades; limits of the knot spacing
+LEAST_POINTS, LEAST_INTERVALS = 3, 3  # smallest numbers of points per interval, and of intervals
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,8 +32,8 @@ class Spline:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SplineProblem:
-    """Splines to be fitted to points (n,), one for each channel: the coefficients `rows` (4, n) that matter to each point, with the
-    values `basis` and derivatives `slope` (4, n) of their functions. Channel after channel has `size` coefficients.
+    """Splines to fit to points (n,), one for each channel: for each point, the indices `rows` (4, n) of its coefficients, and the
+    `basis` and `slope` (4, n) of their functions. Each channel has `size` coefficients, one channel after another.
     """
 
     rows: Index
@@ -51,7 +51,7 @@ class SplineProblem:
         origin, end = float(x.min()), float(x.max())
         size = int(np.ceil((end - origin) / spacing + 1e-9)) + 3
         index, basis, slope = spline_basis(x, origin, spacing, size)
-        if channel is not None and channels > 1:  # one block of coefficients after the other: no interval straddles two
+        if channel is not None and channels > 1:  # one block of coefficients per channel; no interval belongs to two
             index = index + channel * size
         rows = np.asarray(index + np.arange(4)[:, None], dtype=np.intp)
         return cls(rows, basis, slope, origin, spacing, end, size, channels)
@@ -63,7 +63,7 @@ class SplineProblem:
         return inverse, coefficient, np.sum(self.basis * coefficient[self.rows], axis=0)
 
     def gather(self, values: Floats) -> Floats:
-        """Sum of `values` (4, n) by the coefficient that they belong to."""
+        """Sums of `values` (4, n) for each coefficient."""
         return np.asarray(np.bincount(self.rows.ravel(), values.ravel(), minlength=self.size * self.channels), dtype=float)
 
     def leverage(self, inverse: Floats) -> Floats:
@@ -75,7 +75,7 @@ class SplineProblem:
         return tuple(Spline(self.origin, self.spacing, part, self.end) for part in np.split(coefficient, self.channels))
 
     def _inverse(self, matrix: Floats) -> Floats:
-        """Inverse of the block-diagonal `matrix` with the prior of smoothness added to every block."""
+        """Inverse of the block-diagonal `matrix` plus the prior of smoothness in every block."""
         prior, inverse = roughness(self.size, self.spacing), np.zeros(matrix.shape)
         for first in range(0, len(matrix), self.size):
             block = slice(first, first + self.size)
@@ -84,23 +84,23 @@ class SplineProblem:
 
 
 def spacing_bounds(span: float, points: float) -> tuple[float, float]:
-    """The widest and the finest knot spacing to try for so many `points` over a `span`, all in decades."""
+    """The widest and the finest knot spacing to try for `points` points over a `span`, in decades."""
     finest = max(FINEST, LEAST_POINTS * span / max(points, 1))
     widest = max(min(WIDEST, span / LEAST_INTERVALS), finest)
     return widest, finest
 
 
 def spline_basis(x: Floats, origin: float, spacing: float, size: int) -> tuple[Index, Floats, Floats]:
-    """First coefficient (n,), values (4, n) and derivatives (4, n) of the four basis functions that do not vanish at `x` (n,)."""
+    """First coefficient (n,), values (4, n) and slopes (4, n) of the four basis functions that do not vanish at `x` (n,)."""
     position = (x - origin) / spacing
     index = np.clip(position.astype(np.intp), 0, size - 4)
     t = position - index
     r = 1 - t
-    tt, rr = t * t, r * r
+    t2, r2 = t * t, r * r
     basis, slope = np.empty((4, x.size)), np.empty((4, x.size))
-    basis[0], basis[3] = rr * r / 6, tt * t / 6
-    basis[1], basis[2] = basis[3] * 3 - tt + 2 / 3, basis[0] * 3 - rr + 2 / 3
-    slope[0], slope[3] = -rr / (2 * spacing), tt / (2 * spacing)
+    basis[0], basis[3] = r2 * r / 6, t2 * t / 6
+    basis[1], basis[2] = basis[3] * 3 - t2 + 2 / 3, basis[0] * 3 - r2 + 2 / 3
+    slope[0], slope[3] = -r2 / (2 * spacing), t2 / (2 * spacing)
     slope[1], slope[2] = 3 * slope[3] - 2 / spacing * t, 3 * slope[0] + 2 / spacing * r
     return index, basis, slope
 
@@ -117,6 +117,6 @@ def gram(index: Index, basis: Floats, weight: Floats, size: int) -> Floats:
 
 
 def roughness(size: int, spacing: float) -> Floats:
-    """Weak prior on second differences of the coefficients, (size, size): the slope changes by about one from knot to knot."""
+    """Weak prior on second differences of the coefficients, (size, size): the slope may change by about 1 from knot to knot."""
     second = np.diff(np.eye(size), 2, axis=0)
     return np.asarray(second.T @ second / spacing**2)

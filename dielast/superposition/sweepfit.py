@@ -1,12 +1,12 @@
 """Shift factors of frequency sweeps: from storage and loss modulus together, from their ratio, or from the storage modulus alone.
 
-The two moduli share the shift factors, a smooth curve each. Errors of geometry and force move both alike and cancel in their ratio,
-tan delta. The scatter that they share is therefore taken out before the fit: log G'' - beta log G' stands for log G'', with beta
-such that the scatter of the two channels is uncorrelated (beta = 0: separate errors, beta = 1: tan delta).
+The two moduli share the shift factors, and each has a smooth curve. Errors of geometry and force change both moduli alike, and
+cancel in their ratio, tan delta. The common scatter is therefore removed before the fit: log G'' is replaced by log G'' - beta log
+G', with beta such that the scatter of the two channels is uncorrelated (beta = 0: separate errors, beta = 1: tan delta).
 
-If both moduli belong to one process, they determine the shifts better together than their ratio or one of them alone. Whether
-they do is tested: each part of all curves is left out in turn and predicted from the rest. A basis that does not predict the points
-left out is rejected, and of several that do the one with the most certain shifts is taken.
+If both moduli belong to one process, they determine the shifts better together than their ratio or one modulus alone. This is
+tested: each part of all curves is omitted in turn and predicted from the others. A basis that does not predict the omitted points
+is rejected, and among several that do, the one with the most certain shifts is used.
 """
 
 from __future__ import annotations
@@ -27,21 +27,22 @@ from dielast.superposition.undetermined import have_shape
 
 Basis = Literal["moduli", "tan-delta", "storage"]
 
-UNKNOWN = 0.5  # decades of standard error beyond which one shift is as bad as another
-EXACT = 1e-5  # decades below which it does not matter
-CORRELATED = 3.0  # standard errors that a correlation must measure
-OUTLIER = 3.0  # standard deviations at which a residual is cut off
-DISAGREE = 3.0  # joint standard errors,
-NOTABLE = 0.02  # and decades, by which two bases contradict each other
+UNKNOWN = 0.5  # decades; larger standard errors are equally bad
+EXACT = 1e-5  # decades; smaller standard errors are equally good
+CORRELATED = 3.0  # standard errors of a significant correlation
+OUTLIER = 3.0  # standard deviations at which a residual is clipped
+DISAGREE = 3.0  # joint standard errors, and
+NOTABLE = 0.02  # decades, above which two bases contradict each other
 BASIS_WORDS: dict[Basis, str] = {"moduli": "both moduli", "tan-delta": "tan delta", "storage": "the storage modulus alone"}
-MISSED = 1.5  # mean square, in variances, by which left-out points are missed where curves do not superpose
+MISSED = 1.5  # mean square distance of omitted points, in variances, above which curves do not superpose
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BasisFit:
-    """A fit of all channels, storage before loss modulus, with the basis `on` which it was shifted, its points and smooth curves.
+    """A fit of all channels (storage before loss modulus), the basis `on` which it was shifted, and the points and curves of the
+    basis.
 
-    `others` are the shifts from other bases, to compare with.
+    `others` are the shifts from other bases, for comparison.
     """
 
     fit: MasterFit
@@ -53,7 +54,7 @@ class BasisFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OtherShifts:
-    """Shifts (m,) from a basis that was not taken, their covariance (m, m), and where (m,) both bases determine a shift."""
+    """Shifts (m,) from a basis that was not used, their covariance (m, m), and where (m,) both bases determine a shift."""
 
     on: Basis
     shift: Floats
@@ -70,11 +71,11 @@ def fit_sweeps(
     on: Basis | Literal["auto"],
     drift: Floats | None,
 ) -> BasisFit:
-    """Fit frequency sweeps on the basis `on`, or with "auto" on the best one that predicts points left out.
+    """Fit frequency sweeps on the basis `on`, or with "auto" on the best basis that predicts omitted points.
 
-    Every basis starts from the shifts of both moduli, from the starting values `start` (m,) of the storage moduli, and from where
-    both moduli of a sweep lie best on its neighbour's; the best fit is kept. With "auto" the result also has the shifts
-    from the other bases. `drift` is that of `fit_master`.
+    Every basis is fitted from several starts, and the best fit is used: the shifts of both moduli, the starting values `start` (m,)
+    of the storage moduli, and the best match of both moduli with a neighbour. With "auto" the result includes the shifts from the
+    other bases. `drift` is that of `fit_master`.
     """
     m = temperature.size
     raw, ratio = points_of(data, m), loss_tangent(data, m)
@@ -89,10 +90,10 @@ def fit_sweeps(
             part = None if drift is None else drift[np.ix_(rest, rest)]
             place = int(np.searchsorted(rest, anchor))
             joined = fit_sweeps(temperature[rest], _only(data, rest), start[rest], place, vertical, on, part)
-            whole = {"moduli": raw, "tan-delta": ratio, "storage": storage}[joined.on]
+            basis_points = {"moduli": raw, "tan-delta": ratio, "storage": storage}[joined.on]
             others = tuple(_other_of_all(other, rest, m) for other in joined.others)
             inside = np.tile(np.isin(data.curve, rest), len(data.log_modulus))
-            return replace(joined, fit=_spread(joined.fit, rest, inside, start), points=whole, others=others)
+            return replace(joined, fit=_spread(joined.fit, rest, inside, start), points=basis_points, others=others)
     if on == "storage":
         return _on_storage(alone, storage, loss, anchor)
     beta = _common(raw, together.residual)
@@ -123,7 +124,7 @@ def fit_sweeps(
 
 
 def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
-    """Both moduli if they predict points left out, else the most certain basis of those that do, or of all if none does."""
+    """Both moduli if they predict omitted points, else the most certain basis among those that do, or among all if none does."""
     if not tangent_tells:
         fits = {basis: fit for basis, fit in fits.items() if basis != "tan-delta"}
     missed = {basis: max(fit.left_out) for basis, fit in fits.items()}
@@ -142,7 +143,7 @@ def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
 
 
 def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None:
-    """Warn where another basis gives another shift factor, both relative to the temperature that `weight` (m,) picks out."""
+    """Warn of shift factors that differ in another basis, both relative to the temperature selected by `weight` (m,)."""
     m = temperature.size
     relative = np.eye(m) - weight
     shift, stderr = relative @ taken.fit.shift, np.sqrt(np.diag(relative @ taken.fit.covariance[:m, :m] @ relative.T))
@@ -165,7 +166,7 @@ def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None
 
 
 def _other_of_all(other: OtherShifts, curves: Index, m: int) -> OtherShifts:
-    """The shifts of the numbered `curves` as shifts of all m curves, of which no others are comparable."""
+    """The shifts of the numbered `curves` as shifts of all m curves, of which the others are not comparable."""
     shift, comparable = np.zeros(m), np.zeros(m, dtype=bool)
     covariance = np.zeros((m, m))
     shift[curves], comparable[curves], covariance[np.ix_(curves, curves)] = other.shift, other.comparable, other.covariance
@@ -173,8 +174,10 @@ def _other_of_all(other: OtherShifts, curves: Index, m: int) -> OtherShifts:
 
 
 def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> Flags:
-    """Curves (m,) that nothing joins to the others: the storage modulus is level, not `shaped`, and the loss modulus has no value
-    in common with that of the next curve towards the anchor. Wherever such a curve is put, it contradicts one modulus."""
+    """Mask (m,) of curves without a connection to the others: the storage modulus is level, not `shaped`, and the loss modulus has
+    no
+    value in common with that of the next curve towards the anchor. At any shift, such a curve contradicts one of the moduli.
+    """
     apart = np.zeros(storage.curves, dtype=bool)
     low, high = (np.array([edge(loss.log_modulus[loss.curve == k]) for k in range(loss.curves)]) for edge in (np.min, np.max))
     for outwards in (range(anchor - 1, -1, -1), range(anchor + 1, storage.curves)):
@@ -186,7 +189,7 @@ def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> F
 
 
 def _only(data: Condensed, curves: Index) -> Condensed:
-    """The points of the numbered `curves`, which are numbered afresh."""
+    """The points of the numbered `curves`, numbered from 0."""
     here = np.isin(data.curve, curves)
     new = np.searchsorted(curves, data.curve[here])
     return replace(
@@ -197,13 +200,13 @@ def _only(data: Condensed, curves: Index) -> Condensed:
 def _spread(fit: MasterFit, curves: Index, inside: Flags, elsewhere: Floats) -> MasterFit:
     """The fit of the numbered `curves` as a fit of all m curves: the others stay at `elsewhere` (m,), with infinite errors.
 
-    `inside` (n,) says which points the fitted curves have; the residuals of the others are NaN.
+    `inside` (n,) marks the points of the fitted curves; the residuals of other points are NaN.
     """
     m = elsewhere.size
-    whole = (elsewhere.copy(), np.zeros(m), np.full(m, np.inf), np.zeros(m))
-    for values, part in zip(whole, (fit.shift, fit.vertical, fit.noise_stderr, fit.misfit.by_curve), strict=True):
+    basis_points = (elsewhere.copy(), np.zeros(m), np.full(m, np.inf), np.zeros(m))
+    for values, part in zip(basis_points, (fit.shift, fit.vertical, fit.noise_stderr, fit.misfit.by_curve), strict=True):
         values[curves] = part
-    shift, vertical, stderr, by_curve = whole
+    shift, vertical, stderr, by_curve = basis_points
     residual = np.full(inside.size, np.nan)
     residual[inside] = fit.residual
     covariance = np.zeros((2 * m, 2 * m))
@@ -226,7 +229,7 @@ def _on_storage(alone: MasterFit, storage: FitPoints, loss: FitPoints, anchor: i
 
 
 def _common(points: FitPoints, residual: Floats) -> float:
-    """How much of the first channel's scatter the second shares: the slope of a line through their residuals, or zero."""
+    """The fraction of the first channel's scatter that the second shares: the slope of a line through their residuals, or 0."""
     series = points.series
     middle = np.array([np.median(residual[series == k]) for k in range(series[-1] + 1)])
     one, other = (_cut(part) for part in (residual - middle[series]).reshape(2, -1))
@@ -242,7 +245,7 @@ def _cut(residual: Floats) -> Floats:
 
 
 def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
-    """The fit of log G' and log G'' - beta log G' as one of log G' and log G''."""
+    """The fit of log G' and log G'' - beta log G', converted to a fit of log G' and log G''."""
     if not beta:
         return fit
     storage, rest = fit.residual.reshape(2, -1)
@@ -256,7 +259,7 @@ def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
 
 
 def _uncertainty(fit: MasterFit) -> float:
-    """Mean logarithm of the variances of the shifts from one temperature to the next, whichever curve is held fast."""
+    """Mean logarithm of the variances of the shifts from one temperature to the next, which do not depend on the anchor."""
     m = fit.shift.size
     step = np.diff(np.eye(m), axis=0)
     variance = np.einsum("ij,jk,ik->i", step, fit.covariance[:m, :m], step)

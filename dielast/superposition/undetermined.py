@@ -1,4 +1,4 @@
-"""Shift factors that the data do not determine, and results that look wrong."""
+"""Shift factors that the data do not determine, and implausible results."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from dielast.superposition.joint_fit import MasterFit
 from dielast.superposition.points import FitPoints
 from dielast.superposition.spline import Spline
 
-UNDETERMINED = 0.5  # decades of standard error beyond which a shift factor is not a measurement
+UNDETERMINED = 0.5  # decades of standard error above which a shift factor is not a measurement
 DOUBTFUL = 0.05  # decades of standard error above which, with free vertical shifts, a curve must show a curvature
-SIGNIFICANT = 4.0  # standard errors that a slope or a curvature must measure
+SIGNIFICANT = 4.0  # standard errors of a significant slope or curvature
 PLATEAU_RISE = 0.005  # decades of modulus over a whole curve
 PLATEAU_SLOPE = 0.05  # decades of modulus per decade of time,
-LAST_STRETCH = 0.5  # over this stretch of log time at the long end
+LAST_STRETCH = 0.5  # over this interval of log time at the long end
 OFFSET = 0.01  # decades
 LAW_MISFIT = 4.0  # reduced chi-square,
-LAW_MISFIT_SIGMA = 5.0  # its excess over one in standard deviations,
-LAW_MISS = 0.03  # and decades beyond which a law does not fit
+LAW_MISFIT_SIGMA = 5.0  # its excess over 1 in standard deviations,
+LAW_MISS = 0.03  # and decades, above which a law does not fit
 ROBUST_ROUNDS = 9
-TRUSTED = 2.5  # standard deviations beyond which a point loses weight
+TRUSTED = 2.5  # standard deviations above which the weight of a point is reduced
 
 
 @dataclass(frozen=True, slots=True)
 class Undetermined:
-    """A temperature (degC) whose shift factor the data do not determine, and why not."""
+    """A temperature (degC) whose shift factor the data do not determine, and the reason."""
 
     temperature: float
     reason: str
@@ -39,12 +39,12 @@ class Undetermined:
 def find_undetermined(
     temperature: Floats, points: FitPoints, splines: Sequence[Spline], fit: MasterFit, vertical: bool, peaks: bool, filled: str
 ) -> tuple[Undetermined, ...]:
-    """The temperatures whose shift is unknown, each warned of: too large an error, or no shape beyond what noise makes.
+    """The temperatures whose shift is undetermined: its error is too large, or the curve has no shape beyond noise. Warns of each.
 
-    `splines` are the smooth curves of the channels of `points`, and `filled` says what becomes of a temperature without a shift. A
-    straight line can be slid along itself, and noise makes every line look a little bent, so that the standard error of the fit
-    alone is too small. One of the channels must therefore show a significant slope, or with free `vertical` shifts of notable error
-    a significant curvature. With `peaks`, as loss moduli and tan delta have them, a curvature does as well as a slope.
+    `splines` are the smooth curves of the channels of `points`, and `filled` says what happens to a temperature without a shift. A
+    straight line can be shifted along itself, and noise makes every line appear slightly curved, so that the standard error of the
+    fit alone is too small. One channel must therefore show a significant slope or, with free `vertical` shifts of notable error, a
+    significant curvature. With `peaks`, as in loss moduli and tan delta, a curvature is as good as a slope.
     """
     stderr = fit.noise_stderr
     undetermined = []
@@ -64,7 +64,7 @@ def find_undetermined(
 
 
 def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Floats, peaks: bool) -> Flags:
-    """Whether a channel of each curve has a slope, or with `peaks` a curvature, beyond what noise makes (m,)."""
+    """Whether (m,) a channel of each curve has a slope, or with `peaks` a curvature, beyond noise."""
     return np.array(
         [
             any(_is_shaped(x, y, spline(x - shift[k]), peaks) for (x, y), spline in zip(_channels(points, k), splines, strict=True))
@@ -86,14 +86,14 @@ def _is_shaped(x: Floats, y: Floats, smooth: Floats, peaks: bool) -> bool:
 
 
 def _is_bent(curves: Sequence[tuple[Floats, Floats]]) -> bool:
-    """Whether a channel is curved, or the distance of two of them, which no vertical shift changes, has a slope."""
+    """Whether a channel is curved, or the difference of two channels, which no vertical shift changes, has a slope."""
     if any(_significance(x, y, 2) >= SIGNIFICANT for x, y in curves):
         return True
     return len(curves) == 2 and _significance(curves[0][0], curves[1][1] - curves[0][1], 1) >= SIGNIFICANT
 
 
 def _significance(x: Floats, y: Floats, degree: int) -> float:
-    """The highest coefficient of a polynomial through the points, in standard errors; outliers do not hide it."""
+    """The highest coefficient of a polynomial through the points in standard errors, robust against outliers."""
     if x.size < degree + 2:
         return 0.0
     z = (x - np.mean(x)) / max(float(np.ptp(x)), 1e-300)
@@ -114,7 +114,7 @@ def _significance(x: Floats, y: Floats, degree: int) -> float:
 
 
 def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats) -> None:
-    """Warn of the first two neighbouring temperatures of which the warmer relaxes more slowly, beyond the errors."""
+    """Warn of the first pair of neighbouring temperatures with slower relaxation at the higher one, beyond the errors."""
     rise = np.diff(shift) - 3 * np.hypot(stderr[1:], stderr[:-1])
     for k in np.flatnonzero(rise > 1e-6)[:1]:
         warn(
@@ -124,7 +124,7 @@ def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats) -> None:
 
 
 def warn_if_law_misses(temperature: Floats, shift: Floats, stderr: Floats, by_law: Floats, misfit: float, parameters: int) -> None:
-    """Warn where a law is farthest from the shift factors, if that is more than their errors; `misfit` is that of `ShiftFit`."""
+    """Warn of a law that misses the shift factors by more than their errors, at the worst one; `misfit` is that of `ShiftFit`."""
     freedom = max(temperature.size - 1 - parameters, 1)
     miss = np.abs(by_law - shift)
     if misfit > max(LAW_MISFIT, 1 + LAW_MISFIT_SIGMA * np.sqrt(2 / freedom)) and np.nanmax(miss) > LAW_MISS:
@@ -136,7 +136,7 @@ def warn_if_law_misses(temperature: Floats, shift: Floats, stderr: Floats, by_la
 
 
 def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
-    """Warn if the long end, where the equilibrium modulus is read, is not level; `curve` is a storage modulus for a sweep."""
+    """Warn if the long end, at which the equilibrium modulus is read, is not level; `curve` is a storage modulus for a sweep."""
     stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
     slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
     if abs(slope) > PLATEAU_SLOPE:
@@ -150,7 +150,7 @@ def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
 
 
 def warn_if_offset(spread: float) -> None:
-    """Warn of curves that lie higher or lower than horizontal shifts explain; `spread` in decades."""
+    """Warn of vertical offsets that horizontal shifts do not explain; `spread` in decades."""
     if spread > OFFSET:
         warn(
             f"the curves differ vertically by about {100 * (10**spread - 1):.0f} % beyond their noise: the shift factors allow for "

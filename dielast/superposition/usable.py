@@ -1,4 +1,4 @@
-"""Which curves can be shifted: those with enough points and a modulus in common with another curve."""
+"""Selection of the curves that can be shifted: with enough points, and with a modulus in common with another curve."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from dielast.superposition.condense import Condensed, condense
 from dielast.superposition.gather import Gathered, gather, where
 from dielast.superposition.overlap import find_isolated
 
-MIN_BINS = 3  # points of a curve, averages over bins of log time
+MIN_BINS = 3  # number of points of a curve, which are averages over bins of log time
 
 
 def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Condensed]:
-    """All curves that can be shifted, gathered and condensed, without those of too few points and those that join no other.
+    """All curves that can be shifted, gathered and condensed: without curves of too few points, or without overlap.
 
-    Warns of each; raises `InputError` if fewer than two are left.
+    Warns of each omitted curve; raises `InputError` if fewer than two remain.
     """
     rest, reasons = list(curves), []
     while True:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DielastWarning)  # they are issued below, once
+            warnings.simplefilter("ignore", DielastWarning)  # the call below issues them once
             data = gather(rest)
         condensed, m = condense(data), data.temperature.size
         lost = np.bincount(data.curve[(condensed.bin_of_point < 0) & data.good], minlength=m)
@@ -49,7 +49,7 @@ def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Condensed]:
 
 
 def _too_short(used: list[int], lost: list[int], over_frequency: bool) -> dict[int, str]:
-    """Why curves, by number, have too few points `used`, of which others are `lost` in noise."""
+    """The reasons why curves, by number, have too few points `used`; others are `lost` in noise."""
     axis, reasons = "frequency" if over_frequency else "time", {}
     for k, count in enumerate(used):
         if count < MIN_BINS:

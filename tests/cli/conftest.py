@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
-import sys
-import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import pytest
 from client import ask
-from processes import ENDS
+from processes import ENDS, PYTHON
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
-PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
-
-
-@pytest.fixture(scope="session")
-def server() -> Iterator[str]:
-    """The address of server.py: a short one, since a socket's has at most some hundred characters."""
-    with tempfile.TemporaryDirectory(prefix="dielast") as folder, socket.socket(socket.AF_UNIX) as listener:
-        address = f"{folder}/server"
-        listener.bind(address)
-        listener.listen()
-        program = [*PYTHON, str(Path(__file__).with_name("server.py")), str(listener.fileno())]
-        with subprocess.Popen(program, stdin=subprocess.PIPE, pass_fds=[listener.fileno()]) as process:
-            yield address
-            assert process.stdin is not None
-            process.stdin.close()
 
 
 @pytest.fixture(scope="session")

@@ -82,6 +82,34 @@ def test_rows_of_one_time_and_stretch_are_one_with_their_mean_stress(dielast: Ru
     assert line in done[1].stderr.splitlines()
 
 
+def test_all_mistakes_are_said_at_once(dielast: Run, tmp_path: Path) -> None:
+    free = """[free]
+"equilibrium.shear_modulus" = { min = "2 kg", max = 5 }
+"equilibrium.J_lim" = { min = 50, max = 5 }
+"equilibrium.C77" = {}
+"nonequilibrium.shear_modulus[9]" = {}
+"nonequilibrium.J_lim" = { prior = 55 }
+"""
+    (tmp_path / "true.csv").write_text("time [s],stretch,true_stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
+    true = '[[{}]]\nfile = "true.csv"\ncolumns = {{ stress = "true_stress" }}\n'
+    recipe = HEAD + TEST.replace(SPECIMEN, "") + true.format("test") + true.format("validate") + free
+    (tmp_path / "r.toml").write_text(recipe)
+    places = ["test[0]", "test[1].file", "validate[0].file"]
+    own = ['shear_modulus".min', 'shear_modulus".max', 'J_lim"', 'C77"']
+    places += [
+        *(f'free."equilibrium.{key}' for key in own),
+        'free."nonequilibrium.shear_modulus[9]"',
+        'free."nonequilibrium.J_lim"',
+    ]
+    for command in (("calibrate",), ("validate",)):
+        lines = dielast(*command, "r.toml").stderr.splitlines()
+        assert sorted(line.split(": ")[1].removesuffix(".file") for line in lines) == sorted(
+            x.removesuffix(".file") for x in places
+        )
+    (tmp_path / "r.toml").write_text(HEAD + TEST + '[free]\n"equilibrium.J_lim" = { maks = 3 }\n')
+    assert dielast("calibrate", "r.toml").stderr == 'r.toml: free."equilibrium.J_lim".maks: unknown key; did you mean "max"?\n'
+
+
 def test_a_fit_needs_more_points_than_parameters(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "few.csv").write_text("time [s],stretch,nominal_stress [Pa]\n1,1.1,3e3\n2,1.2,4e3\n3,1.3,5e3\n")
     free = '[free]\n"equilibrium.shear_modulus" = {}\n"equilibrium.J_lim" = {}\n"nonequilibrium.scale" = {}\n'

@@ -123,7 +123,7 @@ def test_a_whole_spectrum_may_be_loaded_at_once_in_the_cold(run: Run) -> None:
             ["as the charge comes on: it is beyond the breakdown field"],
         ),
         ("actuate", ['control="charge"', CHARGED.format("-30 nC/m^2")], ["the highest charge makes a field of 209 V/m"]),
-        ("actuate", ['leakage={conductivity="3e-14 S/m",field="40 kV/m"}'], ["the conductivity grows e^"]),
+        ("actuate", ['leakage={conductivity="3e-14 S/m",field="40 kV/m"}'], ["the conductivity grows by a factor e^"]),
         ("spectrum", ['material.permittivity="4.5 F/m"'], ["times that of the vacuum"]),
         ("spectrum", ["material.J_lim={equilibrium=0.1}"], ["J_lim = 0.1 (equilibrium)"]),
         ("spectrum", ['material.breakdown={field="48 V/m"}'], ["a breakdown field of 48 V/m"]),

@@ -43,4 +43,4 @@ def test_the_numbers_are_what_they_were(name: str, request: pytest.FixtureReques
 
 
 def test_every_subcommand_is_held() -> None:
-    assert {name.split("-")[0] for name in NAMES} == {"mastercurve", "spectrum", "relax", "creep", "actuate", "failure"}
+    assert {name.split("-")[0] for name in NAMES} == {"mastercurve", "spectrum", "relax", "creep", "actuate", "failure", "design"}

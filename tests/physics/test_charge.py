@@ -236,7 +236,7 @@ def test_what_the_circuit_lets_flow_while_a_film_is_watched(coefficient: float) 
         assert np.broadcast_to(tangent, (2, 2, 1)) == pytest.approx(exact, rel=1e-12)
 
 
-@pytest.mark.parametrize("law", [NeoHookean(), ArrudaBoyce(5.0), Ogden((0.8, 0.2), (1.6, 3.0))])
+@pytest.mark.parametrize("law", [ArrudaBoyce(5.0), Ogden((0.8, 0.2), (1.6, 3.0))])
 def test_every_spring_composes_with_cycles_of_charge(law: Gent) -> None:
     """A film without losses gives back all that it gets; one with a leak less, by what leaks in a cycle that repeats itself."""
     spring = replace(ELASTIC, equilibrium_law=law, nonequilibrium_law=law)

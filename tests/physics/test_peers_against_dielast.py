@@ -64,10 +64,9 @@ def test_creep_under_unequal_loads() -> None:
     [
         ((1.9, 1.9), 4.8e3, GENT_FILM, GENT),
         ((2.0, 1.6), 5.2e3, GENT_FILM, GENT),
-        ((1.7, 1.7), 6.5e3, SOFTENING_FILM, SOFTENING),
         ((2.0, 1.6), 5.65e3, SOFTENING_FILM, SOFTENING),
     ],
-    ids=["equibiaxial", "unequal", "softening equibiaxial", "softening unequal"],
+    ids=["equibiaxial", "unequal", "softening unequal"],
 )
 def test_actuation_under_dead_load_to_breakdown_and_through_pull_in(
     prestretch: tuple[float, float], voltage: float, film: Film, material: Material

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from dielast.material.material import Material
 from dielast.material.shift import WLF, NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
+from dielast.mechanics import jump
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
 from dielast.simulate.actuate import actuate
@@ -69,3 +72,25 @@ def test_elastic_pull_in_at_once_keeps_the_sign() -> None:
     ((event,),) = history.events
     assert event.voltage == pytest.approx(-0.687365 * np.sqrt(26e3 / 3.98e-11) * 0.5e-3, rel=1e-5)
     assert event.stretch_1 == pytest.approx(4 ** (1 / 6), rel=1e-3)
+
+
+def test_voltages_that_no_film_holds_are_ruled_out_in_few_evaluations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gent, J = 110: each film pulls in where its equilibrium ends, whatever the voltage is; above 2.0965 it never ends."""
+    evaluations = 0
+
+    def counted(*arguments: Any) -> Any:
+        nonlocal evaluations
+        evaluations += 1
+        return equations(*arguments)
+
+    equations = jump._equations
+    monkeypatch.setattr(jump, "_equations", counted)
+    gent = Material("Gent", 26e3, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), Gent(110.0), permittivity=3.98e-11)
+    prestretch, unit = np.array([1.0, 1.7, 1.9, 1.9, 2.05, 2.1]), np.sqrt(26e3 / 3.98e-11) * 0.5e-3
+    steps = [VoltageStep(np.array([1.0, 0.3, 0.25, 5.0, 1.0, 1.0]) * unit), VoltageStep.hold(1.0)]
+    history = actuate(gent, steps, thickness=0.5e-3, prestretch=prestretch, stop_at="pull-in")
+    found = [[(event.stretch_1, event.voltage / unit) for event in events] for events in history.events]
+    known = [(1.2634, 0.68918), (2.6653, 0.26065), (3.1351, 0.23871), (3.1351, 0.23871)]
+    assert [len(each) for each in found] == [1, 1, 1, 1, 1, 0]
+    assert np.array(found[:4])[:, 0] == pytest.approx(np.array(known), rel=1e-4)
+    assert evaluations < 2000

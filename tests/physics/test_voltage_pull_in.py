@@ -186,8 +186,7 @@ def fold_with_stretch_as_variable(solid: Material, prestretch: float, relax: flo
     return float(solved.y_events[0][0, -1]), float(np.exp(solved.t_events[0][0]))
 
 
-@pytest.mark.parametrize(("prestretch", "voltage"), [(1.9, 3700.0), (1.9, 3900.0), (1.7, 4400.0)])
-@pytest.mark.parametrize("rtol", [1e-5, 1e-6])
+@pytest.mark.parametrize(("prestretch", "voltage", "rtol"), [(1.9, 3700.0, 1e-5), (1.9, 3900.0, 1e-6), (1.7, 4400.0, 1e-5)])
 def test_the_literal_criterion_where_the_equations_lose_their_index(prestretch: float, voltage: float, rtol: float) -> None:
     time, stretch = fold_with_stretch_as_variable(SLOW, prestretch, 5400.0, voltage)
     history = actuate(

@@ -18,16 +18,16 @@ Make = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture
-def environment(tmp_path: Path) -> Path:
-    """A folder with `bin/dielast` and `bin/python` as in a virtual environment, both from the running interpreter's own.
+def environment(tmp_path: Path, server: str) -> Path:
+    """A folder with `bin/dielast` and `bin/python` as in a virtual environment, of the running interpreter.
 
     The run that writes to build/KILL kills itself; the one that writes to build/SLOW leaves a note and sleeps.
     """
     folder = tmp_path / "environment"
     (folder / "bin").mkdir(parents=True)
-    python = shlex.quote(sys.executable)
+    python, client = shlex.quote(sys.executable), shlex.quote(f"{Path(__file__).parents[1]}/client.py")
     before = 'case "$*" in *"build/$KILL "*) kill -9 $$;; *"build/$SLOW "*) touch asleep; sleep 600;; esac'
-    launchers = {"python": "", "dielast": f"{before}\nset -- -c 'from dielast.cli import main; main()' \"$@\"\n"}
+    launchers = {"python": "", "dielast": f'{before}\nset -- -I -S {client} {server} "$@"\n'}
     for name, lines in launchers.items():
         path = folder / "bin" / name
         path.write_text(f'#!/bin/sh\n{lines}exec {python} "$@"\n')

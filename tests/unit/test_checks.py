@@ -97,24 +97,24 @@ def test_sound_inputs_are_not_doubted() -> None:
         (lambda: warn_of_breakdown([40e6, 40e12]), "breakdown field of 4e"),
         (lambda: warn_of_curve(2e11), "largest Young's modulus is 2e"),
         (lambda: warn_of_curve(100.0), "less than that of a gel"),
-        (lambda: warn_of_temperature(np.array([-40.0, 60.0]) - 273.15, "tests at"), "taken for kelvin"),
-        (lambda: warn_of_temperature(np.array([-40.0, 60.0]) + 273.15, "tests at"), "kelvin that were taken for degC"),
+        (lambda: warn_of_temperature(np.array([-40.0, 60.0]) - 273.15, "tests at"), "but stated as kelvin"),
+        (lambda: warn_of_temperature(np.array([-40.0, 60.0]) + 273.15, "tests at"), "in kelvin, but stated as degC"),
         (lambda: warn_of_temperature([-190.0, 20.0], "tests at"), "is the scale right"),
         (lambda: warn_of_strain([1.05, 1.05]), "is it a stretch, so that the strain is 0.05, or"),
-        (lambda: warn_of_strain([1.05, 1.05]), r"or in per cent, which its unit must say\?"),
+        (lambda: warn_of_strain([1.05, 1.05]), r"or in per cent, which its unit must state\?"),
         (lambda: warn_of_strain([0.5]), "at small strain only; or is it in per cent"),
-        (lambda: warn_of_strain([1.0]), r"is 1, that is 100 %: is it in per cent, which its unit must say\?"),
+        (lambda: warn_of_strain([1.0]), r"is 1, that is 100 %: is it in per cent, which its unit must state\?"),
         (lambda: warn_of_strain([5.0]), r"is 5, that is 500 %: is it in per cent"),
         (lambda: warn_of_use(VHB, [20.0, 80.0, 70.0]), "measured from -40 to 60 degC: at 80 degC it is extrapolated"),
         (lambda: warn_of_use(VHB, -60.0), "at -60 degC it is extrapolated"),
         (lambda: warn_of_use(replace(VHB, shift=NoShift(20.0)), [22.0, 40.0]), "at 40 degC it relaxes as at 20 degC: state"),
-        (lambda: warn_of_use(replace(VHB, measured_temperature=None), 293.15), "kelvin that were taken for degC"),
+        (lambda: warn_of_use(replace(VHB, measured_temperature=None), 293.15), "in kelvin, but stated as degC"),
         (lambda: warn_of_material(relaxing(0.005)), "the branches add up to 130 Pa beside an equilibrium modulus of 26000 Pa"),
         (lambda: warn_of_material(replace(VHB, nonequilibrium_law=Gent(0.1))), r"J_lim = 0.1 \(nonequilibrium\)"),
         (lambda: warn_of_material(replace(VHB, shift=WLF(20.0 - 273.15, 13.7, 187.1))), "which is 20 K"),
         (
             lambda: warn_of_material(replace(VHB, shift=WLF(293.15, 13.7, 187.1))),
-            "reference temperature is 293.15 degC: are they kelvin",
+            "reference temperature is 293.15 degC: was the value in kelvin",
         ),
         (lambda: warn_of_law(WLF(20.0, 13.7 * np.log(10), 187.1)), "is C1 for natural logarithms, 2.303 times too large"),
         (lambda: warn_of_law(WLF(20.0, 40.0, 187.1)), "C1 C2 is 7.48e"),
@@ -161,7 +161,7 @@ def test_a_shift_table_is_doubted_unless_it_refers_to_its_reference() -> None:
     temperatures, off = (0.0, 25.0, 40.0), (1.6, 0.5, -1.3)
     said = (
         r"^the shift table gives log10 a = 0.72 at the reference temperature 20 degC, where it must be 0: 0.72 is subtracted from "
-        r"every entry, so that it is; state the temperature that the table refers to, or an entry of 0 at 20 degC$"
+        r"every entry; state the temperature that the table refers to, or an entry of 0 at 20 degC$"
     )
     with pytest.warns(DielastWarning, match=said):
         warn_of_material(replace(VHB, shift=ShiftTable(20.0, temperatures, off)))

@@ -131,6 +131,9 @@ def compare(system: LoadedPoints | SymmetricPoints, border: int, equations: Call
         (linear.increment(time + 0.5 * h, later, past, -0.7, np.empty(state.shape)), time + 0.5 * h, later, past, -0.7),
         (linear.increment(time + h, later, past, 0.0, np.empty(state.shape)), time + h, later, past, 0.0),
     )
+    if isinstance(system, LoadedPoints):  # which writes to another shape of it
+        with pytest.raises(AssertionError):
+            linear.increment(time, state, None, 0.3, np.empty(state.shape, order="F"))
     for found, at, stage, history, gamma_i in stages:
         for case in range(CASES):
             begin, end = (float(time[case]), state[:, case]), (float(at[case]), stage[:, case])

@@ -20,7 +20,7 @@ from dielast.mechanics.load import VoltageStep
 from dielast.plots.design import plot_design
 from dielast.simulate.actuate import actuate
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design, design, designed, plan_design, under_way
-from dielast.simulate.design_plan import solve_draws, solve_films
+from dielast.simulate.design_plan import MET, solve_draws, solve_films
 from dielast.simulate.failure_map import failure_map
 from dielast.simulate.film_setup import FilmSetup
 from dielast.simulate.goal import Goal
@@ -61,7 +61,7 @@ def test_an_elastic_film_without_prestress(law: Any) -> None:
     if isinstance(law, NeoHookean):
         beyond = design(material, relative_stretch=1.3, **film)
         assert (beyond.reached[0], beyond.failure_mode[0], beyond.because[0]) == (FAILS_FIRST, "pull-in", "pull-in")
-        assert beyond.largest[0] == pytest.approx(2 ** (1 / 3), rel=1e-2)  # the stretch has a vertical tangent there
+        assert beyond.largest[0] == pytest.approx(2 ** (1 / 3), rel=1e-5)  # though the stretch has a vertical tangent there
         assert np.isnan(beyond.voltage[0])
 
 
@@ -96,7 +96,27 @@ def test_an_elastic_film_fails_at_once_or_not_at_all(film: dict[str, Any]) -> No
             assert result.voltage[row] == pytest.approx(voltage[-1], rel=1e-6)
             continue
         assert result.because[row] == "breakdown"
-        assert result.largest[row] == pytest.approx(stretch[np.argmax(field > 8e7)] / pre, rel=2e-3)
+        first = np.argmax(field > 8e7)
+        broken = np.interp(8e7, field[first - 1 : first + 1], stretch[first - 1 : first + 1])
+        assert result.largest[row] == pytest.approx(broken / pre, rel=1e-5)
+
+
+@pytest.mark.parametrize("film", [{"prestretch": 1.8}, {"prestretch": 1.9, "boundary": "frame", "electrode_share": 0.3}])
+@pytest.mark.parametrize("material", [FILM, replace(FILM, breakdown=None)])
+def test_how_far_a_film_comes_does_not_depend_on_where_it_was_to_come(film: dict[str, Any], material: Any) -> None:
+    result = design(material, relative_stretch=[2.4, 2.7, 3.0], **GOAL, **film)
+    assert set(result.reached) == {FAILS_FIRST}
+    assert result.largest == pytest.approx(np.full(3, result.largest[0]), rel=1e-6)
+
+
+def test_a_goal_in_a_range_of_stretches_that_hardly_differ_in_voltage_is_reached() -> None:
+    """Without breakdown a film goes from 1.7 to 2.4 times its stretch within 2 % of the voltage, and lives on."""
+    goals = [1.7, 1.8, 1.9, 2.0, 2.1, 2.2, 2.3, 2.4]
+    result = design(replace(FILM, breakdown=None), relative_stretch=goals, prestretch=1.9, **GOAL)
+    assert set(result.reached) == {YES}
+    order = np.argsort(result.target)
+    assert np.all(np.diff(result.voltage[order]) > 0)
+    assert result.largest[order] == pytest.approx(goals, rel=MET)
 
 
 @pytest.mark.parametrize(

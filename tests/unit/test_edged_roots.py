@@ -23,7 +23,7 @@ def runaway(edge: np.ndarray, top: np.ndarray, goal: np.ndarray, search: EdgedRo
         value = top[columns] * (1 - np.sqrt(1 - np.minimum(ratio, 1) ** 2)) - goal[columns]
         kind = np.where(lives, ENDED, np.where(top[columns] >= goal[columns], PASSED, SHORT))
         lasted = np.where(lives, np.nan, -20 * (ratio - 1))
-        search.note(columns, argument, np.where(lives, value, np.nan), kind, lasted)
+        search.note(columns, argument, np.where(lives, value, top[columns] - goal[columns] - 0.1), kind, lasted)
     return rounds
 
 
@@ -73,6 +73,30 @@ def test_values_that_never_change_their_sign(constant: float, state: int) -> Non
         kind = np.full(columns.size, ENDED)
         search.note(columns, argument, np.full(columns.size, constant), kind, np.full(columns.size, np.nan))
     assert search.state.tolist() == [state]
+
+
+@settings(max_examples=40, deadline=None)
+@given(beyond=st.floats(1.01, 5.0), guess=st.floats(0.3, 3.0), goal=st.floats(0.1, 0.9))
+def test_how_high_values_come_before_an_edge(beyond: float, guess: float, goal: float) -> None:
+    """Though they rise vertically there."""
+    search = EdgedRoots(guess * 3e3 * SPREAD[None], np.array([1e-5]), to_edge=True)
+    assert runaway(np.array([3e3]), np.array([goal]), np.array([goal * beyond]), search, 40) <= 20
+    assert search.state.tolist() == [EDGE]
+    assert search.highest[0] == pytest.approx(goal - goal * beyond, abs=1e-5)
+
+
+@settings(max_examples=40, deadline=None)
+@given(cliff=st.floats(900, 1500), steep=st.floats(-9, -2), share=st.floats(0.05, 0.95))
+def test_a_root_at_a_cliff_is_found_by_halving_the_bracket(cliff: float, steep: float, share: float) -> None:
+    search = EdgedRoots(1e3 * SPREAD[None], np.array([1e-5]))
+    for _ in range(100):
+        columns, argument = search.trials()
+        if not columns.size:
+            break
+        value = 0.5 + 0.5 * np.tanh((argument - cliff) / (cliff * 10**steep)) - share + 1e-4 * (argument - cliff) / cliff
+        search.note(columns, argument, value, np.full(columns.size, ENDED), np.full(columns.size, np.nan))
+    assert search.state.tolist() == [FOUND]
+    assert search.root[0] == pytest.approx(cliff * (1 + 10**steep * np.arctanh(2 * share - 1)), rel=1e-3 * 10**steep)
 
 
 def test_columns_know_nothing_of_each_other() -> None:

@@ -21,7 +21,7 @@ from dielast.material.springs import Gent
 from dielast.numerics.integrate import Status
 from dielast.sharing import processes
 from dielast.sharing.execution import Execution
-from dielast.simulate.failure_map import plan_failure_map
+from dielast.simulate.failure_map import assembled, plan_failure_map
 from dielast.simulate.map_plan import MapPlan
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
@@ -40,9 +40,9 @@ class Pool(concurrent.futures.ProcessPoolExecutor):
         return future
 
 
-def planned(cells: int) -> MapPlan:
+def planned(cells: int, **more: Any) -> MapPlan:
     voltage = np.linspace(3e3, 4e3, cells)
-    return plan_failure_map(SOLID, voltage=voltage, prestretch=[1.7], thickness=5e-4, relax=600.0, horizon=3600.0)
+    return plan_failure_map(SOLID, voltage=voltage, prestretch=[1.7], thickness=5e-4, relax=600.0, horizon=3600.0, **more)
 
 
 def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,8 +83,35 @@ def test_what_is_kept_is_taken_only_if_it_belongs_to_the_map(tmp_path: Path, mon
     assert not kept(times=cells.times | {"pull-in": np.full(4, 4000.0)})
     nothing = np.full(4, np.nan)
     assert not kept(times={"breakdown": nothing, "pull-in": nothing}, status=np.full(4, Status.STOPPED))
+    assert not kept(stretched=np.ones((2, 1, 4)))  # at a time that nobody asked for
     # an array of 64 TiB that is not there
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1 << 43,)})
     store.write_bytes(header.getvalue())
     assert partial._load(store, "key", plan) == ({}, 0)
+
+
+def test_a_map_with_stretches_goes_on_to_the_same_stretches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(partial, "CHUNK", 4)
+    monkeypatch.setattr(partial, "PAUSE", 0.0)
+    plan = planned(16, stretch_at={"1 s": 1.0, "1 h": 3600.0})
+    (whole,) = assembled(plan, partial.solve(plan, "key", Execution()))
+    assert np.isfinite(whole.relative_stretch["1 s"]).any()
+
+    def interrupt(done: int, cells: int, what: str) -> None:
+        if done == 8:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        partial.solve(plan, "key", Execution(folder=tmp_path, progress=interrupt))
+    counted: list[int] = []
+    rest = partial.solve(plan, "key", Execution(folder=tmp_path, progress=lambda done, cells, what: counted.append(done)))
+    assert counted == [12, 16]
+    (result,) = assembled(plan, rest)
+    assert list(result.relative_stretch) == ["1 s", "1 h"]
+    for name, stretch in whole.relative_stretch.items():
+        np.testing.assert_array_equal(result.relative_stretch[name], stretch)
+    np.testing.assert_array_equal(result.time_to_failure, whole.time_to_failure)
+    # of another number of times, they are of no use
+    (store,) = tmp_path.iterdir()
+    assert partial._load(store, "key", planned(16, stretch_at=[1.0])) == ({}, 0)

@@ -6,6 +6,8 @@ import re
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -13,8 +15,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from dielast import FrequencySweep, RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
+from dielast.io.table import Column
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
+from dielast.plots.calibration import _draw_correlations
 from dielast.plots.mastercurve import _tangent_axis
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, lasting, log_axis, number, panels, spread, style, typeset
 from dielast.relaxation.creep import fit_creep
@@ -250,3 +254,12 @@ def test_text_is_set_with_minus_signs() -> None:
     )
     assert (number(-2.5), number(-0.0)) == (f"{minus}2.5", "0")
     assert [lasting(seconds) for seconds in (0.01, 1, 90, 5400, 86400)] == ["10 ms", "1 s", "1.5 min", "1.5 h", "1 d"]
+
+
+def test_correlations_that_round_to_zero_have_no_sign() -> None:
+    columns = [Column(name, None, values) for name, values in (("parameter", ["a", "b"]), ("a", [1.0, -0.04]), ("b", [-0.04, 1.0]))]
+    names = SimpleNamespace(space=SimpleNamespace(names=("equilibrium.a", "equilibrium.b")))
+    calibration: Any = SimpleNamespace(correlation_columns=lambda: columns, fit=names)
+    axes = Figure().add_subplot()
+    _draw_correlations(axes, calibration, [0, 1])
+    assert [text.get_text() for text in axes.texts] == ["0.0", "0.0"]

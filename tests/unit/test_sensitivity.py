@@ -241,7 +241,7 @@ def test_each_source_is_exchanged_and_nothing_else() -> None:
 def test_nothing_to_share_is_refused() -> None:
     with pytest.raises(InputError, match="at least 4"):
         Exchange.of(draw_sample([SILICONE], 3, thickness=NormalScatter(0.1)))
-    with pytest.raises(InputError, match="all draws are the same"):
+    with pytest.raises(InputError, match="all draws are equal"):
         Exchange.of(draw_sample([SILICONE], 30))
     with pytest.raises(InputError, match="horizon"):
         life_sensitivity(SILICONE, voltage=1e4, **{**CLAMPED, "horizon": -1.0})

@@ -1,12 +1,26 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from dielast import InputError, Step, creep, read_material, relax
+from dielast import (
+    InputError,
+    RelaxationCurve,
+    Step,
+    VoltageStep,
+    actuate,
+    build_master_curve,
+    creep,
+    failure_map,
+    read_material,
+    relax,
+)
 from dielast.io.files import resolve
 
 VHB = read_material(resolve(Path(), "example:vhb4905.toml"))
@@ -46,3 +60,52 @@ def test_a_list_is_cases_and_a_tuple_is_axes() -> None:
     assert cases.stretch_1[:, -1] == pytest.approx([2.0, 3.0])
     axes = relax(VHB, [Step(stretch=(2.0, 3.0), duration=1.0)], points_per_decade=2)
     assert (axes.stretch_1[0, -1], axes.stretch_2[0, -1]) == pytest.approx((2.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("time", "message"),
+    [
+        (np.array([1, 2], dtype="timedelta64[s]"), "time: .* is needed, not durations"),
+        (np.array(["2026-01-01", "2026-01-02"], dtype="datetime64[D]"), "is needed, not dates"),
+        ([1 + 0j, 2.0], "is needed, not complex numbers"),
+        (["1", "2"], "is needed, not text"),
+        (np.array(["1", 2.0], dtype=object), "a number in SI units"),
+        (np.ma.masked_less([1.0, 2.0], 1.5), r"time: some values are masked: leave them out \(time.compressed\(\)\)"),
+        ([[1.0, 2.0]], r"20 degC: times of shape \(1, 2\): a list of numbers is needed"),
+        ([[1.0], 2.0], "a number in SI units"),
+    ],
+)
+def test_what_is_no_list_of_numbers_is_refused(time: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        RelaxationCurve(20.0, time, [1e6, 9e5])
+
+
+def test_arguments_of_a_wrong_type_are_input_errors() -> None:
+    step, film = VoltageStep(1e3), {"thickness": 5e-4}
+    series = pd.Series([1.0, 2.0], index=[7, 8])
+    assert RelaxationCurve(20, series, np.array([1e6, 9e5], dtype=object)).time.tolist() == [1.0, 2.0]
+    curve: Any = RelaxationCurve(20.0, [1.0, 2.0], np.ma.array([1e6, 9e5]))
+    wrong: list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any], str]] = [
+        (build_master_curve, (curve,), {"reference_temperature": 20.0}, "curves: a list of curves is needed"),
+        (build_master_curve, ([curve],), {"reference_temperature": "20 degC"}, 'reference_temperature: "20 degC": a number'),
+        (RelaxationCurve, ("20 degC", [1.0], [1.0]), {}, 'temperature: "20 degC": a number'),
+        (replace, (VHB,), {"equilibrium_modulus": "26 kPa"}, 'equilibrium_modulus: "26 kPa": a number'),
+        (actuate, (VHB, step), film, "steps: a list of steps is needed"),
+        (actuate, (VHB, [Step(duration=1.0)]), film, "step 0: .*: a VoltageStep or a ChargeStep is needed"),
+        (actuate, (VHB, [step]), {**film, "relax": "10 min"}, 'relax: "10 min": a number'),
+    ]
+    grid = {"voltage": 4e3, "prestretch": 1.9, "thickness": 5e-4, "horizon": 10.0}
+    wrong += [
+        (failure_map, (VHB,), {**grid, "thickness": [5e-4, 1e-3]}, r"thickness: an array of shape \(2,\): one number is needed"),
+        (failure_map, (VHB,), {**grid, "horizon": "1 h"}, 'horizon: "1 h": a number'),
+    ]
+    for function, given, named, message in wrong:
+        with pytest.raises(InputError, match=message):
+            function(*given, **named)
+
+
+def test_a_long_hold_after_a_short_ramp_has_rows_in_every_decade() -> None:
+    history = relax(VHB, [Step(stretch=1.5, duration=1e-8), Step(duration=1e9)], points_per_decade=2)
+    held = history.time[0][history.time[0] > 1.001e-8] - 1e-8
+    assert held[0] < 1e-10
+    assert np.diff(np.log10(held)).max() < 1.0

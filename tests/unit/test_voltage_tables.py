@@ -31,7 +31,7 @@ def test_columns_of_a_voltage_table_can_be_named(tmp_path: Path) -> None:
     assert followed(tmp_path, f'table = "v.csv"\n{columns}') == [([0.0, 2.0, 4.0], [0.0, 2000.0, 0.0])]
     with pytest.raises(InputError, match=r'^step\[0\]\.columns\.time: v\.csv: no column "time" for time'):
         followed(tmp_path, 'table = "v.csv"\n')
-    with pytest.raises(InputError, match=r"step\[0\]: columns is about a table$"):
+    with pytest.raises(InputError, match=r"step\[0\]: columns goes with table$"):
         followed(tmp_path, f'hold = "1 s"\n{columns}')
 
 

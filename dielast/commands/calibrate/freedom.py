@@ -34,11 +34,14 @@ def free_of(free: Mapping[str, FreeValue], materials: Mapping[str, Material], in
             value = wrong.tried(partial(_converted, stated, path, name, material, inputs))
             if value is not None:
                 found.setdefault(name, {})[path] = value
-    wrong.refuse()
     for name, material in materials.items():
-        if name not in found:
-            raise InputError(f"nothing of {name} is free", key="free")
-        wrong.tried(partial(_placed, material, found[name]))
+        if name in found:
+            wrong.tried(partial(_placed, material, found[name]))
+        elif not wrong:
+            wrong.append(Problem(f"nothing of {name} is free", key="free"))
+    wrong.sort(
+        key=lambda problem: next((k for k, path in enumerate(free) if (problem.key or "").startswith(_key(path))), len(free))
+    )
     wrong.refuse()
     return found
 
@@ -78,6 +81,7 @@ def _converted(stated: FreeValue, path: str, name: str, material: Material, inpu
     kind = kinds_of(material)[section][key.partition("[")[0]]
 
     def number(name: str) -> float | None:
+        """The value, in SI."""
         value: Any = getattr(stated, name)
         if value is None:
             return None
@@ -90,4 +94,7 @@ def _converted(stated: FreeValue, path: str, name: str, material: Material, inpu
             raise InputError(f"{shown(value)}: a bare number is needed", key=f"{_key(path)}.{name}")
         return float(value)
 
-    return Free(number("min"), number("max"), number("start"), number("prior"), stated.relative, drawn)
+    wrong = Mistakes()
+    least, most, start, prior = (wrong.tried(partial(number, name)) for name in ("min", "max", "start", "prior"))
+    wrong.refuse()
+    return Free(least, most, start, prior, stated.relative, drawn)

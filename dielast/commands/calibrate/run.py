@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from dielast.calibration.stability import Stability, stabilities
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import InputError, NumericsError, and_more, in_keys, warn
+from dielast.errors import InputError, Mistakes, NumericsError, and_more, in_keys, warn
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
@@ -58,16 +59,28 @@ class Candidate:
 
 
 def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
-    """Read all files that a recipe names; raises `InputError`."""
-    materials = {name: parse_material(inputs.read(name), name) for name in recipe.started_from}
-    at = next(iter(materials.values())).reference_temperature
-    tests, further = read_tests(recipe.test, inputs, at, "test"), read_tests(recipe.validate_, inputs, at, "validate")
+    """Read all files that a recipe names; raises `InputError` with a line for every mistake."""
+    wrong, materials = Mistakes(), dict[str, Material]()
+    for name in recipe.started_from:
+        if material := wrong.tried(partial(_read_material, name, inputs)):
+            materials[name] = material
+    at = next((material.reference_temperature for material in materials.values()), 20.0)
+    tests = wrong.tried(partial(read_tests, recipe.test, inputs, at, "test")) or []
+    further = wrong.tried(partial(read_tests, recipe.validate_, inputs, at, "validate")) or []
+    # without its material a free constant cannot be checked
+    free = wrong.tried(partial(free_of, recipe.free, materials, inputs)) if len(materials) == len(recipe.started_from) else None
+    wrong.refuse()
+    assert free is not None
     electric = [test.name for test in (*tests, *further) if isinstance(test, MeasuredTest) and test.nominal_field]
     for name, material in materials.items():
         if electric and material.dielectric is None:
             needed = f"test {electric[0]} is under voltage: state [dielectric] permittivity"
             raise InputError(needed, file=name)
-    return Asked(tests, further, materials, free_of(recipe.free, materials, inputs))
+    return Asked(tests, further, materials, free)
+
+
+def _read_material(name: str, inputs: Inputs) -> Material:
+    return parse_material(inputs.read(name), name)
 
 
 def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> Report:

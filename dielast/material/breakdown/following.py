@@ -1,4 +1,4 @@
-"""Breakdown fields that change with the film, of many films at once."""
+"""Breakdown fields that depend on the present film, for many films at once."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from dielast.numerics.arrays import Floats, Index
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FollowingField:
-    """Breakdown `laws` that follow films of an undeformed `thickness` (cases,) in m, and the field (cases,) in V/m that they give
-    at the prestretch, `at_prestretch`, 1 for films whose breakdown field stays as it is.
+    """Breakdown `laws` that depend on the present stretch and thickness, for films of an undeformed `thickness` (cases,) in m;
+    `at_prestretch` (cases,) is their field in V/m at the prestretch, 1 for films with a constant breakdown field.
     """
 
     laws: LawsOfCases[BreakdownLaw]
@@ -23,13 +23,13 @@ class FollowingField:
 
     @classmethod
     def of(cls, laws: LawsOfCases[BreakdownLaw], thickness: Floats, prestretch: Floats) -> FollowingField:
-        """Of films (cases,) at a `prestretch` sqrt(l1 l2)."""
+        """For films (cases,) at a `prestretch` sqrt(l1 l2)."""
         relaxed = cls(laws, thickness, np.ones_like(thickness))
         every = np.arange(thickness.size)
         return cls(laws, thickness, relaxed.ratio(every, 4 * np.log(prestretch)))
 
     def take(self, cases: Index) -> FollowingField:
-        """The same for some of the films."""
+        """The laws of some of the films."""
         return FollowingField(self.laws.take(cases), self.thickness[cases], self.at_prestretch[cases])
 
     def ratio(self, cases: Index, log_area: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""What every breakdown law answers: the true field at which a film breaks down."""
+"""Base of the breakdown laws: the true field at which a film breaks down."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from dielast.numerics.arrays import Flags, Floats
 
 
 class BreakdownLaw(Law):
-    """Base of the breakdown laws; a law states `at` and `scaled` at least, and one that `follows_film` also `of_film`."""
+    """Base of the breakdown laws; a law defines `at` and `scaled`, and with `follows_film` also `of_film`."""
 
     __slots__ = ()
 
     follows_film: ClassVar[bool] = False
-    """Whether the field changes with the film: the law is then asked at every moment, else once, at the prestretch. The constants
-    of such a law are numbers, of which it takes arrays, too.
+    """Whether the field depends on the present stretch and thickness: the law is then evaluated at all times, else once, at the
+    prestretch. The constants of such a law are numbers, and it must also take arrays of them.
     """
 
     def at(self, prestretch: ArrayLike) -> Floats:
@@ -34,13 +34,13 @@ class BreakdownLaw(Law):
         raise NotImplementedError
 
     def is_known_at(self, prestretch: ArrayLike) -> Flags:
-        """Whether the law was stated for equibiaxial prestretches (any shape), so that nothing stands in for it."""
+        """Whether equibiaxial prestretches (any shape) lie within the range of the law."""
         return np.ones(np.shape(prestretch), dtype=bool)
 
     def outside(self, prestretch: float) -> str:
-        """What stands in for the law at a prestretch that it is not known at, and how to state it."""
+        """For a warning: the field that is taken at a prestretch outside the range of the law, and how to state another."""
         return ""
 
     def typical_fields(self) -> Floats:
-        """Fields (k,) in V/m by which to judge whether the law is one of films."""
+        """Fields (k,) in V/m, to check whether they are those of films."""
         return np.atleast_1d(self.at(1.0))

@@ -18,7 +18,7 @@ from dielast.units import FIELD
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Breakdown(Result, BreakdownLaw):
-    """Breakdown field in V/m over equibiaxial prestretch, linear in between; beyond its ends the nearest entry holds."""
+    """Breakdown field in V/m over equibiaxial prestretch, linear between entries, constant outside."""
 
     prestretch: tuple[float, ...]
     field: tuple[float, ...]
@@ -56,13 +56,13 @@ class Breakdown(Result, BreakdownLaw):
         return Breakdown(self.prestretch, tuple(factor * value for value in self.field))
 
     def is_known_at(self, prestretch: ArrayLike) -> Flags:
-        """Whether equibiaxial prestretches (any shape) lie within those of the table; one entry alone holds at all."""
+        """Whether equibiaxial prestretches (any shape) lie within those of the table; a single entry holds at all prestretches."""
         values, ends = np.asarray(prestretch, dtype=float), (self.prestretch[0], self.prestretch[-1])
-        # rounding is forgiven
+        # allow for rounding
         return (len(self.prestretch) == 1) | ((values >= ends[0] * (1 - 1e-9)) & (values <= ends[1] * (1 + 1e-9)))
 
     def outside(self, prestretch: float) -> str:
-        """The nearest entry, and the table with an entry more."""
+        """For a warning: the nearest entry, and the table with a further entry."""
         entries = [
             (prestretch, '"..."'),
             *((at, f'"{field / 1e6:.4g} MV/m"') for at, field in zip(self.prestretch, self.field, strict=True)),

@@ -1,4 +1,4 @@
-"""What every damage law answers: how fast a field uses a film up."""
+"""Base of the damage laws: the rate of damage under a field."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from dielast.numerics.columns import Floats
 
 
 class DamageLaw(Law):
-    """Base of the damage laws; a law states `rate`, `lasting` and `scaled`.
+    """Base of the damage laws; a law defines `rate`, `lasting` and `scaled`.
 
-    Its constants are numbers, of which it takes arrays, too.
+    Its constants are numbers, and it must also take arrays of them.
     """
 
     __slots__ = ()
@@ -27,5 +27,5 @@ class DamageLaw(Law):
         raise NotImplementedError
 
     def scaled(self, factor: float) -> Self:
-        """The law of a film that takes a field `factor` times as large for the same damage."""
+        """The law of a film that withstands a field `factor` times as large for the same damage."""
         raise NotImplementedError

@@ -39,7 +39,7 @@ class ConstantPermittivity(DielectricLaw):
             object.__setattr__(self, "relative_permittivity", None)
 
     def brief(self) -> float | None:
-        """The number; none is stated where it is 0."""
+        """The number; None if it is 0, which means that none is stated."""
         return self.permittivity or None
 
     def at(self, temperature: ArrayLike) -> Floats:

@@ -1,4 +1,4 @@
-"""How the moduli of springs change with temperature, one law a module."""
+"""Laws of moduli over temperature, one module each."""
 
 from __future__ import annotations
 

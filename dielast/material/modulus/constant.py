@@ -1,4 +1,4 @@
-"""Moduli that no temperature changes."""
+"""Moduli that do not depend on temperature."""
 
 from __future__ import annotations
 

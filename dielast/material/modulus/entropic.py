@@ -1,4 +1,4 @@
-"""Entropic springs: the modulus of a network goes with the absolute temperature and the density of its chains."""
+"""Entropic springs: the modulus of a network is proportional to the absolute temperature and the density of its chains."""
 
 from __future__ import annotations
 

@@ -48,11 +48,11 @@ class Arrhenius(ShiftLaw):
         return np.asarray(self.activation_energy / GAS_CONSTANT * inverse / np.log(10))
 
     def label(self) -> str:
-        """The activation energy in kJ/mol."""
+        """The law with the activation energy in kJ/mol, for a legend."""
         return f"Arrhenius, $E_a$ = {self.activation_energy / 1e3:.4g} kJ/mol"
 
     def warning(self) -> str:
-        """Activation energies that no polymer has."""
+        """A warning if the activation energy is not that of a polymer."""
         if BARRIERS[0] <= abs(self.activation_energy) <= BARRIERS[1]:
             return ""
         known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
@@ -60,7 +60,7 @@ class Arrhenius(ShiftLaw):
 
     @classmethod
     def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
-        """The activation energy, in which log10 a is linear."""
+        """Fit the activation energy; log10 a is linear in it."""
         unit = cls(base, 1.0)
         energy, moments, response, misfit = fit_factor(whiten, unit.log10_shift_factor(base + distance), wanted)
         if energy <= 0:

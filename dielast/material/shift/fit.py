@@ -18,7 +18,7 @@ class MovedLaw:
     `to_constants` (p, q) and `to_origin` (q,) are derivatives of the law's constants and of the origin with respect to the fitted
     parameters.
 
-    `others` are the origins of other laws that the data allow, where a parameter is only assumed.
+    `others` are the origins of other laws that the data allow, if a parameter is assumed and not fitted.
     """
 
     law: Any
@@ -30,10 +30,10 @@ class MovedLaw:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedLaw:
-    """A law fitted about the base temperature; `about` gives it about a temperature so many K away.
+    """A law fitted about the base temperature; `about(distance)` is the law about a temperature so many K away.
 
     `moments` (q, q) is the covariance of the parameters, `response` (q, k) their derivative with respect to the shift factors,
-    `misfit` the reduced chi-square. `assumed` says which parameter is only assumed, and why.
+    `misfit` the reduced chi-square. `assumed` is a message on a parameter that is assumed, and why.
     """
 
     about: Callable[[float], MovedLaw]
@@ -53,6 +53,6 @@ def fit_factor(whiten: Floats, column: Floats, wanted: Floats) -> tuple[float, F
 
 
 def reduced_chi_square(whitened: Floats, parameters: int) -> float:
-    """The squared distance (k,) in standard errors per degree of freedom; 0 where there is no freedom."""
+    """The squared distance (k,) in standard errors per degree of freedom; 0 without degrees of freedom."""
     freedom = whitened.size - parameters
     return float(whitened @ whitened) / freedom if freedom > 0 else 0.0

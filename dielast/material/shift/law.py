@@ -1,7 +1,7 @@
-"""What every time-temperature shift law answers: how far a temperature stretches every relaxation time.
+"""Base of the time-temperature shift laws: the factor on all relaxation times at a temperature.
 
-The shift factor is a(T) = tau(T) / tau(T_ref), so cold means slow: log10 a > 0 below the reference temperature, < 0 above it, and
-reduced time is t / a(T). Temperatures are in degC.
+The shift factor is a(T) = tau(T) / tau(T_ref): log10 a > 0 below the reference temperature, where relaxation is slower, and < 0
+above it. Reduced time is t / a(T). Temperatures are in degC.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from dielast.numerics.arrays import Floats
 class ShiftLaw(Law):
     """Base of the shift laws: frozen dataclasses whose first field is `reference_temperature` (degC), where log10 a = 0.
 
-    A law states `log10_shift_factor` at least, and `fit` if it can be fitted to shift factors.
+    A law defines `log10_shift_factor`, and `fit` if it can be fitted to shift factors.
     """
 
     __slots__ = ()
@@ -35,7 +35,7 @@ class ShiftLaw(Law):
         raise NotImplementedError
 
     def measured_range(self) -> tuple[float, float] | None:
-        """Lowest and highest temperature (degC) that the law holds at, if that is a property of the law."""
+        """Lowest and highest temperature (degC) at which the law holds; None if the law has no such range."""
         return None
 
     def label(self) -> str:
@@ -43,28 +43,28 @@ class ShiftLaw(Law):
         return self.title
 
     def warning(self) -> str:
-        """Why the constants look wrong, if they do."""
+        """A warning if the constants look wrong, else None."""
         return ""
 
     @classmethod
     def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
         """Fit the law to shift factors by generalised least squares.
 
-        `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) turns its
-        errors into independent ones of variance 1.
+        `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) makes its
+        errors independent, with variance 1.
         """
         raise InputError(f"the {cls.title} law cannot be fitted: state it in the material file")
 
     @classmethod
     def through(cls, temperature: Floats, log10_shift_factor: Floats, reference_temperature: float) -> tuple[Self, Floats] | None:
-        """The law that goes exactly through log10 a (m,) at `temperature` (m,), ascending, if it can.
+        """The law that meets log10 a (m,) at `temperature` (m,), ascending, exactly; None if the law cannot.
 
-        With it the weights (m,) of the shift factors in log10 a at the `reference_temperature`.
+        Also returns the weights (m,) of the shift factors in log10 a at the `reference_temperature`.
         """
         return None
 
     def drawn(self) -> dict[tuple[str, str], float]:
-        """The numbers that differ from draw to draw, by name and unit."""
+        """The numbers that differ between draws, by name and unit."""
         return {(constant.name, constant.unit): float(getattr(self, constant.name)) for constant in self.constants}
 
     def drawn_headers(self) -> list[str]:
@@ -72,7 +72,7 @@ class ShiftLaw(Law):
         return [f"{name} [{unit}]" for name, unit in self.drawn()]
 
     def redrawn(self, numbers: list[float]) -> Self:
-        """The law with other numbers, in the order of `drawn`; `InputError` naming the column of a number that is not allowed."""
+        """The law with other numbers, in the order of `drawn`; raises `InputError` naming the column of an invalid number."""
         for constant, header, value in zip(self.constants, self.drawn_headers(), numbers, strict=True):
             if not constant.is_allowed(value):
                 raise InputError(f'column "{header}": {value:g}: a number {constant.bounds} is needed')
@@ -80,20 +80,20 @@ class ShiftLaw(Law):
         return replace(self, **named)  # type: ignore[type-var]
 
     def numbers_of(self, other: ShiftLaw) -> Floats:
-        """The numbers of `drawn` for which this law is the `other` one, which was fitted in the same way."""
+        """The numbers of the `other` law, which was fitted in the same way, in the order of `drawn`."""
         return np.array(list(other.drawn().values()))
 
     def allows(self, numbers: Floats) -> bool:
-        """Whether a material can have these numbers, in the order of `drawn`."""
+        """Whether the numbers, in the order of `drawn`, are valid for a material."""
         return all(constant.is_allowed(value) for constant, value in zip(self.constants, numbers.tolist(), strict=False))
 
     @classmethod
     def summary_names(cls) -> dict[str, Constant]:
-        """The constants by their names in a summary, which end in the unit."""
+        """The constants by their names in a summary, which end with the unit."""
         return {constant.name + constant.suffix: constant for constant in cls.constants}
 
     def summary(self, covariance: Floats) -> dict[str, float]:
-        """The constants as a summary has them, with standard errors and covariances from their `covariance` (p, p)."""
+        """The constants for a summary, with standard errors and covariances from their `covariance` (p, p)."""
         summary: dict[str, float] = {}
         for index, (key, constant) in enumerate(self.summary_names().items()):
             summary |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}

@@ -63,17 +63,17 @@ class ShiftTable(Result, ShiftLaw):
         return self.temperature[0], self.temperature[-1]
 
     def label(self) -> str:
-        """How the table is read."""
+        """The interpolation of the table, for a legend."""
         return "linear in between"
 
     def warning(self) -> str:
-        """A table that is not 0 at the reference temperature."""
+        """A warning if the table is not 0 at the reference temperature."""
         there, origin = self.reference_temperature, self._origin()
         if abs(origin) <= ROUNDING:
             return ""
         stated = f"the shift table gives log10 a = {origin:.3g} at the reference temperature {there:g} degC, where it must be 0"
         mend = f"state the temperature that the table refers to, or an entry of 0 at {there:g} degC"
-        return f"{stated}: {origin:.3g} is subtracted from every entry, so that it is; {mend}"
+        return f"{stated}: {origin:.3g} is subtracted from every entry; {mend}"
 
     @classmethod
     def through(cls, temperature: Floats, log10_shift_factor: Floats, reference_temperature: float) -> tuple[Self, Floats]:
@@ -108,16 +108,16 @@ class ShiftTable(Result, ShiftLaw):
         return other.log10_shift_factor(np.array(self.temperature))
 
     def allows(self, numbers: Floats) -> bool:
-        """Any shift factors."""
+        """Always True: a table may have any shift factors."""
         return True
 
     @classmethod
     def summary_names(cls) -> dict[str, Constant]:
-        """None: the table is a file of its own."""
+        """Empty: the table is a separate file."""
         return {}
 
     def summary(self, covariance: Floats) -> dict[str, float]:
-        """Nothing, likewise."""
+        """Empty: the table is a separate file."""
         return {}
 
     @classmethod

@@ -16,11 +16,13 @@ from dielast.material.shift.law import ShiftLaw
 from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 
-# K, C1 C2 = 1 / (ln 10 alpha_f), whatever the reference temperature: the free volume's expansion alpha_f is 1e-4 to 4e-3 /K
+# K, C1 C2 = 1 / (ln 10 alpha_f) at any reference temperature; the expansion alpha_f of the free volume is 1e-4 to 4e-3 /K
 FREE_VOLUME = 100.0, 4000.0
-SMALLEST_C2 = 50.0  # K, about the coldest temperature: that of most polymers at their glass transition, below which nobody shifts
+SMALLEST_C2 = (
+    50.0  # K, about the lowest temperature: that of most polymers at the glass transition, the lowest temperature for shifts
+)
 ASSUMED_C2 = 25  # values of an assumed C2 that are tried
-POORLY_KNOWN = 0.25  # relative standard error of C2 beyond which it is warned of
+POORLY_KNOWN = 0.25  # relative standard error of C2 above which a warning is given
 BEFORE_POLE = 0.98  # of the distance to a pole: the pole lies outside of the measured temperatures
 SAME_LAW = 1e-8  # of C2 with which WLF is Arrhenius' law: the digits of a material file
 SETTLED = 1e-14  # relative change of the constants with which the search ends
@@ -45,7 +47,7 @@ class WLF(ShiftLaw):
     )
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.C1):  # a fit to temperatures that are mixed up has a negative one
+        if not np.isfinite(self.C1):  # may be negative: a fit to wrongly assigned temperatures
             raise InputError(f"{self.C1:g}: a finite number is needed", argument="C1")
         if not (np.isfinite(self.C2) and self.C2 > 0):
             raise InputError(f"{self.C2:g}: a number of K above 0 is needed", argument="C2")
@@ -57,7 +59,7 @@ class WLF(ShiftLaw):
             coldest = self.reference_temperature + float(np.min(distance))
             pole = self.reference_temperature - self.C2
             where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
-            if self.reference_temperature > 200:  # where hardly anybody refers to
+            if self.reference_temperature > 200:  # hardly ever a reference temperature in degC
                 where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
             raise InputError(f"{coldest:g} degC is at or below {where}", argument="temperature")
         return np.asarray(-self.C1 * distance / (self.C2 + distance))
@@ -67,7 +69,7 @@ class WLF(ShiftLaw):
         return f"WLF, $C_1$ = {self.C1 + 0.0:.4g}, $C_2$ = {self.C2 + 0.0:.4g} K"
 
     def warning(self) -> str:
-        """Constants that no polymer has."""
+        """A warning if the constants are not those of a polymer."""
         product, (low, high) = self.C1 * self.C2, FREE_VOLUME
         if np.isclose(self.C2, self.reference_temperature + ZERO_CELSIUS, rtol=SAME_LAW):  # no free volume: it is Arrhenius' law
             return Arrhenius(self.reference_temperature, product * GAS_CONSTANT * float(np.log(10))).warning()
@@ -82,7 +84,7 @@ class WLF(ShiftLaw):
     def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
         """log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular also where C2 is large.
 
-        Where the data do not determine C2, or bend the other way, C2 = T_ref in kelvin is assumed.
+        If the data do not determine C2, or are curved the other way, C2 = T_ref in kelvin is assumed.
         """
         # no pole among the measured temperatures
         lowest = -BEFORE_POLE / float(distance.max()) if distance.max() > 0 else -np.inf
@@ -149,7 +151,7 @@ def _jacobian(distance: Floats, g: float, k: float, whiten: Floats) -> Floats:
 
 def _least_squares(distance: Floats, wanted: Floats, whiten: Floats, lowest: float, highest: float) -> tuple[float, float]:
     """g and k, k within bounds; the start is the solution of wanted (1 + k d) = -g d, which is linear in both."""
-    from scipy.optimize import least_squares  # which takes its time to load
+    from scipy.optimize import least_squares  # slow to load
 
     matrix = whiten @ np.stack((-distance, -wanted * distance), axis=1)
     g, k = np.linalg.lstsq(matrix, whiten @ wanted, rcond=None)[0].tolist()

@@ -210,6 +210,7 @@ class FramedArrowhead:
         out[-2:] = assembly.seen(nominal) - state[-2:]
         moved = (2 * change / self.stretch).reshape(2, 1, -1)
         right -= self.hold * moved
+        assert out.flags.c_contiguous  # or else what is written to another shape of it is lost
         internal = out[:border].reshape(right.shape)
         self.springs.solve(right, out=internal)
         internal += moved

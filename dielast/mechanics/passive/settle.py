@@ -10,19 +10,22 @@ from dielast.mechanics.point_material import SYMMETRIC
 from dielast.numerics.columns import Flags, Floats
 
 ITERATIONS, HALVINGS = 60, 16
+FEW, SELDOM = 12, 3  # the same in a search nearby, as in `jump`
 SETTLED, BALANCED = (
     5e-13,
     1e-8,
-)  # relative Newton steps in the stretches: one that ends the search, and one that an equilibrium may have
+)  # relative Newton steps in the stretches: one that ends the search, one that an equilibrium may have
 LARGEST = 0.5  # relative change of a stretch in one step
 
 
-def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundings, Flags]:
+def settle(at: Surroundings, internal: Floats, field: Floats, nearby: float | None = None) -> tuple[Surroundings, Flags]:
     """The equilibrium at a nominal field (k,) with viscous stretches (2, n, P, k), and whether (k,) it was found and is stable.
 
     The search starts from the present state. Newton's method on the forces F of the structure; a step is halved until they
-    decrease.
+    decrease. With `nearby`, the search ends without an equilibrium as soon as 2 ln l of a stretch l has changed by more than
+    `nearby`, or converges slowly.
     """
+    iterations, halvings = (ITERATIONS, HALVINGS) if nearby is None else (FEW, SELDOM)
     assembly, structure = at.assembly, at.assembly.structure
 
     def equations(unknown: Floats) -> tuple[Floats, Floats, Floats]:
@@ -36,16 +39,17 @@ def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundi
     with np.errstate(all="ignore"):
         unknown = at.border[:-2].copy()
         nominal, force, slope = equations(unknown)
-        settled = np.zeros(field.size, dtype=bool)
-        for _ in range(ITERATIONS):
+        settled, lost = np.zeros((2, field.size), dtype=bool)
+        begin = structure.stretch(unknown)
+        for _ in range(iterations):
             step = Factors.of(structure.tangent(slope)).solve(-force)
             size = np.max(np.abs(structure.moved(step) / structure.stretch(unknown)), axis=(0, 1))
             step *= np.minimum(1.0, LARGEST / size)
             settled |= size <= SETTLED
-            if np.all(settled | ~np.isfinite(size)):
+            if np.all(settled | lost | ~np.isfinite(size)):
                 break
-            merit, share = _merit(force), np.where(settled, 0.0, 1.0)
-            for _halving in range(HALVINGS):
+            merit, share = _merit(force), np.where(settled | lost, 0.0, 1.0)
+            for _halving in range(halvings):
                 trial = unknown + share * step
                 trial_state = equations(trial)
                 worse = ~(_merit(trial_state[1]) < merit) & (share > 0)
@@ -54,9 +58,12 @@ def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundi
                 share = np.where(worse, 0.5 * share, share)
             settled |= (share * size <= SETTLED) | worse  # no fraction of the step improves the equilibrium further
             unknown, (nominal, force, slope) = trial, trial_state
+            if nearby is not None:
+                lost |= 2 * np.max(np.abs(np.log(structure.stretch(unknown) / begin)), axis=(0, 1)) > nearby
         factors = Factors.of(structure.tangent(slope))
         newton_step = np.max(np.abs(factors.solve(-force)), axis=0)
-        stable = settled & (newton_step <= BALANCED) & (factors.rim_stiffness() > 0) & np.all(np.isfinite(nominal), axis=(0, 1))
+        holds = settled & ~lost & (newton_step <= BALANCED)
+        stable = holds & (factors.rim_stiffness() > 0) & np.all(np.isfinite(nominal), axis=(0, 1))
     return Surroundings(assembly, np.concatenate((unknown, assembly.seen(nominal)))), stable
 
 

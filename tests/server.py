@@ -29,7 +29,8 @@ def serve(listener: socket.socket) -> Request | None:
         line, _ = listener.accept()
         with line:
             _, streams, _, _ = socket.recv_fds(line, 1, 3)
-            request = json.loads(b"".join(iter(lambda: line.recv(1 << 16), b"")))
+            with line.makefile("rb") as rest:
+                request = json.load(rest)
             child = os.fork()
             if child == 0:
                 listener.close()
