@@ -37,8 +37,10 @@ SLOWEST_RATE = 1e4
 
 @dataclass(frozen=True, slots=True)
 class TimeScale:
-    """The time theta for which a disturbance is watched: a `share` of the time since the voltage programme began, and `seconds` on
-    top.
+    """The time theta over which a disturbance must grow: `seconds`, plus a `share` of the time since the size of the voltage last
+    began to rise.
+
+    Raises `InputError` for a share or seconds that are negative or not finite.
     """
 
     share: float = 0.01

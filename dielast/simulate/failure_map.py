@@ -160,7 +160,7 @@ def failure_map(
 
 
 def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None) -> list[FailureMap]:
-    """The planned map, and then that of each draw; `progress` as in `failure_map`."""
+    """The planned map, followed by the maps of all draws, each with shape (nt, np, nv); `progress` as in `failure_map`."""
     solved = []
     for first, end in plan.chunks():
         solved.append(solve_cells(plan, first, end))

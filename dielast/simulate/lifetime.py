@@ -111,7 +111,9 @@ class LifetimeLines(tuple[LifetimeLine, ...]):
 
 
 def fit_lifetime(result: FailureMap) -> LifetimeLines:
-    """Least-squares lines for each temperature and prestretch, through the films that fail after 0 s and within the horizon."""
+    """Least-squares lines of the log time to failure (s) over voltage (V), and over its log, for each temperature and prestretch
+    (nt, np), through the films that fail after 0 s and within the horizon.
+    """
     lines = []
     times = result.time_to_failure[np.isfinite(result.time_to_failure) & (result.time_to_failure > 0)]
     resolution = MARKER * float(np.log10(ROOM**2 * times.max() / times.min())) if times.size else np.inf

@@ -35,11 +35,11 @@ Test = ParamSpec("Test")
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MembraneHistory(History):
-    """What a membrane did: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, one `outcome` a case.
+    """The history of membranes: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, and an `outcome` for each case.
 
-    Where an outcome is not completed, everything after its time is NaN. `viscous_stretch` (2, branches, cases, times) is None
-    unless it was asked for, `cycles` unless there is a waveform; they are about the nominal stress where the stretch is
-    prescribed, and else about the stretch. The table is without `relaxation_modulus`, which is that of uniaxial relaxation alone.
+    If the outcome of a case is not COMPLETED, its values after the time of the outcome are NaN. `viscous_stretch` (2, branches,
+    cases, times) is None without `internal`, `cycles` is None without a waveform; cycles are those of the nominal stress if the
+    stretch is prescribed, else of the stretch. The table lacks `relaxation_modulus`, which only uniaxial relaxation has.
     """
 
     UNITS: ClassVar = {"time": "s", "stretch_1": "1", "stretch_2": "1"} | {

@@ -64,11 +64,11 @@ class LifeShares(TabularResult):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class LifeElasticities(TabularResult):
-    """Derivatives (sources, films) of the log life of films, whose columns are `films`, by the log of each number, the others as
-    they are: by how many per cent the life changes if a number is one per cent larger.
+    """Derivatives (sources, films) of the log life of films, whose columns are `films`, by the log of one constant at a time: by
+    how many per cent the life changes if the constant is one per cent larger.
 
-    The `elasticity_error` (sources, films) bounds the error of the central difference where the life is smooth; where it is large,
-    the life has a kink, such as from breakdown to pull-in. NaN where a film does not fail, or fails at once.
+    The `elasticity_error` (sources, films) bounds the error of the central difference for a smooth life; it is large at a kink,
+    such as a change from breakdown to pull-in. NaN if a film does not fail, or fails at once.
     """
 
     films: Table
@@ -123,14 +123,14 @@ def sensitivity_of(variation: Variation, life: Floats, films: Table) -> Sensitiv
 def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: int = 1, **film: Any) -> Sensitivity:
     """What drives the life of the films of a `failure_map`, whose arguments `film` are.
 
-    With a `sample`, the draws of material and films, the shares of each source in the spread of the log life: n draws and k
-    sources take n(k + 1) lives of each film; `seed` says which draws are paired. Without one, the derivatives by every number. All
-    lives are solved to `rtol`, in a map of draws to the looser `drawn_rtol` only if that is stated.
+    With a `sample` of draws of materials and films: the shares of the sources in the variance of the log life. n draws and k
+    sources need n(k + 1) lives of each film; `seed` sets the pairs of draws. Without a sample: the derivatives by all constants.
+    All lives are solved to `rtol`; a map of draws is solved to the looser `drawn_rtol` only if that is stated.
 
         sample = draw_sample(read_draws("material.toml"), 200, thickness=NormalScatter(0.02))
         life_sensitivity(material, sample, voltage=4e3, prestretch=1.9, thickness=0.5e-3, horizon=1e9).to_frame()
 
-    Raises `InputError` for anything wrong with the arguments.
+    SI units and shapes as in `failure_map`. Raises `InputError` for invalid arguments.
     """
     variation = variation_for(material, sample, seed)
     film.setdefault("drawn_rtol", film.get("rtol", 1e-6))

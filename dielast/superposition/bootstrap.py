@@ -72,8 +72,9 @@ def bootstrap_master_curve(
 ) -> MasterCurveDraws:
     """Draws of the `master` curve that `build_master_curve` made of `curves` with the same arguments.
 
-    A draw depends on nothing but `seed` and its number. `progress` is called with the numbers of draws done and of all. Raises
-    `InputError` for fewer than two draws, and `NumericsError` if less than half of them give a master curve.
+    A draw depends only on `seed` and its number. `progress` is called with the number of finished draws and the total. Units and
+    shapes are those of `MasterCurveDraws`. Raises `InputError` for fewer than two draws, and `NumericsError` if less than half of
+    them give a master curve.
     """
     if draws < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")

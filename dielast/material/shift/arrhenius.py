@@ -21,7 +21,10 @@ BARRIERS = 5e3, 2e6  # J/mol, activation energies: from the motion of a methyl g
 
 @dataclass(frozen=True, slots=True)
 class Arrhenius(ShiftLaw):
-    """ln a = E_a / R (1/T - 1/T_ref) with T in kelvin; `activation_energy` E_a in J/mol."""
+    """ln a = E_a / R (1/T - 1/T_ref) with T in kelvin; `activation_energy` E_a in J/mol, `reference_temperature` in degC.
+
+    Raises `InputError` for temperatures at or below absolute zero.
+    """
 
     reference_temperature: float
     activation_energy: float
