@@ -62,7 +62,7 @@ Scheduler = Annotated[
     typer.Option(
         "--scheduler",
         metavar="ADDRESS",
-        help="Dask scheduler (or its .json file) to share the work out to; the result is the same.",
+        help="Address of a Dask scheduler, or its .json file, that shares the work; the result is the same.",
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]

@@ -271,7 +271,7 @@ def draws_file(content: bytes, source: str) -> str | None:
 
 
 def read_material(path: str | Path) -> Material:
-    """The material in a material file, or in one that ships with dielast, `example:vhb4905`.
+    """The material (SI units, temperatures in degC) in a material file, or in one that ships with dielast, `example:vhb4905`.
 
     Raises `InputError` with a line for every mistake.
     """

@@ -25,13 +25,16 @@ class Scatter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class NormalScatter:
-    """Normally distributed about the stated value, with standard deviation `relative` times it; cut off at zero."""
+    """Normal distribution about the stated value, with standard deviation `relative` (1) times this value, cut off at zero.
+
+    Raises `InputError` unless `relative` is at least 0 and below 1.
+    """
 
     relative: float
 
     def __post_init__(self) -> None:
         if not 0 <= self.relative < 1:
-            raise InputError(f"a relative scatter of {self.relative:g}: it must be at least 0 and below 1")
+            raise InputError(f"a relative scatter of {self.relative:g}: at least 0 and below 1 is needed")
 
     def factors(self, quantile: Floats) -> Floats:
         """Factors on the stated value."""
@@ -47,13 +50,16 @@ class NormalScatter:
 
 @dataclass(frozen=True, slots=True)
 class WeibullScatter:
-    """Weibull's distribution with this `shape`; the stated value is its scale, which 63.2 % of the values do not exceed."""
+    """Weibull distribution with this `shape` (1); the stated value is its scale, which 63.2 % of the values do not exceed.
+
+    Raises `InputError` for a shape that is not positive.
+    """
 
     shape: float
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.shape) and self.shape > 0):
-            raise InputError(f"a Weibull shape of {self.shape:g}: it must be positive")
+            raise InputError(f"a Weibull shape of {self.shape:g}: a positive number is needed")
 
     def factors(self, quantile: Floats) -> Floats:
         """Factors on the stated value."""
@@ -62,9 +68,9 @@ class WeibullScatter:
 
 @dataclass(frozen=True, slots=True)
 class DamageScatter:
-    """How the damage D at which films fail scatters: a share P_f = 1 - exp(-a D^beta) of them has failed at D, with the Weibull
-    `shape` beta and a = `area_ratio`, the area of the films over that for which the constants of the damage hold: the weakest spot
-    of a larger film is weaker.
+    """Scatter of the damage D at failure: a share P_f = 1 - exp(-a D^beta) of the films has failed at D, with the Weibull `shape`
+    beta (1) and a = `area_ratio` (1), the area of the films over that for which the constants of the damage hold: the weakest spot
+    of a larger film is weaker. Raises `InputError` for numbers that are not positive.
     """
 
     shape: float
@@ -134,10 +140,10 @@ def draw_sample(
     thickness: Scatter | None = None,
     damage: DamageScatter | None = None,
 ) -> Sample:
-    """So many draws of the `members`, the draws of a material (one alone is a material known exactly), with scatter.
+    """A sample of `draws` films: materials from `members` (a single member is a material known exactly), with scatter.
 
-    The first draws are the members in their order; more draws than members repeat some by chance. Draw k depends on `seed` and k
-    alone. Raises `InputError` if there is nothing to draw.
+    The first draws are the members in their order; further draws repeat members at random. Draw k depends only on `seed` and k.
+    Arrays of the sample are (draws,). Raises `InputError` if there is nothing to draw.
     """
     if draws < 1 or not members:
         raise InputError(f"{draws} draws of {len(members)} materials: at least one of each is needed")
@@ -160,10 +166,11 @@ def fewest_draws(level: float) -> int:
 
 
 def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
-    """Lower and upper bound (...) of an interval that holds one more draw with probability `level`, from `values` (draws, ...).
+    """Lower and upper bound (...) of an interval that covers a further draw with probability `level`, from `values` (draws, ...).
 
-    The bounds are order statistics, never between two draws, so that infinite values (what has not happened) are in order. NaN is
-    no draw, and bounds that the rest cannot tell are NaN.
+    The bounds, in the unit of the values, are order statistics without interpolation, so that infinite values (events that have
+    not happened) are allowed. NaN does not count as a draw; with too few draws the bounds are NaN. Raises `InputError` for a level
+    that is not between 0 and 1.
     """
     if not 0 < level < 1:
         raise InputError(f"{level:g}: a probability above 0 and below 1 is needed, such as 0.9", argument="level")

@@ -29,7 +29,7 @@ NEAR_END = 10**0.1  # a curve determines processes up to a tenth of a decade bey
 
 
 def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Floats]:
-    """Abscissa and ordinates of a master curve, arrays (n,) by ascending abscissa; `InputError` unless positive and equally long."""
+    """Abscissa and ordinates of a master curve, arrays (n,) in ascending order; `InputError` unless positive and equally long."""
     names = [(spoken(name), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
     arrays = [real_numbers(values, name) for (name, _), values in zip(names, columns, strict=True)]
     abscissa = arrays[0]

@@ -165,7 +165,7 @@ def failure_map(
 
 
 def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None) -> list[FailureMap]:
-    """The planned map, followed by the map of each draw; `progress` as in `failure_map`."""
+    """The planned map, followed by the maps of all draws, each with shape (nt, np, nv); `progress` as in `failure_map`."""
     solved = []
     for first, end in plan.chunks():
         solved.append(solve_cells(plan, first, end))
@@ -205,7 +205,7 @@ def plan_failure_map(
     if shares is not None:
         pairs, shares = np.repeat(pairs, of_each, axis=0), np.tile(shares, len(pairs))
     temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
-    thickness = real_number(thickness, "thickness")
+    setup = replace(setup, thickness=real_number(setup.thickness, "thickness"))
     if not 0 < real_number(horizon, "horizon") < np.inf:
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
     if not 0 <= real_number(ramp, "ramp") <= horizon:

@@ -113,9 +113,8 @@ class LifetimeLines(tuple[LifetimeLine, ...]):
 
 
 def fit_lifetime(result: FailureMap) -> LifetimeLines:
-    """Least-squares fits of both laws for each temperature and prestretch.
-
-    They use the films that fail after 0 s and within the horizon.
+    """Least-squares lines of the log time to failure (s) over voltage (V), and over its log, for each temperature and prestretch
+    (nt, np), through the films that fail after 0 s and within the horizon.
     """
     lines = []
     times = result.time_to_failure[np.isfinite(result.time_to_failure) & (result.time_to_failure > 0)]

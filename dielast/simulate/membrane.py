@@ -35,11 +35,11 @@ Test = ParamSpec("Test")
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MembraneHistory(History):
-    """Histories of specimens: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, one `outcome` per case.
+    """The history of membranes: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, and an `outcome` for each case.
 
-    All arrays are NaN after the time of an outcome that is not completed. `viscous_stretch` (2, branches, cases, times) is None
-    unless it was requested. `cycles` is None without a waveform; it evaluates the nominal stress if the stretch is prescribed, else
-    the stretch. `relaxation_modulus` is not in the table, as it has a meaning only in uniaxial relaxation.
+    If the outcome of a case is not COMPLETED, its values after the time of the outcome are NaN. `viscous_stretch` (2, branches,
+    cases, times) is None without `internal`, `cycles` is None without a waveform; cycles are those of the nominal stress if the
+    stretch is prescribed, else of the stretch. The table lacks `relaxation_modulus`, which only uniaxial relaxation has.
     """
 
     UNITS: ClassVar = {"time": "s", "stretch_1": "1", "stretch_2": "1"} | {

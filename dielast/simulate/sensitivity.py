@@ -133,7 +133,8 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
         sample = draw_sample(read_draws("material.toml"), 200, thickness=NormalScatter(0.02))
         life_sensitivity(material, sample, voltage=4e3, prestretch=1.9, thickness=0.5e-3, horizon=1e9).to_frame()
 
-    Raises `InputError` for invalid arguments. Source of the shares: `numerics.shares` (Sobol' 2001, Saltelli et al. 2010).
+    SI units and shapes as in `failure_map`. Raises `InputError` for invalid arguments. Source of the shares: `numerics.shares`
+    (Sobol' 2001, Saltelli et al. 2010).
     """
     variation = variation_for(material, sample, seed)
     film.setdefault("drawn_rtol", film.get("rtol", 1e-6))

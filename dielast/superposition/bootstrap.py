@@ -72,9 +72,10 @@ def bootstrap_master_curve(
 ) -> MasterCurveDraws:
     """Draws of the `master` curve that `build_master_curve` made from `curves` with the same arguments.
 
-    A draw depends only on `seed` and its number. `progress` is called with the number of finished draws and that of all. The method
-    is the wild bootstrap of `dielast.superposition.resample` (Wu, DOI 10.1214/aos/1176350142). Raises `InputError` for fewer than
-    two draws, and `NumericsError` if less than half of them give a master curve.
+    A draw depends only on `seed` and its number. `progress` is called with the number of finished draws and the total. Units and
+    shapes are those of `MasterCurveDraws`. The method is the wild bootstrap of `dielast.superposition.resample` (Wu, DOI
+    10.1214/aos/1176350142). Raises `InputError` for fewer than two draws, and `NumericsError` if less than half of them give a
+    master curve.
     """
     if draws < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")

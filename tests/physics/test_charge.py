@@ -308,5 +308,5 @@ def test_what_cannot_be_is_refused() -> None:
             actuate(ELASTIC, steps, **wired, **FILM)
     with pytest.raises(InputError, match="conductivity -1 S/m"):
         Leakage(-1.0)
-    with pytest.raises(InputError, match="field 0 V/m: it must be positive"):
+    with pytest.raises(InputError, match="field 0 V/m: a positive number is needed"):
         Leakage(1.0, 0.0)

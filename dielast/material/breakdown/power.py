@@ -21,7 +21,8 @@ class PowerBreakdown(BreakdownLaw):
 
     E_ref = `field` in V/m, a = `stretch_exponent`, b = `thickness_exponent`, h_ref = `reference_thickness` in m. Koh et al.,
     J. Polym. Sci. B 49 (2011) 504 (VHB 4910: a = 1.13, b = 0); Huang, Shian, Diebold, Suo and Clarke, Appl. Phys. Lett. 101 (2012)
-    122905 (VHB 4905 and 4910: 51 MV/m h^-0.25 l^0.63, h in mm).
+    122905 (VHB 4905 and 4910: 51 MV/m h^-0.25 l^0.63, h in mm). Raises `InputError` for constants outside their bounds, and for a
+    thickness exponent without a reference thickness.
     """
 
     field: float | Floats

@@ -18,7 +18,10 @@ from dielast.units import FIELD
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Breakdown(Result, BreakdownLaw):
-    """Breakdown field in V/m over equibiaxial prestretch, linear between entries, constant outside."""
+    """Breakdown `field` (n,) in V/m over ascending equibiaxial `prestretch` (n,), linear between entries, constant outside.
+
+    Raises `InputError` for lists of different length, prestretches that do not ascend, and fields that are not positive.
+    """
 
     prestretch: tuple[float, ...]
     field: tuple[float, ...]

@@ -19,8 +19,9 @@ from dielast.units import FIELD, TIME
 class InversePower(DamageLaw):
     """dD/dt = (|E|/E_0)^n/t_0, so that a film lives for t_0 (E_0/E)^n at a constant field; breakdown at E_0 as n goes to infinity.
 
-    E_0 = `field` in V/m, t_0 = `time` in s, n = `exponent`. Silicone: life falls 62-fold from 80 to 100 V/um (Albuquerque and Shea,
-    Smart Mater. Struct. 30 (2021) 125022), which is n = 18.5. Damages of different fields add up (Miner's rule).
+    E_0 = `field` in V/m, t_0 = `time` in s, n = `exponent`. Silicone: life falls 62-fold from 80 to 100 V/um (Albuquerque and
+    Shea, Smart Mater. Struct. 30 (2021) 125022), which is n = 18.5. Damages of different fields add up (Miner's rule). Raises
+    `InputError` for constants that are not positive.
     """
 
     field: float | Floats

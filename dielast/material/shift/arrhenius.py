@@ -28,7 +28,10 @@ def kelvin(temperature: Celsius) -> Celsius:
 
 @dataclass(frozen=True, slots=True)
 class Arrhenius(ShiftLaw):
-    """ln a = E_a / R (1/T - 1/T_ref) with T in kelvin; `activation_energy` E_a in J/mol."""
+    """ln a = E_a / R (1/T - 1/T_ref) with T in kelvin; `activation_energy` E_a in J/mol, `reference_temperature` in degC.
+
+    Raises `InputError` for temperatures at or below absolute zero.
+    """
 
     reference_temperature: float
     activation_energy: float

@@ -14,7 +14,7 @@ from dielast.numerics.arrays import Floats
 
 @dataclass(frozen=True, slots=True)
 class NoShift(ShiftLaw):
-    """Relaxation times that do not depend on temperature: log10 a = 0."""
+    """Relaxation times that do not depend on temperature: log10 a = 0 at all temperatures; `reference_temperature` in degC."""
 
     reference_temperature: float
 

@@ -32,7 +32,8 @@ SETTLED = 1e-14  # relative change of the constants with which the search ends
 class WLF(ShiftLaw):
     """log10 a = -C1 (T - T_ref) / (C2 + T - T_ref), Eq. 11 of DOI 10.1115/1.4030850.
 
-    `C1` is dimensionless (decimal logarithm), `C2` in K. At the pole, T = T_ref - C2, the material would never relax.
+    `C1` is dimensionless (decimal logarithm), `C2` in K, `reference_temperature` in degC. At the pole, T = T_ref - C2, the material
+    would never relax. Raises `InputError` for invalid constants, and for temperatures at or below the pole.
     """
 
     reference_temperature: float

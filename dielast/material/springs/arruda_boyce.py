@@ -24,8 +24,8 @@ class ArrudaBoyce(LimitedLaw):
     b_0 is b at rest (Arruda and Boyce 1993, DOI 10.1016/0022-5096(93)90013-6).
 
     The factor makes the initial shear modulus 1. `locking_stretch`, l_m, is the stretch sqrt(I1/3) of the chains at which the
-    stress is infinite; without an end the spring is neo-Hookean. It is a number, or an array (n, cases) or (n, 1) of several
-    springs.
+    stress is infinite; if it is infinite, the spring is neo-Hookean. It is a number, or an array (n, cases) or (n, 1) of several
+    springs. Raises `InputError` for a locking stretch that is not above 1.
     """
 
     locking_stretch: float | Floats = math.inf

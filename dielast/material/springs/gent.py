@@ -19,7 +19,8 @@ from dielast.numerics.columns import Floats
 class Gent(LimitedLaw):
     """W = -(J/2) ln(1 - (I1 - 3)/J), Eq. 5 of DOI 10.1115/1.4030850, with J = `J_lim`; J to infinity is neo-Hookean.
 
-    `J_lim` is a number, or an array (n, cases) or (n, 1) of several springs.
+    `J_lim` is a number, or an array (n, cases) or (n, 1) of several springs. W is for a modulus of 1. Raises `InputError` for a
+    J_lim that is not positive.
     """
 
     J_lim: float | Floats = math.inf

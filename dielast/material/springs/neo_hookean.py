@@ -15,7 +15,7 @@ from dielast.numerics.columns import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NeoHookean(FirstInvariantLaw):
-    """W = (I1 - 3)/2, the limit of Gent's law (Eq. 5 of DOI 10.1115/1.4030850) as J tends to infinity."""
+    """W = (I1 - 3)/2 for a modulus of 1, the limit of Gent's law (Eq. 5 of DOI 10.1115/1.4030850) as J tends to infinity."""
 
     name: ClassVar = "neo-hookean"
     title: ClassVar = "neo-Hookean"

@@ -22,7 +22,8 @@ class Ogden(ScaledLaw):
     """W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3) (Ogden 1972, DOI 10.1098/rspa.1972.0026), of initial shear
     modulus sum mu_p alpha_p / 2.
 
-    `mu` in Pa, or in any other unit: a spring of modulus m has mu_p m / (sum mu_q alpha_q / 2). Terms stand in the first axis.
+    `mu` in Pa, or in any other unit: a spring of modulus m has mu_p m / (sum mu_q alpha_q / 2). Terms are along the first axis.
+    Raises `InputError` for invalid exponents, and for lists of different length.
     """
 
     mu: tuple[float, ...] | Floats
