@@ -164,8 +164,7 @@ def test_rows_are_close_in_what_is_driven() -> None:
         assert rows[0] < 2e-3 * course.duration[0] / max(course.cycles, 1)
 
 
-@pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "pure-shear"])
-@pytest.mark.parametrize("begins", [0.0, 100.0])
+@pytest.mark.parametrize(("mode", "begins"), [("uniaxial", 0.0), ("uniaxial", 100.0), ("equibiaxial", 0.0), ("pure-shear", 100.0)])
 def test_a_path_is_loaded_in_its_mode(mode: str, begins: float) -> None:
     """Whatever it begins with: a load of 0 or a stretch of 1 says nothing about what comes."""
     stress, stretch = [begins, 3e4, begins], [1 + begins / 1e3, 1.5, 1 + begins / 1e3]

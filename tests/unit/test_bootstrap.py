@@ -46,6 +46,7 @@ def test_a_draw_depends_on_the_seed_and_its_number_alone() -> None:
     more = bootstrap_master_curve(curves, master, draws=5)
     assert np.array_equal(few.log10_shift_factor, more.log10_shift_factor[:3])
     assert np.array_equal(few.smooth_ordinates, more.smooth_ordinates[:3])
+    assert len(np.unique(more.log10_shift_factor, axis=0)) == 5
     other = bootstrap_master_curve(curves, master, draws=3, seed=2)
     assert not np.any(other.law_parameters == few.law_parameters)
 
