@@ -410,3 +410,12 @@ def test_a_profile_says_which_film_of_a_sweep_it_is_of(tmp_path: Path) -> None:
     figure = outcome.figures["profile"]()
     title = " ".join(text.get_text() for text in figure.findobj(Text))
     assert "electrode share = 0.3" in title.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_no_band_goes_across_cycles_that_are_left_out(tmp_path: Path) -> None:
+    waveform = '[[step]]\nwaveform = "triangle"\nhigh = "1 kV"\nperiod = "10 s"\ncycles = 6\n'
+    film = FILM[: FILM.index("[[step]]")] + waveform + "[output]\npoints_per_decade = 3\ncycles = [1, 6]\n"
+    (axes,) = figure_of(tmp_path, film + SCATTER + "[solver]\nrtol = 1e-4\n").axes
+    spans = [np.ptp(path.vertices[:, 0]) for band in axes.collections for path in band.get_paths()]
+    assert len(spans) == 2
+    assert max(spans) < 11.0

@@ -80,11 +80,19 @@ def picture(
         titled(title, cases, materials),
         marks,
         swept(cases, materials),
-        bands,
+        [_parted(*each) for each in zip(bands, cases, columns, strict=True)] if bands else [],
         interval,
         spans,
         failed,
     )
+
+
+def _parted(band: Band | None, case: Case[Any], table: Mapping[str, Floats]) -> Band | None:
+    """A band of a table with nothing across the cycles that the table leaves out."""
+    if band is None or band[0].size != table["time [s]"].size:
+        return band
+    along, lower, upper = band
+    return along, np.where(_left_out(case.recipe, table["time [s]"]), np.nan, lower), upper
 
 
 def _left_out(recipe: Any, time: Floats) -> Flags:
