@@ -40,8 +40,8 @@ def predicted(fit: Fit) -> Prediction | None:
     lower, upper = fit.space.bounds
     start = np.repeat(fit.coordinates[None], folds, axis=0)
     residuals = fit.problem.weighted(curves, fit.scatter, chosen)
-    found = minimise(residuals, start, lower, upper, iterations=ITERATIONS, settled=PRECISE)
-    answers = curves.split(fit.problem.answers(found.coordinates))
+    solutions = minimise(residuals, start, lower, upper, iterations=ITERATIONS, settled=PRECISE)
+    answers = curves.split(fit.problem.answers(solutions.coordinates))
     misses = [answers[k][fold[k]] - values for k, values in enumerate(curves.values)]
     errors = [
         float(np.sqrt(np.mean(np.square(miss)) / np.mean(np.square(values))))

@@ -159,9 +159,9 @@ class _Steps:
         key = steps.cases + 0.5 * begin / last[steps.cases]
         order = np.argsort(key, kind="stable")
         wanted = np.arange(times.shape[0])[:, None] + 0.5 * times / last[:, None]
-        found = order[np.maximum(np.searchsorted(key[order], wanted.ravel(), side="right") - 1, 0)]
-        fraction = (times.ravel() - begin[found]) / steps.step[found]
-        return steps.take(found).state(np.clip(fraction, 0.0, 1.0)).reshape(-1, *times.shape)
+        rows_at = order[np.maximum(np.searchsorted(key[order], wanted.ravel(), side="right") - 1, 0)]
+        fraction = (times.ravel() - begin[rows_at]) / steps.step[rows_at]
+        return steps.take(rows_at).state(np.clip(fraction, 0.0, 1.0)).reshape(-1, *times.shape)
 
 
 def elastic(symmetry: Symmetry, log_squared: Floats) -> tuple[Floats, Floats]:
@@ -183,11 +183,11 @@ def carried(
     flowing = np.flatnonzero(rate > 0)
     lost = np.zeros(count, dtype=bool)
     if flowing.size:
-        own = Histories(histories.time[flowing], histories.stretch[flowing])
-        start, zero = own.stretch[:, 0], np.zeros(flowing.size)
+        flows = Histories(histories.time[flowing], histories.stretch[flowing])
+        start, zero = flows.stretch[:, 0], np.zeros(flowing.size)
         system = Branches(law.take(flowing), rate[flowing], symmetry, start, zero)
         steps = _Steps()
-        ended = integrate(system, np.zeros((rows, flowing.size)), lasting[flowing], rtol=rtol, observe=steps, spans=own)
+        ended = integrate(system, np.zeros((rows, flowing.size)), lasting[flowing], rtol=rtol, observe=steps, spans=flows)
         lost[flowing] = ended.status != Status.COMPLETED
         if steps.parts:
             viscous[:, flowing] = steps.states(times[flowing], lasting[flowing])
@@ -197,6 +197,6 @@ def carried(
             squared = np.exp(np.stack((log_squared, np.zeros_like(log_squared))) - viscous)
             stress = law.stress(np.moveaxis(squared, 1, 2))[0].T
         else:
-            stress = law.axial_stress(symmetry, *(each.T for each in elastic(symmetry, log_squared - viscous[0]))).T
+            stress = law.axial_stress(symmetry, *(side.T for side in elastic(symmetry, log_squared - viscous[0]))).T
         stress = stress / stretch
     return np.where(np.isfinite(stress) & ~lost[:, None], stress, np.nan)

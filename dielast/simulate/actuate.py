@@ -136,5 +136,5 @@ def actuate(
     if seen_at is None:
         return history
     ended = np.array([outcome.time for outcome in history.outcome])
-    own = [case for run, part in zip(runs, parts, strict=True) if run.profiler for case in run.profiler.collect(ended[part])]
-    return replace(history, profiles=Profiles(tuple(own[row] for row in place.tolist())))
+    collected = [case for run, part in zip(runs, parts, strict=True) if run.profiler for case in run.profiler.collect(ended[part])]
+    return replace(history, profiles=Profiles(tuple(collected[row] for row in place.tolist())))

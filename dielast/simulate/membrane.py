@@ -137,7 +137,7 @@ def simulate(
     if isinstance(steps, Step):
         raise InputError("a list of steps is needed")
     if temperature is None:
-        temperature = [each.reference_temperature for each in materials]
+        temperature = [material.reference_temperature for material in materials]
     temperature = numbers(temperature, "temperature")
     if not np.all(np.isfinite(temperature)):
         raise InputError("every value must be finite", argument="temperature")
@@ -190,7 +190,7 @@ def _prescribing(
     """The same function for histories that prescribe one control, in a step at least; the `other` function is for those that
     prescribe the other control alone.
     """
-    wrong = next(each.value for each in Control if each is not control)
+    wrong = next(other.value for other in Control if other is not control)
 
     @wraps(function)
     def run(*arguments: Test.args, **keywords: Test.kwargs) -> MembraneHistory:

@@ -140,7 +140,7 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
 
 def sensitivity_of_map(variation: Variation, result: FailureMap, drawn: Sequence[FailureMap]) -> Sensitivity:
     """The sensitivity of every cell of a map, from the maps of all draws of the variation."""
-    life = np.array([each.time_to_failure.ravel() for each in drawn])
+    life = np.array([map_of_draw.time_to_failure.ravel() for map_of_draw in drawn])
     return sensitivity_of(variation, life, failure_cells(result))
 
 

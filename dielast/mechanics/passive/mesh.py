@@ -90,11 +90,11 @@ def _pull(points: Points, share: Floats, prestretch: Floats, stretch: Floats, co
             unknown[1:] += step
             if np.nanmax(np.abs(step), initial=0.0) <= 1e-15 * prestretch.max():
                 break
-        found = 0.5 * force[0] * stretch
+        energy_slope = 0.5 * force[0] * stretch
         settled = np.max(np.abs(step), axis=0) <= SETTLED * prestretch
-        reached = settled & np.all(at > 0, axis=(0, 1)) & np.isfinite(found)
+        reached = settled & np.all(at > 0, axis=(0, 1)) & np.isfinite(energy_slope)
         tension = np.min((carried / at)[:, 1:], axis=(0, 1))
-        return np.where(reached, found, np.nan), np.where(reached, tension, np.nan)
+        return np.where(reached, energy_slope, np.nan), np.where(reached, tension, np.nan)
 
 
 def _line(count: int) -> Floats:

@@ -44,13 +44,13 @@ def settle(at: Surroundings, internal: Floats, field: Floats) -> tuple[Surroundi
             merit, share = _merit(force), np.where(settled, 0.0, 1.0)
             for _halving in range(HALVINGS):
                 trial = unknown + share * step
-                found = equations(trial)
-                worse = ~(_merit(found[1]) < merit) & (share > 0)
+                state = equations(trial)
+                worse = ~(_merit(state[1]) < merit) & (share > 0)
                 if not worse.any():
                     break
                 share = np.where(worse, 0.5 * share, share)
             settled |= (share * size <= SETTLED) | worse  # what no share improves is as good as it can be
-            unknown, (nominal, force, slope) = trial, found
+            unknown, (nominal, force, slope) = trial, state
         factors = Factors.of(structure.tangent(slope))
         left = np.max(np.abs(factors.solve(-force)), axis=0)
         stable = settled & (left <= BALANCED) & (factors.rim_stiffness() > 0) & np.all(np.isfinite(nominal), axis=(0, 1))

@@ -91,17 +91,17 @@ class Factors:
 
     def solve(self, right: Floats) -> Floats:
         """The solution (u, cases), or solutions (u, k, cases)."""
-        found = right.copy()
+        solution = right.copy()
         upper, lower = (
             (np.expand_dims(self.upper, 2), np.expand_dims(self.lower, 2)) if right.ndim > 2 else (self.upper, self.lower)
         )
         for row in range(len(right) - 1, 0, -1):
-            found[:row] -= upper[:row, row] * found[row]
+            solution[:row] -= upper[:row, row] * solution[row]
         for row in range(len(right)):
             for earlier in range(row):
-                found[row] -= lower[row, earlier] * found[earlier]
-            found[row] /= lower[row, row]
-        return np.asarray(found)
+                solution[row] -= lower[row, earlier] * solution[earlier]
+            solution[row] /= lower[row, row]
+        return np.asarray(solution)
 
     def inverse(self) -> Floats:
         """The inverse (u, u, cases): for many right sides one after another."""
