@@ -7,24 +7,25 @@ The words of this package:
 - recipe: a TOML file that says what to run; its `kind` is the command that runs it.
 - case: a specimen or a film under a load history. Cases that a recipe sweeps are computed together, as one axis of arrays.
 - cell: a case of a failure map, at one voltage, prestretch and temperature.
-- curve: what was measured at one temperature, relaxation, creep or a frequency sweep. A test at several temperatures is several.
+- curve: a measurement at one temperature: relaxation, creep or a frequency sweep. A test at several temperatures has several
+  curves.
 - master curve: all curves, shifted along the time axis to the reference temperature.
-- shift factor: relaxation times at a temperature over those at the reference temperature, as log10.
+- shift factor: relaxation times at a temperature over those at the reference temperature; stated as log10.
 - spectrum: the relaxation times and shear moduli of all branches.
 - branch: a Maxwell element, a spring and a damper in series; all branches are parallel to the equilibrium spring.
 - material point: the state of a case, homogeneous and in plane stress: stretches, and a viscous stretch for each branch and axis.
-- active, passive: the part of a film under its electrode, and the rest of it, on a frame or between bars; many material points.
+- active, passive: the part of a film under its electrode, and the film around it, in a frame or between bars; many material points.
 - stretch: length over undeformed length; relative stretch: over the length after the prestretch, when the voltage begins.
-- nominal: by the undeformed section or thickness, as in nominal stress and nominal field; true: by the present one.
-- step: what a recipe or a user states of a load history: a target with a rate or a duration, a hold, a waveform or a table.
-- piece: a step with all numbers known, from known values on, as the solver takes it.
+- nominal: over the undeformed section or thickness, as in nominal stress and nominal field; true: over the present one.
+- step: a part of a load history as a user states it: a target with a rate or a duration, a hold, a waveform or a table; a piece is
+  the same for the solver, with all values known.
 - course: a piece as a chain of spans.
-- span: a part of a course in which the load is smooth, with its value and its rate in closed form.
-- stride: one time step of the integrator, of all cases that advance together; every case has a step size of its own.
-- event: breakdown, pull-in, damage or loss of tension, where its criterion is met; a predicted failure is a result, not an error.
-- goal: a stretch, or an area, that a film of a design is to reach at a time under a constant voltage.
-- draw: the material, or the film, made anew with random noise or scatter; intervals are quantiles of the draws' results.
-- batch: cases of equal histories that one process solves together; a chunk is the same of a failure map's cells.
+- span: a part of a course with a smooth load, whose value and rate are in closed form.
+- stride: one time step of the integrator for all cases that advance together; step sizes differ between cases.
+- event: breakdown, pull-in, damage or loss of tension; a predicted failure is a result, not an error.
+- goal: a stretch or an area strain that a film of a design must reach at a time under a constant voltage.
+- draw: a material or a film with other random noise or scatter; intervals are quantiles of the results of all draws.
+- batch: cases with histories of one shape that one process solves together; a chunk is a batch of cells or films of a grid.
 """
 
 from __future__ import annotations

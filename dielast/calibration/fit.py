@@ -125,7 +125,7 @@ def fit_material(
         raise InputError(fewer, argument="tests")
     start = starts_of(space, starts)
     answers = Laboratory(tests).answers(space.materials(start))
-    kept = [test for test, own in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(own), axis=1))]
+    kept = [test for test, values in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(values), axis=1))]
     if not kept:
         raise NumericsError(f"no start can follow any of the tests{_furthest(tests)}")
     fit = fit_space(space, Laboratory(kept), start, specimen_scatter, watch)
@@ -160,11 +160,11 @@ def fit_space(
 
     finished, ends = True, np.zeros(1)
     try:
-        found = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=look("starts", curves, scatter))
-        if not np.isfinite(found.cost[found.best]):
+        solutions = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=look("starts", curves, scatter))
+        if not np.isfinite(solutions.cost[solutions.best]):
             raise NumericsError(f"no start can follow all tests{_furthest(laboratory.tests)}")
-        ends = found.cost
-        at = found.coordinates[found.best]
+        ends = solutions.cost
+        at = solutions.coordinates[solutions.best]
         for _ in range(ROUNDS):
             curves = problem.curves(at)
             slopes = slopes_at(problem, at)

@@ -38,21 +38,21 @@ class Laboratory:
 
     def answers(self, materials: Sequence[Material | None]) -> list[Floats]:
         """The simulated values in each test: arrays (materials, n), NaN for a material that cannot follow a test."""
-        found = [np.full((len(materials), test.measured.size), np.nan) for test in self.tests]
+        values = [np.full((len(materials), test.measured.size), np.nan) for test in self.tests]
         there = [k for k, material in enumerate(materials) if material is not None]
         if self.machine and there:
             springs = Springs.of([material for material in materials if material is not None], self.temperatures)
             for mode, members in self.groups.items():
                 if members:
-                    self._carried(mode, members, springs, np.array(there), found)
+                    self._carried(mode, members, springs, np.array(there), values)
         for index in self.electric:
-            _under_voltage(self.machine[index], materials, there, self.rtol, found[index])
+            _under_voltage(self.machine[index], materials, there, self.rtol, values[index])
         for index, test in enumerate(self.tests):
             if not isinstance(test, MeasuredTest):
-                found[index] = test.answers(materials)
-        return found
+                values[index] = test.answers(materials)
+        return values
 
-    def _carried(self, mode: Mode, members: Sequence[int], springs: Springs, there: Cases, found: list[Floats]) -> None:
+    def _carried(self, mode: Mode, members: Sequence[int], springs: Springs, there: Cases, values: list[Floats]) -> None:
         """Fill in the tests `members`, all of one mode, for the valid materials `there`."""
         tests = [self.machine[index] for index in members]
         corner_time, corner_stretch = (
@@ -87,7 +87,7 @@ class Laboratory:
             for spring in range(modulus.shape[2]):
                 some = every[:, row, spring] >= 0
                 whole[some] += modulus[some, row, spring, None] * stress[every[some, row, spring], :size]
-            found[index][there] = np.where(springs.known[:, None] & np.isfinite(whole).all(axis=1, keepdims=True), whole, np.nan)
+            values[index][there] = np.where(springs.known[:, None] & np.isfinite(whole).all(axis=1, keepdims=True), whole, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,14 +132,14 @@ class Springs:
             modulus[row, :, 1 : count + 1] = np.multiply.outer(
                 np.broadcast_to(factor, temperature.shape), material.spectrum.shear_modulus
             )
-        joined = gathered([(each, each) for each in laws], np.ones((1, len(laws)), dtype=bool))
+        joined = gathered([(law, law) for law in laws], np.ones((1, len(laws)), dtype=bool))
         return cls(modulus, rate, law, joined if len(laws) > 1 else laws[0], known)
 
 
 def _under_voltage(
-    test: MeasuredTest, materials: Sequence[Material | None], chosen: Sequence[int], rtol: float, found: Floats
+    test: MeasuredTest, materials: Sequence[Material | None], chosen: Sequence[int], rtol: float, values: Floats
 ) -> None:
-    """Fill in the rows `found` (materials, n) of the `chosen` materials for a test under voltage, which couples the branches."""
+    """Fill in the rows `values` (materials, n) of the `chosen` materials for a test under voltage, which couples the branches."""
     used = [material for k in chosen if (material := materials[k]) is not None]
     track = Step(stretch=Track(test.corner_time, test.corner_stretch))
     try:
@@ -155,11 +155,11 @@ def _under_voltage(
     except DielastError:  # one of the materials fails: solve them one by one
         if len(used) > 1:
             for k in chosen:
-                _under_voltage(test, materials, [k], rtol, found)
+                _under_voltage(test, materials, [k], rtol, values)
         return
     for row, k in enumerate(chosen):
         if history.outcome[row].completed:
-            found[k] = history.nominal_stress_1[row]
+            values[k] = history.nominal_stress_1[row]
 
 
 def _filled(columns: Sequence[Floats]) -> Floats:

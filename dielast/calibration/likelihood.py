@@ -105,18 +105,18 @@ def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     information = slopes.T @ slopes
     covariance = _covariance(information + known, ~fit.at_bound)
     follows = np.where(np.isfinite(covariance), covariance, 0.0) @ slopes.T @ whiten
-    pieces = np.array([Left.of(curves, each, weight, fit.slopes[:, ~fit.at_bound]).known for each in scatters.members])
+    pieces = np.array([Left.of(curves, member, weight, fit.slopes[:, ~fit.at_bound]).known for member in scatters.members])
     variance, freedom = (
-        np.stack(each)
-        for each in zip(
-            *(_variance(curves, each, follows, size) for each, size in zip(scatters.members, pieces.tolist(), strict=True)),
+        np.stack(member)
+        for member in zip(
+            *(_variance(curves, member, follows, size) for member, size in zip(scatters.members, pieces.tolist(), strict=True)),
             strict=True,
         )
     )
     with np.errstate(invalid="ignore", divide="ignore"):
         # the prior does not depend on the scatter
         share = np.where(variance > 0, 1 + (variance - scatters.mean(variance)) / np.diag(covariance), 1.0)
-    value, known_as = np.array([_value(each, size) for each, size in zip(scatters.members, pieces.tolist(), strict=True)]).T
+    value, known_as = np.array([_value(member, size) for member, size in zip(scatters.members, pieces.tolist(), strict=True)]).T
     return Likelihood(fit, residuals, information, covariance, scatters, share, freedom, float(_freedom(scatters, value, known_as)))
 
 

@@ -90,22 +90,22 @@ class ParameterSpace(Result):
 
     def coordinates(self, values: Sequence[float] | Floats) -> Floats:
         """Coordinates (p,) of values in SI."""
-        return np.array([float(each.coordinate(value)) for each, value in zip(self.parameters, values, strict=True)])
+        return np.array([float(parameter.coordinate(value)) for parameter, value in zip(self.parameters, values, strict=True)])
 
     def values(self, coordinates: Floats) -> Floats:
         """Values (..., p) in SI of coordinates (..., p)."""
-        return np.stack([each.value(coordinates[..., k]) for k, each in enumerate(self.parameters)], axis=-1)
+        return np.stack([parameter.value(coordinates[..., k]) for k, parameter in enumerate(self.parameters)], axis=-1)
 
     @property
     def start(self) -> Floats:
         """The coordinates (p,) of the start."""
-        return self.coordinates([each.start for each in self.parameters])
+        return self.coordinates([parameter.start for parameter in self.parameters])
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
         """The lowest and the highest coordinates, each (p,)."""
-        return self.coordinates([each.lower for each in self.parameters]), self.coordinates(
-            [each.upper for each in self.parameters]
+        return self.coordinates([parameter.lower for parameter in self.parameters]), self.coordinates(
+            [parameter.upper for parameter in self.parameters]
         )
 
     def materials(self, coordinates: Floats) -> list[Material | None]:
@@ -114,7 +114,10 @@ class ParameterSpace(Result):
         return [self._material(base, row) for row in self.values(coordinates).tolist()]
 
     def _material(self, base: Numbers, values: Sequence[float]) -> Material | None:
-        numbers = {section: {key: list(v) if isinstance(v, list) else v for key, v in own.items()} for section, own in base.items()}
+        numbers = {
+            section: {key: list(v) if isinstance(v, list) else v for key, v in constants.items()}
+            for section, constants in base.items()
+        }
         for parameter, value in zip(self.parameters, values, strict=True):
             if parameter.index is None:
                 numbers[parameter.section][parameter.key] = value

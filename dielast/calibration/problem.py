@@ -60,11 +60,11 @@ class Problem:
         sizes = [values.size for values in curves.values]
 
         def residuals(coordinates: Floats, fits: Cases) -> Floats:
-            own = weight * (self.answers(coordinates) - measured)
+            weighted = weight * (self.answers(coordinates) - measured)
             if chosen is not None:
                 factor = np.repeat(chosen, sizes, axis=1)[fits]
-                own = np.where(factor > 0, factor * own, 0.0)
-            return np.concatenate((own, self.beforehand(coordinates)), axis=1)
+                weighted = np.where(factor > 0, factor * weighted, 0.0)
+            return np.concatenate((weighted, self.beforehand(coordinates)), axis=1)
 
         return residuals
 
@@ -73,14 +73,14 @@ def weights_of(curves: Curves, scatter: Scatter) -> list[Floats]:
     """The weight of each point of each curve (n,), 1/Pa."""
     variance = scatter.model_error**2
     shared = scatter.specimen**2 / (scatter.specimen**2 + variance) if variance > 0 else 0.0
-    found = []
+    weights = []
     for k, (level, place) in enumerate(zip(curves.levels(), curves.places, strict=True)):
         spacing = np.gradient(place) if place.size > 1 else np.ones(1)
         independent = np.maximum(spacing, 0.0) / scatter.piece + 1e-6
         together = int(np.count_nonzero(curves.specimen == curves.specimen[k]))
         total = variance + scatter.noise[k] ** 2
-        found.append(np.sqrt(independent / (total * (1 + shared * (together - 1)))) / level)
-    return found
+        weights.append(np.sqrt(independent / (total * (1 + shared * (together - 1)))) / level)
+    return weights
 
 
 def root_of(precision: Floats) -> Floats:

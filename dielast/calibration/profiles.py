@@ -54,28 +54,28 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     near = np.stack((NEAR / BEYOND * inner, inner, np.sqrt(inner * outer), outer), axis=1)
     error, size = likelihood.standard_error, fit.coordinates.size
     places: list[list[float]] = [[] for _ in range(size)]
-    found: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (0.0, at)} for j in range(size)]
+    profile: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (0.0, at)} for j in range(size)]
     for j in range(size):
         for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
             if room > 0:
                 steps = near[j] * error[j] if np.isfinite(error[j]) and near[j, -1] * error[j] < room else FAR * room
                 places[j] += (at[j] + side * steps).tolist()
-    _solve(likelihood, places, found)
+    _solve(likelihood, places, profile)
     for j in range(size):
         places[j] = []
         for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
-            own = [x for x in found[j] if side * (x - at[j]) > 0]
-            reached = max((abs(x - at[j]) for x in own), default=0.0)
-            rise = max((found[j][x][0] for x in own), default=0.0)
-            if own and rise < decisive[j] and reached < room * (1 - 1e-9):
+            beyond = [x for x in profile[j] if side * (x - at[j]) > 0]
+            reached = max((abs(x - at[j]) for x in beyond), default=0.0)
+            rise = max((profile[j][x][0] for x in beyond), default=0.0)
+            if beyond and rise < decisive[j] and reached < room * (1 - 1e-9):
                 places[j] += (at[j] + side * (reached + FAR * (room - reached))).tolist()
     if any(places):
-        _solve(likelihood, places, found)
+        _solve(likelihood, places, profile)
     unseen = prior_alone(fit.problem, likelihood.information)
-    return [_profile(found[j], float(at[j]), float(threshold[j]), float(decisive[j]), bool(unseen[j])) for j in range(size)]
+    return [_profile(profile[j], float(at[j]), float(threshold[j]), float(decisive[j]), bool(unseen[j])) for j in range(size)]
 
 
-def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[float, tuple[float, Floats]]]) -> None:
+def _solve(likelihood: Likelihood, places: list[list[float]], profile: list[dict[float, tuple[float, Floats]]]) -> None:
     """Fit all others with each parameter at each of its `places`, and add what is `found`."""
     fit = likelihood.fit
     lower, upper = fit.space.bounds
@@ -101,16 +101,16 @@ def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[f
         again = minimise(likelihood.residuals, start[lost], lower, upper, fixed=fixed[lost], iterations=ITERATIONS, settled=PRECISE)
         cost[lost], points[lost] = again.cost, again.coordinates
     for j, x, own, point in zip(owner.tolist(), value.tolist(), cost.tolist(), points, strict=True):
-        found[j][x] = (own, point)
+        profile[j][x] = (own, point)
 
 
-def _profile(found: dict[float, tuple[float, Floats]], at: float, threshold: float, decisive: float, unseen: bool) -> Profile:
+def _profile(profile: dict[float, tuple[float, Floats]], at: float, threshold: float, decisive: float, unseen: bool) -> Profile:
     """The profile through the computed points, with `at` the coordinate of the fit. The interval ends where the rise reaches the
     `threshold`; a rise of `decisive` rules out an end of the range.
     """
-    place = np.array(sorted(found))
-    cost = np.array([found[x][0] for x in place.tolist()])
-    points = np.array([found[x][1] for x in place.tolist()])
+    place = np.array(sorted(profile))
+    cost = np.array([profile[x][0] for x in place.tolist()])
+    points = np.array([profile[x][1] for x in place.tolist()])
     rise = cost
     best = at
     lower, upper = _crossing(place[::-1], rise[::-1], best, threshold), _crossing(place, rise, best, threshold)

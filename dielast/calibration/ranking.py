@@ -27,8 +27,8 @@ def cross_validation_error(fit: Fit) -> float | None:
     lower, upper = fit.space.bounds
     start = np.repeat(fit.coordinates[None], folds, axis=0)
     residuals = fit.problem.weighted(curves, fit.scatter, chosen)
-    found = minimise(residuals, start, lower, upper, iterations=ITERATIONS, settled=PRECISE)
-    answers = curves.split(fit.problem.answers(found.coordinates))
+    solutions = minimise(residuals, start, lower, upper, iterations=ITERATIONS, settled=PRECISE)
+    answers = curves.split(fit.problem.answers(solutions.coordinates))
     misses = [answers[k][fold[k]] - values for k, values in enumerate(curves.values)]
     total = np.mean(np.square(np.concatenate(misses))) / np.mean(np.square(curves.measured))
     return float(np.sqrt(total))

@@ -51,7 +51,9 @@ class Calibration(TabularResult):
     def materials(self) -> tuple[Material, ...]:
         """The material of each draw."""
         known = range_of(self.fit)
-        return tuple(replace(each, calibrated=known) for each in self.fit.space.materials(self.draws) if each is not None)
+        return tuple(
+            replace(material, calibrated=known) for material in self.fit.space.materials(self.draws) if material is not None
+        )
 
     @property
     def verdicts(self) -> dict[str, str]:
@@ -67,14 +69,16 @@ class Calibration(TabularResult):
 
     def total(self, fitted: bool) -> tuple[float, float]:
         """Relative rms error and share of explained variance, over all points of the fitted or of the predicted tests."""
-        chosen = [each for each in self.comparisons if each.fitted is fitted and each.followed]
+        chosen = [comparison for comparison in self.comparisons if comparison.fitted is fitted and comparison.followed]
         if not chosen:
             return np.nan, np.nan
         # values of different units are divided by the root mean square of their test
-        mixed = len({each.test.unit for each in chosen}) > 1
-        sizes = [float(np.sqrt(np.mean(np.square(each.test.measured)))) if mixed else 1.0 for each in chosen]
-        miss = np.concatenate([(each.model - each.test.measured) / size for each, size in zip(chosen, sizes, strict=True)])
-        measured = np.concatenate([each.test.measured / size for each, size in zip(chosen, sizes, strict=True)])
+        mixed = len({comparison.test.unit for comparison in chosen}) > 1
+        sizes = [float(np.sqrt(np.mean(np.square(comparison.test.measured)))) if mixed else 1.0 for comparison in chosen]
+        miss = np.concatenate(
+            [(comparison.model - comparison.test.measured) / size for comparison, size in zip(chosen, sizes, strict=True)]
+        )
+        measured = np.concatenate([comparison.test.measured / size for comparison, size in zip(chosen, sizes, strict=True)])
         square = float(np.mean(np.square(miss)))
         return float(np.sqrt(square / np.mean(np.square(measured)))), 1 - square / float(np.var(measured))
 
@@ -83,38 +87,38 @@ class Calibration(TabularResult):
         space, profiles = self.fit.space, self.profiles
         rows = list(enumerate(space.parameters))
         verdicts = [str(profiles[k].verdict) if profiles else "" for k, _ in rows]
-        value = np.array([float(each.value(self.fit.coordinates[k])) for k, each in rows])
-        error = np.array([_stderr(value[k], each.scale, self.likelihood.standard_error[k]) for k, each in rows])
+        value = np.array([float(parameter.value(self.fit.coordinates[k])) for k, parameter in rows])
+        error = np.array([_stderr(value[k], parameter.scale, self.likelihood.standard_error[k]) for k, parameter in rows])
         ends = [
-            np.array([float(each.value(getattr(profiles[k], side))) if profiles else np.nan for k, each in rows])
+            np.array([float(parameter.value(getattr(profiles[k], side))) if profiles else np.nan for k, parameter in rows])
             for side in ("lower", "upper")
         ]
-        told = np.array([verdict in ("", Verdict.DETERMINED) for verdict in verdicts])
+        determined = np.array([verdict in ("", Verdict.DETERMINED) for verdict in verdicts])
         bounded = np.array([verdict != Verdict.UNDETERMINED for verdict in verdicts])
         return [
             Column("parameter", None, list(space.names)),
-            Column("start", None, np.array([each.start for _, each in rows])),
+            Column("start", None, np.array([parameter.start for _, parameter in rows])),
             Column("value", None, np.where(bounded, value, np.nan)),
-            Column("standard_error", None, np.where(told, error, np.nan)),
+            Column("standard_error", None, np.where(determined, error, np.nan)),
             Column("lower", None, ends[0]),
             Column("upper", None, ends[1]),
             Column("verdict", None, verdicts),
-            Column("unit", None, [each.unit for _, each in rows]),
+            Column("unit", None, [parameter.unit for _, parameter in rows]),
         ]
 
     def test_columns(self) -> Table:
         """A row for each test."""
         every = self.comparisons
         return [
-            Column("test", None, [each.test.name for each in every]),
-            Column("used", None, ["fitted" if each.fitted else "validated" for each in every]),
-            Column("points", None, np.array([each.test.measured.size for each in every])),
-            Column("rms_error", None, np.array([each.rms_error for each in every])),
-            Column("rms_relative_error", "1", np.array([each.rms_relative_error for each in every])),
-            Column("r_squared", "1", np.array([each.r_squared for each in every])),
-            Column("coverage", "1", np.array([each.coverage for each in every])),
-            Column("specimen", None, [each.test.specimen for each in every]),
-            Column("unit", None, [each.test.unit for each in every]),
+            Column("test", None, [comparison.test.name for comparison in every]),
+            Column("used", None, ["fitted" if comparison.fitted else "validated" for comparison in every]),
+            Column("points", None, np.array([comparison.test.measured.size for comparison in every])),
+            Column("rms_error", None, np.array([comparison.rms_error for comparison in every])),
+            Column("rms_relative_error", "1", np.array([comparison.rms_relative_error for comparison in every])),
+            Column("r_squared", "1", np.array([comparison.r_squared for comparison in every])),
+            Column("coverage", "1", np.array([comparison.coverage for comparison in every])),
+            Column("specimen", None, [comparison.test.specimen for comparison in every]),
+            Column("unit", None, [comparison.test.unit for comparison in every]),
         ]
 
     def correlation_columns(self) -> Table:
@@ -131,7 +135,7 @@ class Calibration(TabularResult):
 
     def residual_columns(self) -> Table:
         """A row for each point of all tests."""
-        tables = [each.columns() for each in self.comparisons]
+        tables = [comparison.columns() for comparison in self.comparisons]
         return [
             Column(parts[0].name, parts[0].unit, [str(text) for part in parts for text in part.values])
             if parts[0].name in ("test", "unit")
@@ -143,8 +147,12 @@ class Calibration(TabularResult):
         """The profiles, a row for each point: the rise of the sum of squares above that of the fit."""
         pairs = list(zip(self.fit.space.parameters, self.profiles, strict=False))
         return [
-            Column("parameter", None, [each.name for each, profile in pairs for _ in profile.coordinate]),
-            Column("value", None, np.concatenate([each.value(profile.coordinate) for each, profile in pairs] or [np.zeros(0)])),
+            Column("parameter", None, [parameter.name for parameter, profile in pairs for _ in profile.coordinate]),
+            Column(
+                "value",
+                None,
+                np.concatenate([parameter.value(profile.coordinate) for parameter, profile in pairs] or [np.zeros(0)]),
+            ),
             Column("rise", "1", np.concatenate([profile.rise for _, profile in pairs] or [np.zeros(0)])),
         ]
 
@@ -195,7 +203,7 @@ def calibrate(
     except KeyboardInterrupt:
         fit = replace(fit, finished=False)
     comparisons = compare_tests(fit, likelihood, drawn, validate, level)
-    lost = tuple(each.test.name for each in comparisons if not each.followed)
+    lost = tuple(comparison.test.name for comparison in comparisons if not comparison.followed)
     return Calibration(fit, likelihood, profiles, drawn, comparisons, level, (*fit.left_out, *lost))
 
 

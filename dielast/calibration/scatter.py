@@ -71,7 +71,7 @@ class Scatters:
     @property
     def model_error(self) -> Floats:
         """A property (members,) of all members."""
-        return np.array([each.model_error for each in self.members])
+        return np.array([member.model_error for member in self.members])
 
     def mean(self, values: Floats) -> Floats:
         """The mean (...) of one value of each member (members, ...)."""
@@ -80,16 +80,16 @@ class Scatters:
     def covariance(self, curves: Curves) -> Floats:
         """The covariance (n, n) of all differences, the mean over the members, which all have the mean 0."""
         whole = np.zeros((curves.measured.size,) * 2)
-        for probability, each in zip(self.probability, self.members, strict=True):
-            whole += probability * covariance_of(curves, each)
+        for probability, member in zip(self.probability, self.members, strict=True):
+            whole += probability * covariance_of(curves, member)
         return whole
 
     def variance(self, model: Floats) -> Floats:
         """The variance (n,) of values measured on a further specimen, at the points (n,) of a modelled curve."""
         parts = [
-            np.square(level_of(model, each.steady)) * (each.model_error**2 + float(np.mean(each.noise)) ** 2)
-            + np.square(each.specimen * model)
-            for each in self.members
+            np.square(level_of(model, member.steady)) * (member.model_error**2 + float(np.mean(member.noise)) ** 2)
+            + np.square(member.specimen * model)
+            for member in self.members
         ]
         return self.mean(np.stack(parts))
 
@@ -133,24 +133,24 @@ class Curves:
     def take(self, curves: Sequence[int]) -> Curves:
         """Some of the curves."""
         chosen = list(curves)
-        values, model, places = (tuple(each[k] for k in chosen) for each in (self.values, self.model, self.places))
+        values, model, places = (tuple(parts[k] for k in chosen) for parts in (self.values, self.model, self.places))
         return Curves(values, model, places, self.specimen[chosen])
 
 
 def noise_of(curves: Curves, residuals: Sequence[Floats], steady: float = 0.5) -> Floats:
     """The noise (curves,) over the level of each curve, from the distance of each residual to the line through its neighbours."""
-    found = []
+    noises = []
     for values, places, level in zip(residuals, curves.places, curves.levels(steady), strict=True):
         if values.size < 5:
-            found.append(0.01)
+            noises.append(0.01)
             continue
         relative = values / level
         before, after = np.diff(places)[:-1], np.diff(places)[1:]
         share = np.where(before + after > 0, before / np.where(before + after > 0, before + after, 1.0), 0.5)
         miss = relative[1:-1] - ((1 - share) * relative[:-2] + share * relative[2:])
         spread = np.median(np.abs(miss) / np.sqrt(1 + (1 - share) ** 2 + share**2)) / 0.6745
-        found.append(max(float(spread), LEAST_NOISE))
-    return np.array(found)
+        noises.append(max(float(spread), LEAST_NOISE))
+    return np.array(noises)
 
 
 def covariance_of(curves: Curves, scatter: Scatter) -> Floats:
@@ -162,9 +162,9 @@ def covariance_of(curves: Curves, scatter: Scatter) -> Floats:
         joined, scatter.specimen**2 * joined
     )
     for k, (place, level) in enumerate(zip(curves.places, curves.levels(scatter.steady), strict=True)):
-        own = slice(edges[k], edges[k + 1])
+        points = slice(edges[k], edges[k + 1])
         error = scatter.model_error**2 * scatter.correlation(place) + scatter.noise[k] ** 2 * np.eye(level.size)
-        whole[own, own] += np.outer(level, level) * error
+        whole[points, points] += np.outer(level, level) * error
     return whole
 
 
@@ -175,10 +175,10 @@ class Whitening:
         edges = np.concatenate(([0], np.cumsum([values.size for values in curves.values])))
         self.blocks: list[tuple[Cases, Floats]] = []
         for specimen in np.unique(curves.specimen):
-            own = np.flatnonzero(curves.specimen == specimen)
-            rows = np.concatenate([np.arange(edges[k], edges[k + 1]) for k in own])
-            chosen = replace(scatter, noise=scatter.noise[own])
-            factor = np.linalg.cholesky(covariance_of(curves.take(own.tolist()), chosen))
+            members = np.flatnonzero(curves.specimen == specimen)
+            rows = np.concatenate([np.arange(edges[k], edges[k + 1]) for k in members])
+            chosen = replace(scatter, noise=scatter.noise[members])
+            factor = np.linalg.cholesky(covariance_of(curves.take(members.tolist()), chosen))
             self.blocks.append((rows, np.asarray(np.linalg.inv(factor), dtype=float)))
 
     def __call__(self, differences: Floats) -> Floats:
@@ -192,11 +192,11 @@ class Whitening:
 def specimen_factors(curves: Curves, scatter: Scatter, differences: Floats) -> Floats:
     """The logarithm of each specimen's factor, the best prediction from differences (n,) from the model."""
     alone, parts = replace(scatter, specimen=0.0), curves.split(differences)
-    found = []
+    factors = []
     for specimen in np.unique(curves.specimen):
-        own = np.flatnonzero(curves.specimen == specimen)
-        chosen = curves.take(own.tolist())
-        whiten = Whitening(chosen, replace(alone, noise=scatter.noise[own]))
-        shape, miss = whiten(np.concatenate(chosen.model)), whiten(np.concatenate([parts[k] for k in own]))
-        found.append(float(shape @ miss / (shape @ shape + 1 / max(scatter.specimen, 1e-12) ** 2)))
-    return np.array(found)
+        members = np.flatnonzero(curves.specimen == specimen)
+        chosen = curves.take(members.tolist())
+        whiten = Whitening(chosen, replace(alone, noise=scatter.noise[members]))
+        shape, miss = whiten(np.concatenate(chosen.model)), whiten(np.concatenate([parts[k] for k in members]))
+        factors.append(float(shape @ miss / (shape @ shape + 1 / max(scatter.specimen, 1e-12) ** 2)))
+    return np.array(factors)

@@ -25,13 +25,15 @@ def smooth_branches(problem: Problem, curves: Curves, scatter: Scatter, slopes: 
 
     `slopes` (n, p) are the derivatives of all modelled values at coordinates `at` (p,).
     """
-    places = [k for k, each in enumerate(problem.space.parameters) if each.name.startswith("nonequilibrium.shear_modulus[")]
+    places = [
+        k for k, parameter in enumerate(problem.space.parameters) if parameter.name.startswith("nonequilibrium.shear_modulus[")
+    ]
     if len(places) < FEWEST:
         return np.zeros((0, 0))
     time = np.log([problem.space.material.spectrum.relaxation_time[problem.space.parameters[k].index or 0] for k in places])
     bends = np.zeros((len(places) - 2, at.size))
     for row in range(len(places) - 2):
-        first, middle, last = (time[row + each] for each in range(3))
+        first, middle, last = (time[row + offset] for offset in range(3))
         share = (middle - first) / (last - first)
         # over the typical spacing, so that the weight does not depend on the number of branches in a decade
         size = abs(last - first) / 2

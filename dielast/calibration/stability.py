@@ -45,8 +45,10 @@ def stabilities(material: Material, furthest: float, tested: Collection[str] = (
     laws = [material.equilibrium_law] if material.equilibrium_modulus > 0 else []
     if len(material.spectrum):
         laws.append(material.nonequilibrium_law)
-    found = []
+    stabilities = []
     for mode in SECOND:
         ranges = [stable_range(law, mode) for law in laws]
-        found.append(Stability(mode, max(low for low, _ in ranges), min(high for _, high in ranges), furthest, mode in tested))
-    return tuple(found)
+        stabilities.append(
+            Stability(mode, max(low for low, _ in ranges), min(high for _, high in ranges), furthest, mode in tested)
+        )
+    return tuple(stabilities)

@@ -15,8 +15,8 @@ _COMMIT = re.compile(r"[0-9a-f]{40}(?:[0-9a-f]{24})?")
 
 def version(top: Path = TOP) -> str:
     """The version, with the commit of a checkout at `top`; git need not be installed. Uncommitted changes do not show."""
-    found = commit(top) if (top / "pyproject.toml").is_file() else None
-    return f"dielast {__version__}" + (f", checkout of commit {found[:SHOWN]}" if found else "")
+    checked_out = commit(top) if (top / "pyproject.toml").is_file() else None
+    return f"dielast {__version__}" + (f", checkout of commit {checked_out[:SHOWN]}" if checked_out else "")
 
 
 def commit(top: Path) -> str | None:

@@ -52,18 +52,18 @@ def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Ta
 
 def _further(materials: Sequence[Material]) -> Table:
     """The columns of all other constants that differ between the materials."""
-    numbers, found = [numbers_of(each) for each in materials], []
+    numbers, columns = [numbers_of(material) for material in materials], []
     for section, kinds in kinds_of(materials[0]).items():
         keys = [key for key in kinds if section not in _OWN and f"{section}.{key}" not in _OWN and key in numbers[0][section]]
-        values = {key: np.array([np.atleast_1d(each[section][key]) for each in numbers], dtype=float) for key in keys}
-        if all(np.all(own == own[0]) for own in values.values()):
+        values = {key: np.array([np.atleast_1d(stated[section][key]) for stated in numbers], dtype=float) for key in keys}
+        if all(np.all(drawn == drawn[0]) for drawn in values.values()):
             continue
         # all constants of the law, as some of them may be relative to a modulus
-        for key, own in values.items():
+        for key, drawn in values.items():
             path, many = f"{section}.{key}", np.ndim(numbers[0][section][key]) > 0
-            names = [f"{path}_{k + 1}" for k in range(own.shape[1])] if many else [path]
-            found += [Column(name, kinds[key].unit, column) for name, column in zip(names, own.T, strict=True)]
-    return found
+            names = [f"{path}_{k + 1}" for k in range(drawn.shape[1])] if many else [path]
+            columns += [Column(name, kinds[key].unit, column) for name, column in zip(names, drawn.T, strict=True)]
+    return columns
 
 
 def parse_draws(content: bytes, source: str, material: Material) -> tuple[Material, ...]:
@@ -116,11 +116,11 @@ def _with_further(member: Material, further: Sequence[re.Match[str]], values: Se
     numbers = numbers_of(member)
     for match, value in zip(further, values, strict=True):
         section, key, place = match["section"], match["key"], match["place"]
-        own = numbers.get(section, {})
+        constants = numbers.get(section, {})
         if place is None and key in kinds_of(member).get(section, {}):
-            own[key] = value
-        elif place is not None and isinstance(own.get(key), list | tuple) and 0 < int(place) <= len(own[key]):
-            own[key] = [*own[key][: int(place) - 1], value, *own[key][int(place) :]]
+            constants[key] = value
+        elif place is not None and isinstance(constants.get(key), list | tuple) and 0 < int(place) <= len(constants[key]):
+            constants[key] = [*constants[key][: int(place) - 1], value, *constants[key][int(place) :]]
         else:
             raise InputError(f'column "{match[0]}": the material has no such constant: run the command that wrote both again')
     return material_of(member, numbers)

@@ -47,18 +47,18 @@ def sources_of(sample: Sample) -> tuple[Source, ...]:
     """
     distinct = list({id(member): member for member in sample.materials}.values())
     parts = {
-        name: held
-        for name, held in PARTS.items()
-        if not all(_same(getattr(distinct[0], field), getattr(other, field)) for other in distinct[1:] for field in held)
+        name: fields_of_part
+        for name, fields_of_part in PARTS.items()
+        if not all(_same(getattr(distinct[0], field), getattr(other, field)) for other in distinct[1:] for field in fields_of_part)
     }
-    found = [Source(name, held, part_of=WHOLE if len(parts) > 1 else "") for name, held in parts.items()]
+    sources = [Source(name, fields_of_part, part_of=WHOLE if len(parts) > 1 else "") for name, fields_of_part in parts.items()]
     if len(parts) > 1:
-        found.insert(0, Source(WHOLE, tuple(field for held in parts.values() for field in held)))
+        sources.insert(0, Source(WHOLE, tuple(field for fields_of_part in parts.values() for field in fields_of_part)))
     for name, factor in FACTORS.items():
         values = getattr(sample, factor)
         if values is not None and np.any(values != values[0]):
-            found.append(Source(name, factor=factor))
-    return tuple(found)
+            sources.append(Source(name, factor=factor))
+    return tuple(sources)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -109,10 +109,10 @@ def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> Samp
 def _joined(samples: Sequence[Sample]) -> Sample:
     """The draws of all samples, one after the other."""
     columns: dict[str, Any] = {
-        name: None if getattr(samples[0], name) is None else np.concatenate([getattr(each, name) for each in samples])
+        name: None if getattr(samples[0], name) is None else np.concatenate([getattr(one_sample, name) for one_sample in samples])
         for name in FACTORS.values()
     }
-    return Sample(tuple(member for each in samples for member in each.materials), **columns)
+    return Sample(tuple(member for one_sample in samples for member in one_sample.materials), **columns)
 
 
 def _same(one: Any, other: Any) -> bool:

@@ -39,7 +39,7 @@ class Kind:
 def numbers_of(material: Material) -> Numbers:
     """All numbers of a material that may be free, by section and key of its file."""
     modulus, spring = material.equilibrium_modulus, material.equilibrium_law
-    found: Numbers = {
+    numbers: Numbers = {
         "equilibrium": {**({"shear_modulus": modulus} if spring.takes_modulus else {}), **_read(spring, spring.in_file(modulus))},
         "nonequilibrium": {
             "shear_modulus": material.spectrum.shear_modulus.tolist(),
@@ -49,23 +49,23 @@ def numbers_of(material: Material) -> Numbers:
         },
     }
     for section, law in _laws(material).items():
-        found[section] = _read(law, law.stated())
-    return found
+        numbers[section] = _read(law, law.stated())
+    return numbers
 
 
 def kinds_of(material: Material) -> dict[str, dict[str, Kind]]:
     """The kinds of the numbers, by section and key."""
-    found: dict[str, dict[str, Kind]] = {
+    kinds_by_section: dict[str, dict[str, Kind]] = {
         "equilibrium": {"shear_modulus": Kind(STRESS, True)} if material.equilibrium_law.takes_modulus else {},
         "nonequilibrium": {**{key: Kind(dimension, True) for key, dimension in LISTS.items()}, SCALE: Kind(None, True)},
     }
     springs: dict[str, Law] = {"equilibrium": material.equilibrium_law, "nonequilibrium": material.nonequilibrium_law}
     for section, law in (springs | _laws(material)).items():
-        kinds = found.setdefault(section, {})
+        kinds = kinds_by_section.setdefault(section, {})
         for constant in law.constants:
             positive = any(bound is not None and bound >= 0 for bound in (constant.above, constant.at_least))
             kinds.setdefault(constant.file_key, Kind(constant.dimension, positive))
-    return found
+    return kinds_by_section
 
 
 def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) -> Material:
@@ -77,7 +77,7 @@ def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) ->
     changed: dict[str, Any] = {
         "equilibrium_modulus": spring.initial_modulus() if modulus is None else modulus,
         "equilibrium_law": spring,
-        "spectrum": Spectrum(times, [factor * each for each in moduli]),  # type: ignore[arg-type]
+        "spectrum": Spectrum(times, [factor * value for value in moduli]),  # type: ignore[arg-type]
         "nonequilibrium_law": type(material.nonequilibrium_law).of_file(branches, None),
     }
     for section, law in _laws(material).items():
@@ -95,12 +95,12 @@ def _laws(material: Material) -> dict[str, Law]:
 
 def _read(law: Law, stated: Mapping[str, Any]) -> dict[str, Any]:
     """The constants of a law as numbers in SI, None for one left out without a value."""
-    found: dict[str, Any] = {}
+    values_by_key: dict[str, Any] = {}
     for constant in law.constants:
         value = stated.get(constant.file_key, constant.left_out)
         if value is None:
             continue
         texts = value if isinstance(value, list | tuple) else [value]
-        numbers = [parse(each, constant.dimension) if isinstance(each, str) and constant.dimension else each for each in texts]
-        found[constant.file_key] = numbers if isinstance(value, list | tuple) else numbers[0]
-    return found
+        numbers = [parse(text, constant.dimension) if isinstance(text, str) and constant.dimension else text for text in texts]
+        values_by_key[constant.file_key] = numbers if isinstance(value, list | tuple) else numbers[0]
+    return values_by_key

@@ -73,5 +73,5 @@ def _changed(material: Material) -> Iterator[tuple[str, list[Material]]]:
 def _with(material: Material, numbers: Numbers, section: str, key: str, factor: float) -> Material:
     changed = deepcopy(numbers)
     value = changed[section][key]
-    changed[section][key] = [factor * each for each in value] if isinstance(value, list | tuple) else factor * value
+    changed[section][key] = [factor * entry for entry in value] if isinstance(value, list | tuple) else factor * value
     return material_of(material, changed)

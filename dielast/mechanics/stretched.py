@@ -200,6 +200,6 @@ def carried(
             squared = np.exp(np.stack((log_squared, np.zeros_like(log_squared))) - viscous)
             stress = law.stress(np.moveaxis(squared, 1, 2))[0].T
         else:
-            stress = law.axial_stress(symmetry, *(invariant.T for invariant in elastic(symmetry, log_squared - viscous[0]))).T
+            stress = law.axial_stress(symmetry, *(side.T for side in elastic(symmetry, log_squared - viscous[0]))).T
         stress = stress / stretch
     return np.where(np.isfinite(stress) & ~lost[:, None], stress, np.nan)

@@ -165,7 +165,9 @@ class Watch:
                 time, moment = brackets.first_fall(lookout.signal, system, criterion.needs_springs)
             time, moment = criterion.refined(self.films, time, moment, brackets.load)
             parts = zip(self.exposures.values(), brackets.exposed, strict=True)
-            self.note(lookout, brackets.begin + time, moment, [own.at(brackets, before, time, system) for own, before in parts])
+            self.note(
+                lookout, brackets.begin + time, moment, [exposure.at(brackets, before, time, system) for exposure, before in parts]
+            )
             lookout.brackets = []
 
     def note(self, lookout: Lookout, time: Floats, moment: Moment, exposed: Sequence[Floats] | None = None) -> None:
@@ -212,7 +214,7 @@ class Watch:
             self.clock.started[cases],
             last[columns],
             value[columns],
-            np.reshape([own.before[columns] for own in self.exposures.values()], (len(self.exposures), columns.size)),
+            np.reshape([exposure.before[columns] for exposure in self.exposures.values()], (len(self.exposures), columns.size)),
         )
 
 

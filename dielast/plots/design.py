@@ -116,8 +116,8 @@ def _axes(result: Design) -> tuple[_Axis, list[_Axis]]:
     strain = result.goal == "area_strain"
     target = 100 * result.target if strain else result.target
     after = f" after {lasting(result.at)}"
-    said = [f"{name} {number(value)}" + " %" * strain for value in target.tolist()]
-    goal = _Axis(f"{name}{after}" + " [%]" * strain, np.round(target, 9), said)
+    texts = [f"{name} {number(value)}" + " %" * strain for value in target.tolist()]
+    goal = _Axis(f"{name}{after}" + " [%]" * strain, np.round(target, 9), texts)
     first, second = result.prestretch.T
     pairs = [number(a) if a == b else f"{number(a)} \N{MULTIPLICATION SIGN} {number(b)}" for a, b in result.prestretch.tolist()]
     axes = [

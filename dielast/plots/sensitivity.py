@@ -64,8 +64,8 @@ def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | 
         axes = all_axes[0]
         axes.set_yticks(range(len(rows)), [f"{whole}: {name}" if whole else name for name, whole in rows.items()])
         axes.set_ylim(len(rows) - 0.4, -0.6)
-        for each in all_axes:
-            each.tick_params(axis="y", which="both", length=0)
+        for panel in all_axes:
+            panel.tick_params(axis="y", which="both", length=0)
         if shares:
             handles = [Patch(label="first order: by itself", **FIRST), Patch(label="total: with all interactions", **TOTAL)]
             legend_below(figure, handles, "whiskers: one standard error")

@@ -70,33 +70,33 @@ def read_results(folders: Iterable[Path], names: Mapping[str, Sequence[str]]) ->
 
 def makers(results: Sequence[StoredResult]) -> dict[str, list[tuple[int, str]]]:
     """SHA-256 -> the results that hold such a file, by their number in `results`, and its name there."""
-    found: dict[str, list[tuple[int, str]]] = {}
+    results_by_digest: dict[str, list[tuple[int, str]]] = {}
     for index, result in enumerate(results):
         for name, digest in result.files.items():
-            found.setdefault(digest, []).append((index, name))
-    return found
+            results_by_digest.setdefault(digest, []).append((index, name))
+    return results_by_digest
 
 
 def outdated(results: Sequence[StoredResult]) -> list[tuple[int, str]]:
     """(number of a result, message) for each input that has the name of another result's file, but other content."""
     known = makers(results)
-    found = []
+    messages = []
     for index, result in enumerate(results):
         for read in result.inputs:
             path = PurePath(read.name)
             for other in results:
                 if read.sha256 not in known and path.parent.name == other.home and path.name in other.files and other is not result:
                     text = f"was made from another {path.name} than the one in {other.folder} now: run it again"
-                    found.append((index, text))
-    return found
+                    messages.append((index, text))
+    return messages
 
 
 def _in_order(results: list[StoredResult]) -> list[StoredResult]:
     """The results, each after those that made its inputs, otherwise in their order."""
     holders = makers(results)
     needs = [
-        {index for read in result.inputs for index, _ in holders.get(read.sha256, ()) if index != own}
-        for own, result in enumerate(results)
+        {index for read in result.inputs for index, _ in holders.get(read.sha256, ()) if index != number}
+        for number, result in enumerate(results)
     ]
     order: list[int] = []
     while len(order) < len(results):

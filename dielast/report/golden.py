@@ -69,10 +69,10 @@ def golden_files(golden: Path) -> dict[str, Path]:
         names = sorted(os.listdir(golden))
     except OSError as error:
         raise InputError(f"cannot be read: {(error.strerror or str(error)).lower()}", file=golden) from None
-    found = {name: golden / name for name in names if _compared(name) and os.path.isfile(golden / name)}
-    if not found:
+    files = {name: golden / name for name in names if _compared(name) and os.path.isfile(golden / name)}
+    if not files:
         raise InputError("no tables and no summary.toml to compare with", file=golden)
-    return found
+    return files
 
 
 def tolerances(golden: Path, files: Mapping[str, Path]) -> dict[str, dict[str, Tolerance]]:

@@ -120,7 +120,7 @@ def lay_out(
         stretched = (None if film.weights[0] is not None else first, None if film.weights[1] is not None else second)
         share = None if film.electrode_share is None else np.tile(film.electrode_share, len(materials))
         return set_up(
-            [each for each in materials for _ in range(films)] if len(materials) > 1 else materials,
+            [material for material in materials for _ in range(films)] if len(materials) > 1 else materials,
             replace(film, thickness=thick, prestretch=stretched, electrode_share=share),
             temperature=np.tile(temperature, len(materials)),
             breakdown_field=field,

@@ -140,7 +140,7 @@ def simulate(
     if isinstance(steps, Step):
         raise InputError("a list of steps is needed")
     if temperature is None:
-        temperature = [each.reference_temperature for each in materials]
+        temperature = [material.reference_temperature for material in materials]
     temperature = numbers(temperature, "temperature")
     if not np.all(np.isfinite(temperature)):
         raise InputError("every value must be finite", argument="temperature")

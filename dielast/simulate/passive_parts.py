@@ -40,14 +40,7 @@ class Passive:
             case = int(np.argmin(needed))
             film = f"the film around an electrode of share {float(share[case])!r}, at prestretch {first[case]:g},"
             exact = f"no division of {film} is so exact"
-            larger = next(
-                (
-                    tolerance
-                    for tolerance in COARSER
-                    if tolerance > mesh_rtol and points_needed(points, share, first, tolerance).all()
-                ),
-                None,
-            )
+            larger = next((rtol for rtol in COARSER if rtol > mesh_rtol and points_needed(points, share, first, rtol).all()), None)
             instead = "nor so that a larger one would do" if larger is None else f"{larger:g} can be had"
             raise InputError(f"{mesh_rtol:g}: {exact}; {instead}", argument="mesh_rtol", case=of_case(case, share.size))
         return cls(share, needed, False)

@@ -149,7 +149,7 @@ def set_up(
     materials = [material] if isinstance(material, Material) else list(material)
     varied = film.varied()
     if temperature is None:
-        temperature = [each.reference_temperature for each in materials]
+        temperature = [material.reference_temperature for material in materials]
     if not materials:
         raise InputError("a material is needed")
     for entry in materials:

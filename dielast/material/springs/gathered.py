@@ -87,8 +87,8 @@ class CaseByCase(SpringLaw):
 
     def equibiaxial_tangent(self, front: Floats) -> tuple[Floats, Floats]:
         """dp/dlnA - dp/dlnB and dp/dlnB of each law."""
-        own, both = self._joined(lambda law, squared: law.equibiaxial_tangent(squared), front)
-        return own, both
+        direct, both = self._joined(lambda law, squared: law.equibiaxial_tangent(squared), front)
+        return direct, both
 
     def take(self, cases: Cases) -> SpringLaw:  # type: ignore[override]
         """The laws of some of the cases; one law where they have the same."""
@@ -113,11 +113,11 @@ class CaseByCase(SpringLaw):
         """What each law answers to its cases of the `arrays` (..., cases), put together again."""
         joined: list[Floats] = []
         for index, law in enumerate(self.laws):
-            own = np.flatnonzero(self.which == index)
-            answers = question(law, *(np.take(array, own, axis=-1) for array in arrays))
+            members = np.flatnonzero(self.which == index)
+            answers = question(law, *(np.take(array, members, axis=-1) for array in arrays))
             joined = joined or [np.empty((*answer.shape[:-1], self.which.size)) for answer in answers]
             for whole, answer in zip(joined, answers, strict=True):
-                whole[..., own] = answer
+                whole[..., members] = answer
         return joined
 
 
@@ -135,7 +135,7 @@ def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> Sp
         return _of_one_kind(laws, carrying)
     which = np.array([known.index(kind) for kind in kinds])
     members = [np.flatnonzero(which == index) for index in range(len(known))]
-    return CaseByCase(tuple(_of_one_kind([laws[case] for case in own.tolist()], carrying[:, own]) for own in members), which)
+    return CaseByCase(tuple(_of_one_kind([laws[case] for case in cases.tolist()], carrying[:, cases]) for cases in members), which)
 
 
 def _kind(law: SpringLaw) -> tuple[Any, ...]:
@@ -161,9 +161,11 @@ def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -
 def _of_rows(laws: Sequence[SpringLaw], carrying: Flags, rows: int) -> dict[str, Floats]:
     """The constants (..., rows, cases) of springs in as many rows, one law a case or one for all."""
     stated, idle = ([law.values() for law in group] for group in (laws, [law.unlimited() for law in laws]))
-    found = {}
+    joined = {}
     for name in stated[0]:
-        value, free = (np.stack([np.asarray(own[name], dtype=float) for own in group], axis=-1) for group in (stated, idle))
+        value, free = (
+            np.stack([np.asarray(constants[name], dtype=float) for constants in group], axis=-1) for group in (stated, idle)
+        )
         value = np.repeat(value[..., None, :], rows, axis=-2)
-        found[name] = value if carrying.all() else np.where(carrying, value, free[..., None, :])
-    return found
+        joined[name] = value if carrying.all() else np.where(carrying, value, free[..., None, :])
+    return joined

@@ -151,7 +151,7 @@ class SpringLaw(Law):
 
     def values(self) -> dict[str, Any]:
         """The constants by the names of the dataclass fields."""
-        return {own.name: getattr(self, own.name) for own in fields(self) if own.init}  # type: ignore[arg-type]
+        return {constant.name: getattr(self, constant.name) for constant in fields(self) if constant.init}  # type: ignore[arg-type]
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """The law with other values of some dataclass fields."""

@@ -73,8 +73,8 @@ class MooneyRivlin(ScaledLaw):
 
     def exact_forms(self) -> tuple[str, ...]:
         """Mooney-Rivlin and Ogden, and neo-Hookean where C01 = 0."""
-        own = ("mooney-rivlin", "ogden")
-        return ("neo-hookean", *own) if self._share == 0 else own
+        laws = ("mooney-rivlin", "ogden")
+        return ("neo-hookean", *laws) if self._share == 0 else laws
 
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
         """Mooney-Rivlin, or Ogden with the exponents 2 and -2; neo-Hookean as an approximation."""

@@ -36,8 +36,8 @@ class ScaledLaw(SpringLaw):
         """The law of the constants, which leave no shear modulus to be stated."""
         if modulus is not None:
             keys = " and ".join(constant.file_key for constant in cls.constants)
-            said = f'law "{cls.name}" states its modulus by {keys}: leave shear_modulus out'
-            raise InputError(said, key="shear_modulus")
+            message = f'law "{cls.name}" states its modulus by {keys}: leave shear_modulus out'
+            raise InputError(message, key="shear_modulus")
         return super().of_file(stated, modulus)
 
     def in_file(self, modulus: float) -> dict[str, Any]:
