@@ -1,7 +1,8 @@
-"""Checks that warn of legal inputs that look like a mistake: a modulus in the wrong unit, a temperature on the wrong scale, a load
-faster than the spectrum reaches.
+"""Warnings of valid inputs that look like mistakes: a modulus in the wrong unit, a temperature on the wrong scale, a load faster
+than
+the spectrum covers.
 
-A warning says what the input looks like. None of these inputs is an error: a real material may have such constants.
+A warning states the likely mistake. None of these inputs is an error: a real material may have such constants.
 """
 
 from __future__ import annotations
@@ -21,24 +22,27 @@ from dielast.units import TIMES, ZERO_CELSIUS
 
 SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
 GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds
-RELAXING = 0.01  # of the equilibrium modulus: branches that add up to less cannot be seen beside it
-TAUT = 0.03  # room to the limit of stretch, 1 at rest: chains that have less are taut and break
+RELAXING = 0.01  # of the equilibrium modulus: the relaxation of branches with a smaller sum of moduli cannot be measured
+TAUT = 0.03  # distance to the limit of stretch, 1 at rest, below which chains are taut and break
 COLDEST, HOTTEST = -150.0, 300.0  # degC, where polymers are measured
-LOOKS_LIKE_KELVIN = 200.0  # degC: higher readings are most likely in kelvin
-MARGIN = 5.0  # K beyond the measured temperatures that a shift law may be used without a word
+LOOKS_LIKE_KELVIN = 200.0  # degC; higher readings are most likely in kelvin
+MARGIN = 5.0  # K by which a temperature may exceed the range of a shift law without a warning
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
 LARGEST_PERMITTIVITY = 1e3  # relative
-UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the stress goes with its square, 1e-5 of that at breakdown, and 1000 times
-LEAKIEST = 30.0  # fields E_c of a leak: the conductivity grows 1e13 times
+UNFELT, BEYOND = (
+    1 / 300,
+    30.0,
+)  # of the breakdown field, outside of which the Maxwell stress is 1e-5 or 1000 times that at breakdown
+LEAKIEST = 30.0  # true field over E_c of a leakage law, at which the conductivity is 1e13 times sigma_0
 THINNEST, THICKEST, THICKEST_SPECIMEN = 1e-6, 1e-2, 0.1  # m
 _SHEAR = re.compile(r"^\|?g(?![a-z])|^g(p|pp|prime|stor|loss)\b|^j(?![a-z])|\bshear\b|scher|schub")  # names, in lower case
 _STRAIN = re.compile(r"\bstrain|dehnung(?!sverh)|elongation|^[εϵ]")
-UNSEEN = 1e-5  # strain that no extensometer resolves
-SQUEEZED = 0.7  # stretch: who squeezes a film farther has typed a strain
+UNSEEN = 1e-5  # strain below the resolution of an extensometer
+SQUEEZED = 0.7  # a prescribed stretch below this is most likely a strain
 
 
 def warn_of_material(material: Material) -> None:
-    """Warn of constants that look as if they were in another unit."""
+    """Warn of constants that are most likely in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
     if rest > 0 and not SOFTEST <= rest <= HARDEST:
         known = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
@@ -63,14 +67,14 @@ def warn_of_material(material: Material) -> None:
 
 
 def warn_of_breakdown(field: ArrayLike) -> None:
-    """Warn of breakdown fields (V/m, any shape) that no film has."""
+    """Warn of breakdown fields (V/m, any shape) outside of those of polymer films."""
     values = np.atleast_1d(np.asarray(field, dtype=float))
     for value in values[(values < FAINTEST) | (values > STRONGEST)][:1]:
         warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
 
 
 def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[BreakdownLaw | None]) -> None:
-    """Warn of prestretches, one pair a film, outside of those that breakdown fields are `known` for."""
+    """Warn of prestretches, one pair per film, outside of those for which breakdown fields are `known`."""
     films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, known, strict=True)]
     outside = [(pair, value, law) for pair, value, law in films if law is not None and not law.is_known_at(value)]
     if not outside:
@@ -82,7 +86,7 @@ def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Seque
 
 
 def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
-    """Warn of thicknesses (m, any shape) that no film has; `whose` they are, and the `thickest` (m) of these."""
+    """Warn of implausible thicknesses (m, any shape); `whose` names the object, whose plausible maximum is `thickest` (m)."""
     values = np.atleast_1d(np.asarray(thickness, dtype=float))
     for value in values[(values < THINNEST) | (values > thickest)][:1]:
         known = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
@@ -90,8 +94,9 @@ def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float
 
 
 def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike = False) -> None:
-    """Warn where the `highest` true fields (V/m) of films before they move are all far from their `breakdown` fields, those of a
-    voltage, or of a charge where films are `charged`.
+    """Warn if the `highest` true fields (V/m) of films at their initial stretch are all far from their `breakdown` fields.
+
+    The fields are due to a voltage, or to a charge where films are `charged`.
     """
     field, limit = np.broadcast_arrays(np.abs(np.asarray(highest, dtype=float)), np.asarray(breakdown, dtype=float))
     if not np.any(field):
@@ -109,7 +114,7 @@ def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike =
 
 
 def warn_of_leak(true_field: ArrayLike, scale: ArrayLike) -> None:
-    """Warn of true fields (V/m) that are so many times the `scale` E_c (V/m) of a leak that nobody has measured it there."""
+    """Warn of true fields (V/m) at a multiple of the `scale` E_c (V/m) of a leakage law at which it was never measured."""
     ratio = float(np.max(np.abs(np.asarray(true_field, dtype=float)) / np.asarray(scale, dtype=float), initial=0.0))
     if ratio > LEAKIEST:
         grown = f"the true field comes to {ratio:.3g} times the leak's, by which the conductivity grows e^{ratio:.3g} times"
@@ -117,7 +122,7 @@ def warn_of_leak(true_field: ArrayLike, scale: ArrayLike) -> None:
 
 
 def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
-    """Warn of temperatures (degC, any shape) that look as if they were on another scale; `what` says whose they are."""
+    """Warn of temperatures (degC, any shape) that are most likely on another scale; `what` says what they belong to."""
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
     if not values.size:
         return
@@ -132,13 +137,13 @@ def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
         warn(f"{what} {span} degC, where polymers are hardly ever measured: is the scale right?")
 
 
-BEYOND_TESTS = 0.05  # of the largest I1 of the tests, by which they may be left without a word
-LONGER = 2.0  # times as long as the longest test a material may be used without a word
-UNTESTED = 0.1  # of the way to it, that a mode without tests may go
+BEYOND_TESTS = 0.05  # of the largest I1 - 3 of the tests, by which it may be exceeded without a warning
+LONGER = 2.0  # ratio to the longest test that is allowed without a warning
+UNTESTED = 0.1  # the same ratio for I1 - 3 in a mode without tests
 
 
 def warn_of_curve(largest: float, plateau: float | None = None) -> None:
-    """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau` if there is one, is no polymer's."""
+    """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau`, is implausible for a polymer."""
     if largest > 3 * GLASS:
         warn(f"the largest Young's modulus is {largest:.3g} Pa, more than any polymer's glass: is it in another unit?")
     elif largest < 3 * SOFTEST:
@@ -148,7 +153,7 @@ def warn_of_curve(largest: float, plateau: float | None = None) -> None:
 
 
 def warn_of_tension(names: Sequence[str], source: str) -> None:
-    """Warn of moduli, compliances, strains or stresses that are taken for those of tension, in columns whose `names` say shear."""
+    """Warn of moduli, compliances, strains or stresses that are used as tensile ones, in columns whose `names` suggest shear."""
     for name in [name for name in names if _SHEAR.search(name.strip().casefold().replace("_", " "))][:1]:
         warn(
             f'column "{name}" looks like one of shear, but is read as one of tension, which is a factor of three: say '
@@ -158,7 +163,7 @@ def warn_of_tension(names: Sequence[str], source: str) -> None:
 
 
 def warn_of_strain(strain: ArrayLike) -> None:
-    """Warn of strains (1, any shape) of a relaxation test that are no small ones, or that look like stretches or per cent."""
+    """Warn of strains (1, any shape) of a relaxation test that are not small, or look like stretches or per cent."""
     values = np.atleast_1d(np.asarray(strain, dtype=float))
     typical = float(np.median(values)) if values.size else 0.0
     if typical <= 0.3:
@@ -173,7 +178,7 @@ def warn_of_strain(strain: ArrayLike) -> None:
 
 
 def warn_of_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None:
-    """Warn of measured stretches (1, any shape) in a column whose `name` says strain, or of values that no stretch has."""
+    """Warn of measured stretches (1, any shape) in a column whose `name` suggests strain, or with impossible values."""
     values = np.atleast_1d(np.asarray(stretch, dtype=float))
     typical = float(np.median(values))
     if _STRAIN.search(name.casefold()) or not 0.5 <= typical <= 20:
@@ -183,7 +188,7 @@ def warn_of_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None
 
 
 def warn_of_stretch(lowest: float, highest: float) -> None:
-    """Warn of prescribed stretches, from the `lowest` to the `highest`, that look like strains."""
+    """Warn of prescribed stretches, from `lowest` to `highest`, that look like strains."""
     if lowest < SQUEEZED:
         warn(f"a stretch of {lowest:g} squeezes the film (1 is undeformed): is it a strain, so that the stretch is {1 + lowest:g}?")
     elif lowest == highest == 1:
@@ -191,9 +196,9 @@ def warn_of_stretch(lowest: float, highest: float) -> None:
 
 
 def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLike) -> None:
-    """Warn of films whose stretches (points,) under load are those of taut chains, or not to be seen at all.
+    """Warn of films whose stretches (points,) under load are those of taut chains, or too small to be measured.
 
-    `room` (points,) is that of the equilibrium spring's law: 1 at rest, 0 at its limit.
+    `room` (points,) is the distance to the limit of the equilibrium spring: 1 at rest, 0 at the limit.
     """
     first, second, left = (np.asarray(values, dtype=float) for values in (stretch_1, stretch_2, room))
     if not left.size:
@@ -206,7 +211,7 @@ def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLi
 
 
 def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | None) -> None:
-    """Warn of stretches (2, points) at which the tension of the equilibrium spring falls, on the path of a `mode`, None for any."""
+    """Warn of stretches (2, points) at which the tension of the equilibrium spring decreases, in a `mode`, None for any mode."""
     law, values = material.equilibrium_law, np.asarray(stretch, dtype=float)
     if law.always_stable or material.equilibrium_modulus == 0 or not values.size:
         return
@@ -227,7 +232,7 @@ def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | 
 
 
 def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> None:
-    """Warn of stretches (2, points) on the path of a `mode`, None for any, beyond the tests that a material was calibrated by."""
+    """Warn of stretches (2, points) in a `mode`, None for any mode, beyond the tests of a calibrated material."""
     known, values = material.calibrated, np.asarray(stretch, dtype=float)
     if known is None or not values.size:
         return
@@ -243,7 +248,7 @@ def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> N
 
 
 def warn_of_use(material: Material, temperature: ArrayLike) -> None:
-    """Warn of temperatures (degC, any shape) that look wrong, or that the material's shift law was not measured at."""
+    """Warn of temperatures (degC, any shape) that look wrong, or that are outside of the range of the shift law."""
     warn_of_temperature(temperature, "the temperature is")
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
     if material.calibrated is not None:
@@ -265,8 +270,9 @@ def warn_of_use(material: Material, temperature: ArrayLike) -> None:
 
 
 def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike) -> None:
-    """Warn of times in s at temperatures in degC, both (k,), that are longer than the tests that a material was calibrated by, as
-    the shift law has it for the hottest of these.
+    """Warn of times in s at temperatures in degC, both (k,), that are longer than the tests of a calibrated material.
+
+    They are compared as reduced times, for the hottest of the tests, by the shift law.
     """
     known = material.calibrated
     values, heat = np.atleast_1d(np.asarray(time, dtype=float)), np.atleast_1d(np.asarray(temperature, dtype=float))
@@ -282,8 +288,8 @@ def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike)
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """Something that a film does within `lasting` s while its fastest branch takes `fastest` s at `temperature` degC; `what` is a
-    clause without its end, such as "step[0] takes".
+    """An action on a film that lasts `lasting` s, and the relaxation time `fastest` s of its fastest branch at `temperature` degC;
+    `what` is the beginning of a sentence, such as "step[0] takes".
     """
 
     what: str
@@ -293,14 +299,16 @@ class Pace:
 
 
 def fastest_branch(material: Material, temperature: float) -> float:
-    """The shortest relaxation time in s of the branches that carry any load; 0 if there is none."""
+    """The shortest relaxation time in s of the branches with a modulus above 0; 0 if there is none."""
     carrying = material.relaxation_time(temperature)[material.spectrum.shear_modulus > 0]
     return float(carrying[-1]) if carrying.size else 0.0
 
 
 def warn_of_paces(paces: Iterable[Pace]) -> None:
-    """Warn of the most hasty of the paces that are faster than the fastest branch: processes that the spectrum does not hold, as it
-    was truncated or not measured so far, would resist then, and the film comes out too soft.
+    """Warn of the fastest of the actions that are faster than the fastest branch.
+
+    Faster processes, which a truncated or incomplete spectrum lacks, would resist such an action; without them the film is too
+    soft.
     """
     hasty = [pace for pace in paces if pace.lasting < pace.fastest]
     if hasty:

@@ -1,4 +1,4 @@
-"""What scatters between draws of films, and each source of it exchanged between two draws, to find its share of the spread."""
+"""Sources of scatter between draws of films, and their exchange between two draws, to find their shares in the variance."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ PARTS: dict[str, tuple[str, ...]] = {
     "breakdown law": ("breakdown",),
     "damage law": ("damage",),
 }
-"""The parts of a material that its draws may differ in, and their fields."""
+"""The parts of a material that may differ between draws, with their fields."""
 FACTORS = {"breakdown field": "breakdown_factor", "thickness": "thickness_factor", "damage": "damage_factor"}
-"""What scatters from film to film, by the field of a sample."""
+"""The quantities that scatter from film to film, by the field of a sample."""
 WHOLE = "material"
 
 
 @dataclass(frozen=True, slots=True)
 class Source(Result):
-    """What draws differ in: `name`, and the fields of a `Material`, or that of a `Sample`, that hold it. `part_of` is the source
-    that it is a part of, with whose other parts it is drawn together; empty for a source that is independent of all others.
+    """A source of scatter: its `name`, and the fields of a `Material`, or the field of a `Sample`, that hold it.
+
+    `part_of` is the source of which it is a part; all parts of a source are drawn together. It is empty for an independent source.
     """
 
     name: str
@@ -42,8 +43,8 @@ class Source(Result):
 
 
 def sources_of(sample: Sample) -> tuple[Source, ...]:
-    """All that the draws differ in: the material, its parts if it differs in more than one of them, and what scatters from film to
-    film.
+    """All sources of scatter between the draws: the material, its parts if more than one part differs, and the quantities that
+    scatter from film to film.
     """
     distinct = list({id(member): member for member in sample.materials}.values())
     parts = {
@@ -63,8 +64,10 @@ def sources_of(sample: Sample) -> tuple[Source, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Exchange(Result):
-    """Pairs of draws between which each source is exchanged: `sample` holds the draws, the `draws` given ones first, then, for
-    each of the `sources`, draws `first` (pairs,) with the source from `second` (pairs,), and draws `second` with that from `first`.
+    """Pairs of draws between which each source is exchanged.
+
+    `sample` holds the `draws` given ones, followed, for each of the `sources`, by the draws `first` (pairs,) with the source of
+    `second` (pairs,), and the draws `second` with that of `first`.
     """
 
     sample: Sample
@@ -75,9 +78,9 @@ class Exchange(Result):
 
     @classmethod
     def of(cls, sample: Sample, seed: int = 1) -> Exchange:
-        """Pairs of the draws of a sample, at random by `seed`, each draw in one pair; of an odd number, one draw is in none.
+        """Random pairs (by `seed`) of the draws of a sample; each draw is in one pair, except one draw if their number is odd.
 
-        Raises `InputError` for fewer than four draws, and where nothing differs between them.
+        Raises `InputError` for fewer than four draws, and if the draws do not differ.
         """
         if len(sample) < 4:
             raise InputError(f"{len(sample)} draws: shares of their spread take at least 4", argument="sample")
@@ -91,7 +94,7 @@ class Exchange(Result):
 
 
 def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> Sample:
-    """The draws `keep` of a sample with the source of the draws `take`."""
+    """The draws `keep` (k,) of a sample, with the source of the draws `take` (k,)."""
     materials = [sample.materials[k] for k in keep]
     if source.material_fields:
         others = [sample.materials[k] for k in take]
@@ -107,7 +110,7 @@ def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> Samp
 
 
 def _joined(samples: Sequence[Sample]) -> Sample:
-    """The draws of all samples, one after the other."""
+    """The draws of all samples, one sample after another."""
     columns: dict[str, Any] = {
         name: None if getattr(samples[0], name) is None else np.concatenate([getattr(each, name) for each in samples])
         for name in FACTORS.values()

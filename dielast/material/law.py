@@ -1,7 +1,7 @@
-"""What the laws of every family share: a name, constants with units, and a registry that finds a law by its name.
+"""The common base of all laws: a name, constants with units, and a registry that finds a law by its name.
 
-A law is a frozen dataclass that answers every question about itself, so that no other module asks what type it is. To add a law,
-write its module and register its class in the package of its family.
+A law is a frozen dataclass whose methods provide everything that depends on its type, so that no other module needs to know the
+type. To add a law, write its module and register its class in the package of its family.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from dielast.units import Dimension
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """One constant of a law: the attribute `name` of the law, and how files state it.
+    """One constant of a law: the attribute `name` of the law, and its form in files.
 
-    `dimension` is None for a bare number. A value lies `above` or is `at_least` a bound, where one is given. `many`: a list of
-    numbers. `key` is its key in a material file, if that is not the name. A file may leave out a
-    constant with a value `left_out`, or one that is not `needed` at all.
+    `dimension` is None for a bare number. A value lies `above` a bound, or is `at_least` a bound, if one is given. `many` means a
+    list of numbers. `key` is its key in a material file, if that is not the name. A file may omit a constant with a default value,
+    `left_out`, or one that is not `needed`.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Constant:
 
     @property
     def suffix(self) -> str:
-        """What the unit adds to the name of a number in a summary, such as `_J_per_mol`."""
+        """The unit as a suffix of the name of a number in a summary, such as `_J_per_mol`."""
         return "" if self.unit == "1" else "_" + self.unit.replace("/", "_per_")
 
     @property
@@ -76,7 +76,7 @@ class Constant:
         return stated[0]
 
     def stated(self, value: Any) -> Any:
-        """The value as a material file states it, with 9 significant digits."""
+        """The value for a material file, with 9 significant digits."""
         if self.many:
             return [replace(self, many=False).stated(entry) for entry in value]
         return float(f"{value:.9g}") if self.dimension is None else f"{value:.9g} {self.unit}"
@@ -85,7 +85,7 @@ class Constant:
 class Law:
     """Base of every law.
 
-    `name` stands in files, `title` in sentences ("the WLF law").
+    `name` is used in files, `title` in sentences ("the WLF law").
     """
 
     __slots__ = ()
@@ -94,7 +94,7 @@ class Law:
     constants: ClassVar[tuple[Constant, ...]] = ()
 
     def stated(self) -> dict[str, Any]:
-        """The constants by their keys in a material file, those at the value that a file leaves out apart."""
+        """The constants by their keys in a material file, without those that have their default value."""
         values = [(constant, getattr(self, constant.name)) for constant in self.constants]
         return {
             constant.file_key: constant.stated(value)
@@ -121,14 +121,14 @@ Entry = TypeVar("Entry", bound=Any)
 
 
 class Registry(Generic[Entry]):
-    """Everything of one `kind` by name, in the order of registration."""
+    """The entries of one `kind`, by name and in the order of registration."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
         self._entries: dict[str, Entry] = {}
 
     def register(self, entry: Entry) -> Entry:
-        """Add an entry under its name; it also serves as a decorator of a class."""
+        """Add an entry under its name; also a decorator of a class."""
         self._entries[entry.name] = entry
         return entry
 
@@ -145,5 +145,5 @@ class Registry(Generic[Entry]):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all."""
+        """The names of all entries."""
         return tuple(self._entries)

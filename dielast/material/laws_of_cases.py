@@ -1,4 +1,4 @@
-"""Laws of many cases as few laws whose constants are arrays, so that a family answers for all cases at once."""
+"""Laws of many cases as a few laws whose constants are arrays, so that a family is evaluated for all cases at once."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ Kind = TypeVar("Kind", bound=Law)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LawsOfCases(Generic[Kind]):
-    """The law of each case, if the case has a law: row `place` (cases,) of the law number `number` (cases,) of `laws`, -1 for none.
+    """The law of each case: `number` (cases,) is the index of its law in `laws`, -1 without a law, and `place` (cases,) the index
+    in
+    the constants (k,) of that law.
 
-    The constants of a law must be numbers, of which the law takes arrays (k,), too.
+    The constants of a law must be numbers, which may be replaced by arrays (k,).
     """
 
     laws: tuple[Kind, ...]
@@ -27,7 +29,7 @@ class LawsOfCases(Generic[Kind]):
 
     @classmethod
     def of(cls, stated: Sequence[Kind | None], cases: int) -> LawsOfCases[Kind]:
-        """Of one law for all cases, or one for each case; None is no law."""
+        """The laws of cases from one law for all, or one per case; None is no law."""
         classes: dict[type[Any], dict[int, tuple[int, Kind]]] = {}
         number, place = np.full((2, len(stated)), -1, dtype=np.intp)
         for index, law in enumerate(stated):
@@ -43,12 +45,13 @@ class LawsOfCases(Generic[Kind]):
         return bool(self.laws)
 
     def take(self, cases: Index) -> LawsOfCases[Kind]:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         return replace(self, number=self.number[cases], place=self.place[cases])
 
     def ask(self, cases: Index, answer: Callable[[Kind, Index], Floats], without: float) -> Floats:
-        """The `answer` (k,) of the laws of `cases` (k,), given a law and the columns (m,) of `cases` that it is of, its constants
-        (m,); `without` for a case that has no law.
+        """The `answer` (k,) of the laws of `cases` (k,), and `without` for cases without a law.
+
+        `answer` is called with a law, whose constants are arrays (m,), and the columns (m,) of `cases` to which it applies.
         """
         result, number = np.full(cases.size, without), self.number[cases]
         for index, law in enumerate(self.laws):
@@ -59,13 +62,13 @@ class LawsOfCases(Generic[Kind]):
 
 
 def _stacked(laws: Sequence[Kind]) -> Kind:
-    """One law of the class of all, with their constants as arrays (k,)."""
+    """One law of their common class, with their constants as arrays (k,)."""
     values = {constant.name: [getattr(law, constant.name) for law in laws] for constant in laws[0].constants}
     arrays = {name: None if set(column) == {None} else np.array(column, dtype=float) for name, column in values.items()}
     return replace(laws[0], **arrays)  # type: ignore[type-var]
 
 
 def _of_places(law: Kind, place: Index) -> Kind:
-    """The law with the constants at these places (m,)."""
+    """The law with its constants at these indices (m,)."""
     values = {constant.name: getattr(law, constant.name) for constant in law.constants}
     return replace(law, **{name: value[place] for name, value in values.items() if value is not None})  # type: ignore[type-var]

@@ -14,12 +14,11 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Leakage(Result):
-    """The true current density j = sigma_0 exp(|E|/E_c) E in A/m^2 of a true field E in V/m: a `conductivity` sigma_0 in S/m that
-    grows with the field, e times in each `field` E_c in V/m; by default it does not, as in Ohm's law. Each may be one number or one
-    a case.
+    """The true current density j = sigma_0 exp(|E|/E_c) E in A/m^2 at a true field E in V/m.
 
-    This is how leakage through VHB is commonly fitted (Foo, Cai, Koh, Bauer and Suo, J. Appl. Phys. 111 (2012) 034102).
-    `InputError` for a conductivity that is negative or a field that is not positive.
+    `conductivity` is sigma_0 in S/m, and `field` is E_c in V/m, by default infinite, which is Ohm's law. Both may be one number or
+    one number per case. This law is commonly fitted to VHB (Foo, Cai, Koh, Bauer and Suo, J. Appl. Phys. 111 (2012) 034102). Raises
+    `InputError` for a conductivity that is negative, or a field that is not positive.
     """
 
     conductivity: ArrayLike = 0.0
@@ -35,15 +34,15 @@ class Leakage(Result):
             raise InputError(f"field {worst:g} V/m: it must be positive; leave it out for Ohm's law", argument="leakage")
 
     def varied(self) -> list[ArrayLike]:
-        """All numbers of which there may be one for each case."""
+        """The numbers that may differ from case to case."""
         return [self.conductivity, self.field]
 
     def take(self, cases: Cases) -> Leakage:
-        """That of some of the cases, of which there is a number for each."""
+        """The leakage of the selected cases (k,); its constants must be (cases,)."""
         return Leakage(np.asarray(self.conductivity)[cases], np.asarray(self.field)[cases])
 
     def current_density(self, true_field: Floats) -> Floats:
-        """j in A/m^2 at a true field in V/m, with its sign."""
+        """j in A/m^2, with its sign, at a true field in V/m."""
         return np.asarray(self.conductivity * np.exp(np.abs(true_field) / self.field) * true_field)
 
     def slope(self, true_field: Floats) -> Floats:

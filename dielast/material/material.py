@@ -1,4 +1,4 @@
-"""What a dielectric elastomer is: an equilibrium spring, relaxation processes, a shift law, a dielectric."""
+"""A dielectric elastomer: its equilibrium spring, relaxation processes, shift law and dielectric."""
 
 from __future__ import annotations
 
@@ -28,12 +28,11 @@ class Material(Result):
     """A viscoelastic dielectric elastomer; SI units, temperatures in degC.
 
     `equilibrium_modulus` is the shear modulus mu_eq in Pa of the spring `equilibrium_law`; `spectrum` holds the relaxation
-    processes at the reference temperature, each with the spring `nonequilibrium_law`; `permittivity` is a
-    number in F/m or the law of a dielectric.
-    `measured_temperature` is the range that the shift law was measured in, if that is known. The moduli hold at the reference
-    temperature; `equilibrium_scaling` and `nonequilibrium_scaling` say how those of the equilibrium spring and of the branches
-    change with temperature. `damage` says how a field uses a film up, if that is to be looked at. `calibrated` is the range of the
-    tests that the material was fitted to, if it was.
+    processes, whose springs have the `nonequilibrium_law`. Both hold at the reference temperature; `equilibrium_scaling` and
+    `nonequilibrium_scaling` state how the moduli depend on temperature. `permittivity` is a number in F/m, or the law of a
+    dielectric. `measured_temperature` is the range in which the shift law was measured, None if unknown. `damage` is the law of
+    ageing in a field, None if it is not considered. `calibrated` is the range of the tests to which the material was fitted, if
+    any.
     """
 
     name: str
@@ -57,7 +56,7 @@ class Material(Result):
 
     @property
     def dielectric(self) -> DielectricLaw | None:
-        """The law of the permittivity, if one is known."""
+        """The law of the permittivity, None if it is unknown."""
         if not self.permittivity:
             return None
         return self.permittivity if isinstance(self.permittivity, DielectricLaw) else ConstantPermittivity(self.permittivity)

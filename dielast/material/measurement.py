@@ -1,7 +1,7 @@
-"""Viscoelastic measurements at one temperature, as they come: a relaxation test, a frequency sweep, a creep test.
+"""Viscoelastic measurements at one temperature: a relaxation test, a frequency sweep, or a creep test.
 
-Moduli are Young's and compliances tensile throughout this boundary; the material is incompressible, so that shear moduli are a
-third and shear compliances three times as much.
+Moduli are Young's and compliances tensile in all of these; the material is incompressible, so that shear moduli are a third of
+these, and shear compliances three times as much.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ def is_temperature(value: float) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Measurement(Result):
-    """What was measured at `temperature` (degC): an abscissa and one or two ordinates, (n,) each, in the order of the fields.
+    """A measurement at `temperature` (degC): an abscissa and one or two ordinates, (n,) each, in the order of the fields.
 
-    Raises `InputError` if the lengths differ, a value is not finite, an abscissa is not positive or the temperature is not above
-    absolute zero. For messages, `source` says where the measurement comes from, and the `time_offset` of a test over time by how
-    much less its times are than those measured, in s.
+    For messages, `source` names the origin of the measurement, and `time_offset` in s is what was subtracted from the measured
+    times. Raises `InputError` if the lengths differ, a value is not finite, an abscissa is not positive, or the temperature is not
+    above absolute zero.
     """
 
     KIND: ClassVar[MeasurementKind]
@@ -38,17 +38,17 @@ class Measurement(Result):
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """The fields that hold abscissa and ordinates."""
+        """The names of the fields of abscissa and ordinates."""
         return tuple(field.name for field in fields(cls)[1 : 2 + len(cls.KIND.ordinates)])
 
     @property
     def source(self) -> str:
-        """Where the measurement comes from."""
+        """The origin of the measurement, for messages."""
         raise NotImplementedError
 
     @property
     def time_offset(self) -> float:
-        """By how much less the times are than those measured, in s."""
+        """The time in s that was subtracted from the measured times."""
         return 0.0
 
     @property
@@ -86,8 +86,8 @@ class Measurement(Result):
 class RelaxationCurve(Measurement):
     """Young's relaxation modulus `modulus` (n,) in Pa over `time` (n,) in s at `temperature` in degC; points in any order.
 
-    Raises `InputError` as `Measurement` says. A modulus may be zero or negative, as a noise floor gives; `build_master_curve` deals
-    with it. `source` says where it comes from, for warnings.
+    Raises `InputError` as `Measurement` does. A modulus may be zero or negative, as in a noise floor; `build_master_curve` treats
+    such points. `source` names the origin, for messages.
     """
 
     KIND = RELAXATION
@@ -101,7 +101,7 @@ class RelaxationCurve(Measurement):
 class CreepCurve(Measurement):
     """Tensile creep compliance `compliance` (n,) in 1/Pa over `time` (n,) in s at `temperature` in degC; points in any order.
 
-    Raises `InputError` as `Measurement` says, times being counted from the stress step.
+    Raises `InputError` as `Measurement` does. Times count from the stress step.
     """
 
     KIND = CREEP
@@ -115,7 +115,7 @@ class CreepCurve(Measurement):
 class FrequencySweep(Measurement):
     """Young's `storage_modulus` and `loss_modulus` (n,) in Pa over `angular_frequency` (n,) in rad/s at `temperature` in degC.
 
-    Points in any order. Raises `InputError` as `Measurement` says.
+    Points are in any order. Raises `InputError` as `Measurement` does.
     """
 
     KIND = OSCILLATION

@@ -1,8 +1,9 @@
-"""The kinds of measurement, relaxation, creep and oscillation: their words, columns and units, and what a linear solid answers.
+"""The kinds of measurement: relaxation, creep and oscillation, with their terms, columns, units, and the response of a linear
+solid.
 
-A new kind is an object here, an entry of `KINDS`, and a class of curves in `dielast.material.measurement`; all other modules ask
-the kind. An answer is linear in what the solid is made of: the strengths of its processes (moduli, or compliances) and one or two
-constants. J. D. Ferry, Viscoelastic properties of polymers, 3rd ed., Wiley 1980, ch. 3, has the equations.
+A new kind is an object here, an entry of `KINDS`, and a class of curves in `dielast.material.measurement`; all other modules use
+these. A response is linear in the parameters of the solid: the strengths of its processes (moduli, or compliances) and one or two
+constants. The equations are those of J. D. Ferry, Viscoelastic properties of polymers, 3rd ed., Wiley 1980, ch. 3.
 """
 
 from __future__ import annotations
@@ -22,15 +23,16 @@ KindName = Literal["relaxation", "oscillation", "creep"]
 class MeasurementKind:
     """One kind of measurement.
 
-    `name` is the word of recipes and summaries; `tests` and `curves` are its plurals, `value` and `values` say what is measured,
-    and `stiffness` is the modulus that two curves are compared by. `abscissa` and `ordinates` are names and SI units of columns.
+    `name` is the term in recipes and summaries; `tests` and `curves` are its plurals, `value` and `values` name the measured
+    quantity, and `stiffness` is the modulus by which two curves are compared. `abscissa` and `ordinates` are names and SI units of
+    columns.
 
-    Three numbers stand for case distinctions: time is the abscissa to the power of `time_power`, a stiffness is an ordinate to the
+    Three exponents replace case distinctions: time is the abscissa to the power of `time_power`, a stiffness is an ordinate to the
     power of `stiffness_power`, and an ordinate falls along the abscissa to the power of `falling_power`, their product.
 
-    `processes(time, process_time)` is the answer (channels, n, m) of processes of unit strength with the times `process_time` (m,),
-    and `constants(time)` that of unit constants, (constants, channels, n). Both are taken at `time` (n,) in s, which is one over
-    the angular frequency of an oscillation.
+    `processes(time, process_time)` is the response (channels, n, m) of processes of unit strength with the times `process_time`
+    (m,), and `constants(time)` that of unit constants, (constants, channels, n). Both are evaluated at `time` (n,) in s, which is
+    one over the angular frequency of an oscillation.
     """
 
     name: KindName
@@ -42,19 +44,19 @@ class MeasurementKind:
     abscissa: tuple[str, str]
     ordinates: tuple[tuple[str, str], ...]
     label: str
-    """What an axis of a figure calls the ordinates,"""
+    """The label of the ordinates in figures."""
     label_factor: float
-    """and the factor from SI into the unit that it states."""
+    """The factor from SI to the unit of the label."""
     ends: tuple[str, str]
-    """Adjectives of the ends of short and of long times,"""
+    """Adjectives for the ends of short and of long times."""
     regions: tuple[str, str]
-    """and their names."""
+    """Names of the ends of short and of long times."""
     more_overlap: str
-    """What to measure so that two curves have a modulus in common."""
+    """How to measure so that two curves have a modulus in common, for messages."""
     step: str
-    """What the times are counted from the step of, if anything,"""
+    """The step from which times count, such as strain, or empty."""
     remedy: str
-    """and what to check where curves do not superpose."""
+    """What to check if curves do not superpose, for messages."""
     time_power: int
     stiffness_power: int
     processes: Callable[[Floats, Floats], Floats]

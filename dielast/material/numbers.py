@@ -1,6 +1,6 @@
-"""The numbers of a material by section and key, as its file states them, and the material of other numbers.
+"""The numbers of a material by section and key, as in its file, and the material with other numbers.
 
-What changes a material, a calibration or a table of draws, asks here and knows no law.
+All that changes a material, such as a calibration or a table of draws, uses these functions and does not depend on the laws.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from dielast.material.spectrum import Spectrum
 from dielast.units import STRESS, TIME, Dimension, parse
 
 Numbers = dict[str, dict[str, Any]]
-"""Values in SI, a number or a list of them, by section and key."""
+"""Values in SI, each a number or a list of numbers, by section and key."""
 
 LISTS = {"shear_modulus": STRESS, "relaxation_time": TIME}
-"""What each branch has, with its dimension."""
+"""The quantities of a branch, with their dimensions."""
 SCALE = "scale"
-"""The key of one factor on the moduli of all branches."""
+"""The key of a common factor on the moduli of all branches."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What a number is: its `dimension` (None: a bare number), and whether it can only be positive."""
+    """The `dimension` of a number (None: a bare number), and whether it must be positive."""
 
     dimension: Dimension | None
     positive: bool
@@ -37,7 +37,7 @@ class Kind:
 
 
 def numbers_of(material: Material) -> Numbers:
-    """All numbers of a material that may be free, by section and key of its file."""
+    """All numbers of a material that may be varied, by section and key of its file."""
     modulus, spring = material.equilibrium_modulus, material.equilibrium_law
     found: Numbers = {
         "equilibrium": {**({"shear_modulus": modulus} if spring.takes_modulus else {}), **_read(spring, spring.in_file(modulus))},
@@ -54,7 +54,7 @@ def numbers_of(material: Material) -> Numbers:
 
 
 def kinds_of(material: Material) -> dict[str, dict[str, Kind]]:
-    """What each of the numbers is, by section and key."""
+    """The kind of each of the numbers, by section and key."""
     found: dict[str, dict[str, Kind]] = {
         "equilibrium": {"shear_modulus": Kind(STRESS, True)} if material.equilibrium_law.takes_modulus else {},
         "nonequilibrium": {**{key: Kind(dimension, True) for key, dimension in LISTS.items()}, SCALE: Kind(None, True)},
@@ -69,7 +69,7 @@ def kinds_of(material: Material) -> dict[str, dict[str, Kind]]:
 
 
 def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) -> Material:
-    """The material with other numbers; raises `InputError` for numbers that its laws refuse."""
+    """The material with other numbers; raises `InputError` for numbers that its laws do not allow."""
     equilibrium, branches = dict(numbers["equilibrium"]), dict(numbers["nonequilibrium"])
     modulus = equilibrium.pop("shear_modulus", None)
     spring = type(material.equilibrium_law).of_file(equilibrium, modulus)
@@ -88,13 +88,13 @@ def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) ->
 
 
 def _laws(material: Material) -> dict[str, Law]:
-    """The laws beside the springs that a material has, by section."""
+    """The laws of a material other than the springs, by section."""
     known = {"shift": material.shift, "dielectric": material.dielectric, "breakdown": material.breakdown, "damage": material.damage}
     return {section: law for section, law in known.items() if law is not None}
 
 
 def _read(law: Law, stated: Mapping[str, Any]) -> dict[str, Any]:
-    """The constants of a law as numbers in SI, None for one left out without a value."""
+    """The constants of a law as numbers in SI, None for an omitted one without a default."""
     found: dict[str, Any] = {}
     for constant in law.constants:
         value = stated.get(constant.file_key, constant.left_out)

@@ -1,4 +1,4 @@
-"""Breakdown fields that change with the film, of many films at once."""
+"""Breakdown fields that depend on the present state of films, for many films at once."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from dielast.numerics.arrays import Floats, Index
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FollowingField:
-    """Breakdown `laws` that follow films of an undeformed `thickness` (cases,) in m, and the field (cases,) in V/m that they give
-    at the prestretch, `at_prestretch`, 1 for films whose breakdown field stays as it is.
+    """Breakdown `laws` that follow the films, for films of undeformed `thickness` (cases,) in m.
+
+    `at_prestretch` (cases,) is the field in V/m that they give at the prestretch, 1 for films whose field is constant.
     """
 
     laws: LawsOfCases[BreakdownLaw]
@@ -23,17 +24,17 @@ class FollowingField:
 
     @classmethod
     def of(cls, laws: LawsOfCases[BreakdownLaw], thickness: Floats, prestretch: Floats) -> FollowingField:
-        """Of films (cases,) at a `prestretch` sqrt(l1 l2)."""
+        """The fields of films (cases,) with a `prestretch` sqrt(l1 l2) (cases,)."""
         relaxed = cls(laws, thickness, np.ones_like(thickness))
         every = np.arange(thickness.size)
         return cls(laws, thickness, relaxed.ratio(every, 4 * np.log(prestretch)))
 
     def take(self, cases: Index) -> FollowingField:
-        """The same for some of the films."""
+        """The selected films (k,)."""
         return FollowingField(self.laws.take(cases), self.thickness[cases], self.at_prestretch[cases])
 
     def ratio(self, cases: Index, log_area: Floats) -> Floats:
-        """The breakdown field of `cases` (k,) at 2 ln(l1 l2) (k,) over that at the prestretch.
+        """The breakdown field of `cases` (k,) at 2 ln(l1 l2) = `log_area` (k,), over that at the prestretch.
 
         l = exp(log_area/4), and, as films are incompressible, h = H exp(-log_area/2).
         """

@@ -1,4 +1,4 @@
-"""What every breakdown law answers: the true field at which a film breaks down."""
+"""The base class of breakdown laws: the true field at which a film breaks down."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from dielast.numerics.arrays import Flags, Floats
 
 
 class BreakdownLaw(Law):
-    """Base of the breakdown laws; a law states `at` and `scaled` at least, and one that `follows_film` also `of_film`."""
+    """Base of the breakdown laws. A law defines at least `at` and `scaled`, and `of_film` if it `follows_film`."""
 
     __slots__ = ()
 
     follows_film: ClassVar[bool] = False
-    """Whether the field changes with the film: the law is then asked at every moment, else once, at the prestretch. The constants
-    of such a law are numbers, of which it takes arrays, too.
+    """Whether the field depends on the present state of the film; the law is then evaluated at every moment, else once, at the
+    prestretch. The constants of such a law are numbers, and may be replaced by arrays.
     """
 
     def at(self, prestretch: ArrayLike) -> Floats:
-        """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
+        """The field in V/m at equibiaxial prestretches of any shape; for unequal ones, pass the square root of their product."""
         raise NotImplementedError
 
     def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> Floats:
@@ -30,17 +30,17 @@ class BreakdownLaw(Law):
         return self.at(stretch)
 
     def scaled(self, factor: float) -> Self:
-        """The law of a film whose breakdown field is `factor` times as large, at every prestretch."""
+        """The law for a breakdown field `factor` times as large, at every prestretch."""
         raise NotImplementedError
 
     def is_known_at(self, prestretch: ArrayLike) -> Flags:
-        """Whether the law was stated for equibiaxial prestretches (any shape), so that nothing stands in for it."""
+        """Whether the law was stated for equibiaxial prestretches (any shape), and needs no substitute there."""
         return np.ones(np.shape(prestretch), dtype=bool)
 
     def outside(self, prestretch: float) -> str:
-        """What stands in for the law at a prestretch that it is not known at, and how to state it."""
+        """The substitute for the law at a prestretch for which it was not stated, and how to state it, for a warning."""
         return ""
 
     def typical_fields(self) -> Floats:
-        """Fields (k,) in V/m by which to judge whether the law is one of films."""
+        """Fields (k,) in V/m by which the plausibility of the law is judged."""
         return np.atleast_1d(self.at(1.0))

@@ -1,4 +1,4 @@
-"""A power law in the stretch and the thickness that a film has at the moment."""
+"""A power law in the present stretch and thickness of a film."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dielast.units import FIELD, LENGTH
 
 @dataclass(frozen=True, slots=True)
 class PowerBreakdown(BreakdownLaw):
-    """E_B = E_ref l^a (h/h_ref)^-b, where l = sqrt(l1 l2) and h, the thickness, are those at the moment.
+    """E_B = E_ref l^a (h/h_ref)^-b, where l = sqrt(l1 l2) and the thickness h are those at the moment.
 
     E_ref = `field` in V/m, a = `stretch_exponent`, b = `thickness_exponent`, h_ref = `reference_thickness` in m. Koh et al.,
     J. Polym. Sci. B 49 (2011) 504 (VHB 4910: a = 1.13, b = 0); Huang, Shian, Diebold, Suo and Clarke, Appl. Phys. Lett. 101 (2012)
@@ -51,17 +51,17 @@ class PowerBreakdown(BreakdownLaw):
                 raise InputError(f"{value:g}: {needed} is needed", argument=constant.name)
 
     def at(self, prestretch: ArrayLike) -> Floats:
-        """The field of films that have the reference thickness at this stretch."""
+        """The field of films with the reference thickness at this stretch."""
         return self.of_film(prestretch, 1.0 if self.reference_thickness is None else self.reference_thickness)
 
     def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> Floats:
         """E_ref l^a (h/h_ref)^-b."""
         powers = self.stretch_exponent * np.log(np.asarray(stretch, dtype=float))
-        if self.reference_thickness is not None:  # of several films, those without are of exponent 0
+        if self.reference_thickness is not None:  # among several films, those without a reference thickness have exponent 0
             thinner = np.log(self.reference_thickness / np.asarray(thickness, dtype=float))
             powers = powers + np.where(np.asarray(self.thickness_exponent) == 0, 0.0, self.thickness_exponent * thinner)
         return np.asarray(self.field * np.exp(powers))
 
     def scaled(self, factor: float) -> PowerBreakdown:
-        """The law with the field times `factor`."""
+        """The law with its field times `factor`."""
         return replace(self, field=factor * self.field)

@@ -18,7 +18,7 @@ from dielast.units import FIELD
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Breakdown(Result, BreakdownLaw):
-    """Breakdown field in V/m over equibiaxial prestretch, linear in between; beyond its ends the nearest entry holds."""
+    """Breakdown field in V/m over equibiaxial prestretch, linear between entries; beyond the table, the nearest entry holds."""
 
     prestretch: tuple[float, ...]
     field: tuple[float, ...]
@@ -53,7 +53,7 @@ class Breakdown(Result, BreakdownLaw):
             raise InputError("a breakdown field must be positive")
 
     def at(self, prestretch: ArrayLike) -> Floats:
-        """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
+        """The field in V/m at equibiaxial prestretches of any shape; for unequal ones, pass the square root of their product."""
         return np.asarray(np.interp(np.asarray(prestretch, dtype=float), self.prestretch, self.field))
 
     def scaled(self, factor: float) -> Breakdown:
@@ -61,13 +61,13 @@ class Breakdown(Result, BreakdownLaw):
         return Breakdown(self.prestretch, tuple(factor * value for value in self.field))
 
     def is_known_at(self, prestretch: ArrayLike) -> Flags:
-        """Whether equibiaxial prestretches (any shape) lie within those of the table; one entry alone holds at all."""
+        """Whether equibiaxial prestretches (any shape) lie within the table; a single entry holds at all prestretches."""
         values, ends = np.asarray(prestretch, dtype=float), (self.prestretch[0], self.prestretch[-1])
-        # rounding is forgiven
+        # rounding is tolerated
         return (len(self.prestretch) == 1) | ((values >= ends[0] * (1 - 1e-9)) & (values <= ends[1] * (1 + 1e-9)))
 
     def outside(self, prestretch: float) -> str:
-        """The nearest entry, and the table with an entry more."""
+        """The nearest entry, and the table with a further entry, for a warning."""
         entries = [
             (prestretch, '"..."'),
             *((at, f'"{field / 1e6:.4g} MV/m"') for at, field in zip(self.prestretch, self.field, strict=True)),

@@ -1,4 +1,4 @@
-"""What every damage law answers: how fast a field uses a film up."""
+"""The base class of damage laws: the rate at which a film ages in a field."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from dielast.numerics.columns import Floats
 
 
 class DamageLaw(Law):
-    """Base of the damage laws; a law states `rate`, `lasting` and `scaled`.
+    """Base of the damage laws. A law defines `rate`, `lasting` and `scaled`.
 
-    Its constants are numbers, of which it takes arrays, too.
+    Its constants are numbers, and may be replaced by arrays.
     """
 
     __slots__ = ()
 
     def rate(self, field: ArrayLike) -> Floats:
-        """dD/dt in 1/s at the size of the true field in V/m, of any shape; the film fails where D, its integral, is 1."""
+        """dD/dt in 1/s at the magnitude of the true field in V/m, of any shape; the film fails where the integral D reaches 1."""
         raise NotImplementedError
 
     def lasting(self, factor: float) -> Self:
@@ -27,5 +27,5 @@ class DamageLaw(Law):
         raise NotImplementedError
 
     def scaled(self, factor: float) -> Self:
-        """The law of a film that takes a field `factor` times as large for the same damage."""
+        """The law of a film with the same damage at a field `factor` times as large."""
         raise NotImplementedError

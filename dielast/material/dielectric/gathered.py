@@ -1,4 +1,4 @@
-"""The dielectrics of many films, side by side, where the permittivity of some depends on stretch."""
+"""The dielectrics of many films, in which the permittivity of some depends on stretch."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StretchedDielectrics:
-    """The `laws`, and which of them (cases,) each case has."""
+    """The distinct `laws`, and the index (cases,) of the law of each case."""
 
     laws: tuple[DielectricLaw, ...]
     which: Cases
 
     def take(self, cases: Cases) -> StretchedDielectrics:
-        """The dielectrics of some of the cases."""
+        """The dielectrics of the selected cases (k,)."""
         return StretchedDielectrics(self.laws, self.which[cases])
 
     def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
-        """As that of a law, of each case by its law, at Lambda (2, cases)."""
+        """`DielectricLaw.log_ratio` of each case by its law, at Lambda (2, cases)."""
         if len(self.laws) == 1:
             return self.laws[0].log_ratio(log_squared_stretch)
         cases = self.which.size
@@ -35,7 +35,7 @@ class StretchedDielectrics:
 
 
 def stretched_dielectrics(laws: Sequence[DielectricLaw], cases: int) -> StretchedDielectrics | None:
-    """The dielectrics of cases with one law each, or one for all; None where no permittivity depends on stretch."""
+    """The dielectrics of cases with one law each, or one law for all; None if no permittivity depends on stretch."""
     if not any(law.depends_on_stretch for law in laws):
         return None
     different = tuple(dict.fromkeys(laws))

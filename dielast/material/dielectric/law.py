@@ -1,4 +1,4 @@
-"""What every dielectric law answers: the permittivity of a film."""
+"""The base class of dielectric laws: the permittivity of a film."""
 
 from __future__ import annotations
 
@@ -15,29 +15,31 @@ LogRatio = tuple[Floats, Floats, Floats]
 
 
 class DielectricLaw(Law):
-    """Base of the dielectric laws; a law states `at`, and `log_ratio` where the permittivity depends on stretch."""
+    """Base of the dielectric laws. A law defines `at`, and `log_ratio` if the permittivity depends on stretch."""
 
     __slots__ = ()
     depends_on_stretch: ClassVar[bool] = False
 
     def brief(self) -> float | DielectricLaw | None:
-        """The shortest that `Material` takes for it: a number in F/m for a constant one, None for none at all."""
+        """The shortest argument of `Material` for this law: a number in F/m for a constant permittivity, None for 0."""
         return self
 
     def at(self, temperature: ArrayLike) -> Floats:
-        """The permittivity in F/m of the undeformed film at temperatures in degC, of the same shape; raises `InputError` for one
-        at which it is not known.
+        """The permittivity in F/m of the undeformed film at temperatures in degC, of the same shape.
+
+        Raises `InputError` for a temperature at which it is unknown.
         """
         raise NotImplementedError
 
     def typical(self, temperature: float) -> Floats:
-        """Permittivities in F/m (any shape) to judge the constants by; `temperature` is the material's reference in degC."""
+        """Permittivities in F/m (any shape) by which plausibility is judged; `temperature` is the material's reference in degC."""
         return self.at(temperature)
 
     def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
-        """ln(eps/eps_0), eps_0 that of the undeformed film, with its derivatives in Lambda_i = 2 ln lambda_i, at Lambda (2, ...).
+        """ln(eps/eps_0), with eps_0 that of the undeformed film, and its derivatives in Lambda_i = 2 ln lambda_i, at Lambda (2,
+        ...).
 
-        It must not change if the axes are exchanged. It is not finite where the law gives no positive permittivity.
+        It must be symmetric in the two axes. It is not finite where the permittivity is not positive.
         """
         shape = np.shape(log_squared_stretch)[1:]
         return np.zeros(shape), np.zeros((2, *shape)), np.zeros((3, *shape))

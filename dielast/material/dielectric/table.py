@@ -15,14 +15,14 @@ from dielast.material.law import Constant
 from dielast.numerics.columns import Floats
 from dielast.units import TEMPERATURE, ZERO_CELSIUS
 
-ROUNDING = 1e-9  # of a temperature in kelvin: what a file rounds lies within the table
+ROUNDING = 1e-9  # of a temperature in kelvin, tolerated at the ends of the table
 
 
 @dataclass(frozen=True, slots=True)
 class PermittivityTable(DielectricLaw):
-    """`relative_permittivity` at ascending temperatures in degC, linear in between; `InputError` outside of them.
+    """`relative_permittivity` at ascending temperatures in degC, linear between entries; `InputError` outside of the table.
 
-    One at one frequency, of the order of one over the duration of a test: a film takes no account of frequency.
+    It should be measured at a frequency of the order of one over the duration of a test: a film takes no account of frequency.
     """
 
     temperature: tuple[float, ...]
@@ -52,7 +52,7 @@ class PermittivityTable(DielectricLaw):
             raise InputError("temperatures must be finite, and every relative permittivity at least 1")
 
     def at(self, temperature: ArrayLike) -> Floats:
-        """The permittivity, linear in between."""
+        """The permittivity in F/m, linear between entries."""
         wanted = np.asarray(temperature, dtype=float)
         low, high = self.temperature[0], self.temperature[-1]
         slack = ROUNDING * (wanted + ZERO_CELSIUS)
@@ -68,5 +68,5 @@ class PermittivityTable(DielectricLaw):
         return np.asarray(VACUUM_PERMITTIVITY * np.interp(wanted, self.temperature, self.relative_permittivity))
 
     def typical(self, temperature: float) -> Floats:
-        """Those of the table."""
+        """The permittivities of the table."""
         return VACUUM_PERMITTIVITY * np.array(self.relative_permittivity)

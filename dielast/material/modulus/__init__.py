@@ -1,4 +1,4 @@
-"""How the moduli of springs change with temperature, one law a module."""
+"""The temperature dependence of the moduli of springs, one law per module."""
 
 from __future__ import annotations
 

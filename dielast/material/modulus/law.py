@@ -1,4 +1,4 @@
-"""What every law of moduli over temperature answers: the factor on the modulus at the reference temperature."""
+"""The base class of laws of moduli over temperature: the factor on the modulus at the reference temperature."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from dielast.numerics.columns import Floats
 
 
 class ModulusLaw(Law):
-    """Base of the laws; a law states `factor`."""
+    """Base of the laws of moduli over temperature. A law defines `factor`."""
 
     __slots__ = ()
     depends_on_temperature: ClassVar[bool] = True
 
     def factor(self, temperature: ArrayLike, reference_temperature: float) -> Floats:
-        """Modulus over that at `reference_temperature`, at temperatures (any shape), all in degC; `InputError` where there is
-        none.
+        """Modulus at temperatures (any shape) over that at `reference_temperature`, all in degC.
+
+        Raises `InputError` for a temperature at which there is none.
         """
         raise NotImplementedError

@@ -16,7 +16,7 @@ from dielast.numerics.arrays import Floats
 from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
 
 GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
-BARRIERS = 5e3, 2e6  # J/mol, activation energies: from the motion of a methyl group to a glass transition
+BARRIERS = 5e3, 2e6  # J/mol, plausible activation energies: from the rotation of a methyl group to a glass transition
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class Arrhenius(ShiftLaw):
         return f"Arrhenius, $E_a$ = {self.activation_energy / 1e3:.4g} kJ/mol"
 
     def warning(self) -> str:
-        """Activation energies that no polymer has."""
+        """A warning of activation energies that no polymer has, or an empty text."""
         if BARRIERS[0] <= abs(self.activation_energy) <= BARRIERS[1]:
             return ""
         known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
@@ -51,7 +51,7 @@ class Arrhenius(ShiftLaw):
 
     @classmethod
     def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
-        """The activation energy, in which log10 a is linear."""
+        """The fit of the activation energy, in which log10 a is linear."""
         unit = cls(base, 1.0)
         energy, moments, response, misfit = fit_factor(whiten, unit.log10_shift_factor(base + distance), wanted)
         if energy <= 0:

@@ -13,12 +13,10 @@ from dielast.numerics.arrays import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedLaw:
-    """A fitted law about another reference temperature, and its `origin`: log10 a there, by the law about the base temperature.
+    """A fitted law about another reference temperature, and its `origin`: log10 a there, relative to the base temperature.
 
-    `to_constants` (p, q) and `to_origin` (q,) are derivatives of the law's constants and of the origin with respect to the fitted
-    parameters.
-
-    `others` are the origins of other laws that the data allow, where a parameter is only assumed.
+    `to_constants` (p, q) and `to_origin` (q,) are the derivatives of the constants of the law and of the origin with respect to the
+    fitted parameters. `others` are the origins of other laws that agree with the data, if a parameter is assumed.
     """
 
     law: Any
@@ -30,10 +28,10 @@ class MovedLaw:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedLaw:
-    """A law fitted about the base temperature; `about` gives it about a temperature so many K away.
+    """A law fitted about the base temperature; `about` refers it to a temperature that many K away.
 
     `moments` (q, q) is the covariance of the parameters, `response` (q, k) their derivative with respect to the shift factors,
-    `misfit` the reduced chi-square. `assumed` says which parameter is only assumed, and why.
+    `misfit` the reduced chi-square. `assumed` says which parameter is assumed, and why; it is empty if none is.
     """
 
     about: Callable[[float], MovedLaw]
@@ -53,6 +51,6 @@ def fit_factor(whiten: Floats, column: Floats, wanted: Floats) -> tuple[float, F
 
 
 def reduced_chi_square(whitened: Floats, parameters: int) -> float:
-    """The squared distance (k,) in standard errors per degree of freedom; 0 where there is no freedom."""
+    """The squared distance (k,) in standard errors per degree of freedom; 0 without any degree of freedom."""
     freedom = whitened.size - parameters
     return float(whitened @ whitened) / freedom if freedom > 0 else 0.0

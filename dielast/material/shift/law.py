@@ -1,4 +1,4 @@
-"""What every time-temperature shift law answers: how far a temperature stretches every relaxation time.
+"""The base class of time-temperature shift laws: the factor by which a temperature changes every relaxation time.
 
 The shift factor is a(T) = tau(T) / tau(T_ref), so cold means slow: log10 a > 0 below the reference temperature, < 0 above it, and
 reduced time is t / a(T). Temperatures are in degC.
@@ -22,7 +22,7 @@ from dielast.numerics.arrays import Floats
 class ShiftLaw(Law):
     """Base of the shift laws: frozen dataclasses whose first field is `reference_temperature` (degC), where log10 a = 0.
 
-    A law states `log10_shift_factor` at least, and `fit` if it can be fitted to shift factors.
+    A law defines at least `log10_shift_factor`, and `fit` if it can be fitted to shift factors.
     """
 
     __slots__ = ()
@@ -35,36 +35,36 @@ class ShiftLaw(Law):
         raise NotImplementedError
 
     def measured_range(self) -> tuple[float, float] | None:
-        """Lowest and highest temperature (degC) that the law holds at, if that is a property of the law."""
+        """Lowest and highest temperature (degC) at which the law holds, if that is a property of the law."""
         return None
 
     def label(self) -> str:
-        """The law and its constants, for the legend of a plot."""
+        """The law and its constants, for the legend of a figure."""
         return self.title
 
     def warning(self) -> str:
-        """Why the constants look wrong, if they do."""
+        """A warning of implausible constants, or an empty text."""
         return ""
 
     @classmethod
     def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
         """Fit the law to shift factors by generalised least squares.
 
-        `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) turns its
-        errors into independent ones of variance 1.
+        `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) transforms its
+        errors to independent ones of variance 1.
         """
         raise InputError(f"the {cls.title} law cannot be fitted: state it in the material file")
 
     @classmethod
     def through(cls, temperature: Floats, log10_shift_factor: Floats, reference_temperature: float) -> tuple[Self, Floats] | None:
-        """The law that goes exactly through log10 a (m,) at `temperature` (m,), ascending, if it can.
+        """The law that interpolates log10 a (m,) at `temperature` (m,), ascending, exactly; None if the law cannot.
 
-        With it the weights (m,) of the shift factors in log10 a at the `reference_temperature`.
+        Also returns the weights (m,) of the shift factors in log10 a at the `reference_temperature`.
         """
         return None
 
     def drawn(self) -> dict[tuple[str, str], float]:
-        """The numbers that differ from draw to draw, by name and unit."""
+        """The numbers that vary between draws, by name and unit."""
         return {(constant.name, constant.unit): float(getattr(self, constant.name)) for constant in self.constants}
 
     def drawn_headers(self) -> list[str]:
@@ -72,7 +72,7 @@ class ShiftLaw(Law):
         return [f"{name} [{unit}]" for name, unit in self.drawn()]
 
     def redrawn(self, numbers: list[float]) -> Self:
-        """The law with other numbers, in the order of `drawn`; `InputError` naming the column of a number that is not allowed."""
+        """The law with other numbers, in the order of `drawn`; `InputError` that names the column of an invalid number."""
         for constant, header, value in zip(self.constants, self.drawn_headers(), numbers, strict=True):
             if not constant.is_allowed(value):
                 raise InputError(f'column "{header}": {value:g}: a number {constant.bounds} is needed')
@@ -80,7 +80,7 @@ class ShiftLaw(Law):
         return replace(self, **named)  # type: ignore[type-var]
 
     def numbers_of(self, other: ShiftLaw) -> Floats:
-        """The numbers of `drawn` for which this law is the `other` one, which was fitted in the same way."""
+        """The numbers of `drawn` for which this law equals `other`, which was fitted in the same way."""
         return np.array(list(other.drawn().values()))
 
     def allows(self, numbers: Floats) -> bool:
@@ -93,7 +93,7 @@ class ShiftLaw(Law):
         return {constant.name + constant.suffix: constant for constant in cls.constants}
 
     def summary(self, covariance: Floats) -> dict[str, float]:
-        """The constants as a summary has them, with standard errors and covariances from their `covariance` (p, p)."""
+        """The constants for a summary, with standard errors and covariances from their `covariance` (p, p)."""
         summary: dict[str, float] = {}
         for index, (key, constant) in enumerate(self.summary_names().items()):
             summary |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
@@ -106,6 +106,6 @@ class ShiftLaw(Law):
     def from_summary(
         cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Floats, Floats]]
     ) -> Self:
-        """The law from the constants in a `summary`; `measured` gives temperatures (degC) and log10 a, if they are needed."""
+        """The law from the constants in a `summary`; `measured` are temperatures (degC) and log10 a, if they are needed."""
         named = {constant.name: float(summary[key]) for key, constant in cls.summary_names().items()}
         return cls(reference_temperature, **named)  # type: ignore[call-arg]

@@ -14,7 +14,7 @@ from dielast.numerics.arrays import Floats
 
 @dataclass(frozen=True, slots=True)
 class NoShift(ShiftLaw):
-    """Relaxation times that no temperature changes: log10 a = 0."""
+    """Relaxation times that do not depend on temperature: log10 a = 0."""
 
     reference_temperature: float
 
@@ -24,5 +24,5 @@ class NoShift(ShiftLaw):
     depends_on_temperature: ClassVar = False
 
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
-        """Zero at every temperature."""
+        """0 at every temperature."""
         return np.zeros(np.shape(temperature))

@@ -15,7 +15,7 @@ from dielast.material.law import Constant
 from dielast.material.shift.law import ShiftLaw
 from dielast.numerics.arrays import Floats
 
-ROUNDING = 1e-6  # of log10 a, which dielast writes with 9 digits
+ROUNDING = 1e-6  # of log10 a; dielast writes 9 digits
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -69,11 +69,11 @@ class ShiftTable(Result, ShiftLaw):
         return self.temperature[0], self.temperature[-1]
 
     def label(self) -> str:
-        """How the table is read."""
+        """A description of the table, for the legend of a figure."""
         return "linear in between"
 
     def warning(self) -> str:
-        """A table that is not 0 at the reference temperature."""
+        """A warning of a table that is not 0 at the reference temperature, or an empty text."""
         there, origin = self.reference_temperature, self._origin()
         if abs(origin) <= ROUNDING:
             return ""
@@ -119,11 +119,11 @@ class ShiftTable(Result, ShiftLaw):
 
     @classmethod
     def summary_names(cls) -> dict[str, Constant]:
-        """None: the table is a file of its own."""
+        """None: the table is a separate file."""
         return {}
 
     def summary(self, covariance: Floats) -> dict[str, float]:
-        """Nothing, likewise."""
+        """None: the table is a separate file."""
         return {}
 
     @classmethod

@@ -15,13 +15,13 @@ from dielast.material.shift.law import ShiftLaw
 from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 
-# K, C1 C2 = 1 / (ln 10 alpha_f), whatever the reference temperature: the free volume's expansion alpha_f is 1e-4 to 4e-3 /K
+# K; C1 C2 = 1 / (ln 10 alpha_f) at any reference temperature, with an expansion alpha_f of the free volume of 1e-4 to 4e-3 /K
 FREE_VOLUME = 100.0, 4000.0
-SMALLEST_C2 = 50.0  # K, about the coldest temperature: that of most polymers at their glass transition, below which nobody shifts
-ASSUMED_C2 = 25  # values of an assumed C2 that are tried
-POORLY_KNOWN = 0.25  # relative standard error of C2 beyond which it is warned of
+SMALLEST_C2 = 50.0  # K, about the coldest temperature: that of most polymers at their glass transition, the lower limit of shifting
+ASSUMED_C2 = 25  # number of trial values of an assumed C2
+POORLY_KNOWN = 0.25  # relative standard error of C2 above which a warning is issued
 BEFORE_POLE = 0.98  # of the distance to a pole: the pole lies outside of the measured temperatures
-SETTLED = 1e-14  # relative change of the constants with which the search ends
+SETTLED = 1e-14  # relative change of the constants at which the search ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class WLF(ShiftLaw):
     )
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.C1):  # a fit to temperatures that are mixed up has a negative one
+        if not np.isfinite(self.C1):  # C1 may be negative: a fit to temperatures that are mixed up is reported, not refused
             raise InputError(f"{self.C1:g}: a finite number is needed", argument="C1")
         if not (np.isfinite(self.C2) and self.C2 > 0):
             raise InputError(f"{self.C2:g}: a number of K above 0 is needed", argument="C2")
@@ -55,7 +55,7 @@ class WLF(ShiftLaw):
             coldest = self.reference_temperature + float(np.min(distance))
             pole = self.reference_temperature - self.C2
             where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
-            if self.reference_temperature > 200:  # where hardly anybody refers to
+            if self.reference_temperature > 200:  # an unusual reference temperature in degC
                 where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
             raise InputError(f"{coldest:g} degC is at or below {where}", argument="temperature")
         return np.asarray(-self.C1 * distance / (self.C2 + distance))
@@ -65,7 +65,7 @@ class WLF(ShiftLaw):
         return f"WLF, $C_1$ = {self.C1 + 0.0:.4g}, $C_2$ = {self.C2 + 0.0:.4g} K"
 
     def warning(self) -> str:
-        """Constants that no polymer has."""
+        """A warning of constants that no polymer has, or an empty text."""
         product, (low, high) = self.C1 * self.C2, FREE_VOLUME
         if low <= product <= high:
             return ""
@@ -76,9 +76,9 @@ class WLF(ShiftLaw):
 
     @classmethod
     def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
-        """log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular also where C2 is large.
+        """The fit of log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular even if C2 is large.
 
-        Where the data do not determine C2, or bend the other way, C2 = T_ref in kelvin is assumed.
+        If the data do not determine C2, or curve the other way, C2 = T_ref in kelvin is assumed.
         """
         # no pole among the measured temperatures
         lowest = -BEFORE_POLE / float(distance.max()) if distance.max() > 0 else -np.inf
@@ -132,20 +132,20 @@ class WLF(ShiftLaw):
 
 
 def _with_k(k: Floats, distance: Floats, wanted: Floats, whiten: Floats) -> Floats:
-    """g and k (n, 2) for the given k (n,)."""
+    """g and k (n, 2) for given k (n,)."""
     columns = -distance / (1 + k[:, None] * distance) @ whiten.T
     return np.stack((columns @ whiten @ wanted / np.sum(columns**2, axis=1), k), axis=1)
 
 
 def _jacobian(distance: Floats, g: float, k: float, whiten: Floats) -> Floats:
-    """Derivatives (m, 2) of the whitened log10 a in g and k."""
+    """Derivatives (m, 2) of the whitened log10 a with respect to g and k."""
     pole = 1 + k * distance
     return whiten @ np.stack((-distance / pole, g * distance**2 / pole**2), axis=1)
 
 
 def _least_squares(distance: Floats, wanted: Floats, whiten: Floats, lowest: float, highest: float) -> tuple[float, float]:
-    """g and k, k within bounds; the start is the solution of wanted (1 + k d) = -g d, which is linear in both."""
-    from scipy.optimize import least_squares  # which takes its time to load
+    """g and k, with k within bounds; the start is the solution of wanted (1 + k d) = -g d, which is linear in both."""
+    from scipy.optimize import least_squares  # a slow import
 
     matrix = whiten @ np.stack((-distance, -wanted * distance), axis=1)
     g, k = np.linalg.lstsq(matrix, whiten @ wanted, rcond=None)[0].tolist()

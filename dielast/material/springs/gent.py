@@ -1,4 +1,4 @@
-"""Gent's spring, whose chains have a limit of stretch; without a limit it is neo-Hookean."""
+"""Gent's spring, with a limiting stretch of its chains; without a limit it is neo-Hookean."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from dielast.numerics.columns import Floats
 class Gent(LimitedLaw):
     """W = -(J/2) ln(1 - (I1 - 3)/J), Eq. 5 of DOI 10.1115/1.4030850, with J = `J_lim`; J to infinity is neo-Hookean.
 
-    `J_lim` is a number, or an array (n, cases) or (n, 1) of several springs.
+    `J_lim` is a number, or an array (n, cases) or (n, 1) for several springs.
     """
 
     J_lim: float | Floats = math.inf

@@ -16,10 +16,10 @@ from dielast.units import STRESS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MooneyRivlin(ScaledLaw):
-    """W = C10 (I1 - 3) + C01 (I2 - 3), I2 = 1/A + 1/B + 1/C (Rivlin 1948, DOI 10.1098/rsta.1948.0024), of initial shear modulus
-    2 (C10 + C01).
+    """W = C10 (I1 - 3) + C01 (I2 - 3), I2 = 1/A + 1/B + 1/C (Rivlin 1948, DOI 10.1098/rsta.1948.0024), with the initial shear
+    modulus 2 (C10 + C01).
 
-    Constants in Pa, or in any other unit: a spring of modulus mu has W = (mu/2) ((1 - s) (I1 - 3) + s (I2 - 3)) with the share
+    The constants are in Pa, or in any other unit: a spring of modulus mu has W = (mu/2) ((1 - s) (I1 - 3) + s (I2 - 3)) with
     s = C01/(C10 + C01).
     """
 
@@ -72,7 +72,7 @@ class MooneyRivlin(ScaledLaw):
         return MooneyRivlin(1.0)
 
     def exact_forms(self) -> tuple[str, ...]:
-        """Mooney-Rivlin and Ogden, and neo-Hookean where C01 = 0."""
+        """Mooney-Rivlin and Ogden, and neo-Hookean if C01 = 0."""
         own = ("mooney-rivlin", "ogden")
         return ("neo-hookean", *own) if self._share == 0 else own
 
