@@ -1,4 +1,4 @@
-"""`[data]` of `spectrum`: one test or one master curve, and which column is what."""
+"""`[data]` of `spectrum`: one test or one master curve, and the roles of its columns."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class CurveColumns(Columns):
 
     @property
     def by_role(self) -> dict[str, str | int]:
-        """The columns that are stated, by their role; where nothing else is measured, the modulus is called modulus."""
+        """The stated columns by their role; in a test without other measured columns, the default of the modulus is "modulus"."""
         columns = super().by_role
         return columns if columns.keys() - {"temperature", "set", "time"} else {**columns, "modulus": "modulus"}
 
@@ -43,5 +43,5 @@ class CurveData(MeasuredData):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The file."""
+        """The name of the file."""
         return (self.file,)

@@ -1,4 +1,4 @@
-"""`[data]` of `mastercurve`: files of measurements, which column is what, and what was measured."""
+"""`[data]` of `mastercurve`: files of measurements, the roles of their columns, and the kind of measurement."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ ROLES = {
 OVER_TIME = ("time", "modulus", "strain", "stretch", "stress", "extension", "force", "compliance")
 OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
 MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
-"""What the two moduli of a sweep can be told from."""
+"""The pairs of roles from which both moduli of a sweep follow."""
 MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "complex_modulus")
-"""What differs between tension and shear."""
+"""The roles that differ between tension and shear."""
 
 
 class Columns(NamedColumns):
@@ -90,7 +90,7 @@ class Columns(NamedColumns):
 
     @property
     def measurement(self) -> KindName:
-        """What the columns say was measured; strain and stress are taken for relaxation unless the recipe says creep."""
+        """The kind of measurement by the columns; strain and stress are relaxation unless the recipe states creep."""
         columns = self.by_role
         if any(role in columns for role in OVER_FREQUENCY):
             return "oscillation"
@@ -187,31 +187,31 @@ class MeasuredData(TextTable):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The files, in their order."""
+        """The names of the files, in their order."""
         raise NotImplementedError
 
     @property
     def roles(self) -> Collection[str]:
-        """The roles of the columns that are stated."""
+        """The roles of the stated columns."""
         return () if self.columns is None else self.columns.by_role
 
     @property
     def first_time(self) -> float:
-        """Points before this time in s, as measured, are dropped; at 0 none are."""
+        """The measured time in s before which points are dropped; 0 drops none."""
         return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
 
     @property
     def time_offset(self) -> float:
-        """What is taken from the times as measured, in s.
+        """The time in s that is subtracted from measured times.
 
         A ramp acts like a step at its middle, to second order in ramp/time: L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur.
-        Stand. A 75 (1971) 33. With times from its start, shift factors would come out wrong by tenths of a decade.
+        Stand. A 75 (1971) 33. With times from the start of the ramp, shift factors would be wrong by tenths of a decade.
         """
         return 0.5 * (self.ramp or 0.0)
 
     @property
     def is_plain(self) -> bool:
-        """Whether the recipe itself says how the text is laid out, so that it is no instrument's export."""
+        """Whether the recipe states the layout of the text, so that it is not an instrument's export."""
         return self.format == "table" or self.separator is not None or self.skip_rows > 0
 
     @model_validator(mode="after")
@@ -270,22 +270,22 @@ class MeasurementData(MeasuredData):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The files, in their order."""
+        """The names of the files, in their order."""
         return (self.file,) if self.file is not None else self.files or ()
 
     @property
     def is_plain(self) -> bool:
-        """Whether the recipe itself says how the text is laid out, so that it is no instrument's export."""
+        """Whether the recipe states the layout of the text, so that it is not an instrument's export."""
         return super().is_plain or self.layout is not None
 
     @property
     def sources(self) -> str:
-        """Where the temperatures may be stated."""
+        """The places where the temperatures may be stated, for messages."""
         return "columns.temperature" if self.file else "one of columns.temperature, temperatures, temperature_in_name"
 
     @property
     def states_temperatures(self) -> bool:
-        """Whether the recipe says where the temperatures are."""
+        """Whether the recipe states where the temperatures are."""
         in_column = self.columns is not None and self.columns.temperature is not None
         return in_column or self.temperatures is not None or self.temperature_in_name is not None
 

@@ -53,7 +53,7 @@ class MachineColumns(NamedColumns):
 
 
 def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:
-    """What the recipe must state of the `specimen` for extension or force among `roles`, as a message; None if it lacks nothing."""
+    """The message for what the recipe must state of the `specimen` for extension or force among `roles`; None if nothing lacks."""
     lacking = [
         (role, what)
         for role, what, known in (
