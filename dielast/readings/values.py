@@ -42,7 +42,7 @@ class Readings:
 
 
 def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> Readings:
-    """The readings of a part; `per_shear` is Young's modulus over the measured one, `labels` numbers the sets in all parts so far."""
+    """The readings of a part; `per_shear` is Young's modulus over the measured one, `labels` number the sets of all parts."""
     table, roles = part.table, [role for role in part.columns if role not in ("complex_viscosity", "set")]
     rows = part.rows(roles)
     _warn_of_gaps(part, roles, rows)
