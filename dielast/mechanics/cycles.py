@@ -55,7 +55,7 @@ class Cycles:
         return replace(self, base=np.where(np.isnan(self.base), present, self.base))
 
     def take(self, cases: Cases) -> Cycles:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         values = {name: getattr(self, name)[cases] for name in ("low", "high", "period")}
         return replace(self, base=self.base[:, cases], edges=self.edges[:, cases], **values)
 
@@ -126,7 +126,7 @@ class Cycles:
         return np.asarray(self.period[:, None] * np.concatenate([kept + phase[:, None] for phase in (up, down)], axis=1))
 
     def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
-        """Times (cases, k), evenly spaced in the cycles `kept`, and log-spaced after each turn of a triangle and after the start."""
+        """Times (cases, k), evenly spaced in the cycles `kept`, log-spaced after each turn of a triangle and after the start."""
         # the first cycle of a voltage, as a ramp, restarts the clock of the pull-in time scale
         decades = JUMP_DECADES if self.driven[2] else RAMP_DECADES
         phases_of_rows, spaced = np.linspace(0.0, 1.0, 2 * EVEN_ROWS + 1), np.logspace(-decades, 0, decades * per_decade + 1)

@@ -27,7 +27,7 @@ ELECTRIC = 2  # row of the prescribed electrical quantity among the values of a 
 
 
 class ElectricalLoad(Protocol):
-    """A prescribed electrical quantity. `prescribed` is its value, `permittivity` that of the film at its present stretch in F/m."""
+    """A prescribed electrical quantity. `prescribed` is its value, `permittivity` that at the present stretch in F/m."""
 
     def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
         """The Maxwell stress eps E^2 in Pa."""

@@ -130,7 +130,7 @@ class Points:
         return stress
 
     def equibiaxial_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats) -> tuple[Floats, Floats]:
-        """The derivatives (cases,) of `equibiaxial_maxwell_stress` in Lambda (common to both axes), and in the electrical quantity."""
+        """The derivatives (cases,) of `equibiaxial_maxwell_stress` in the common Lambda and in the electrical quantity."""
         if self.stretching is None:
             _, by_area, by_load = self.electric.linearised(self.permittivity, 2 * log_squared_stretch, electrical)
             return 2 * by_area, by_load

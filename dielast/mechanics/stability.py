@@ -68,7 +68,7 @@ class TimeScale:
         return self.share == 0 and self.seconds == 0
 
     def weight(self, points: Points, time: Floats) -> Floats:
-        """The fraction exp(-theta/tau) (n, cases) of stiffness that springs retain at `time` (cases,) in s since the voltage rose."""
+        """The fraction exp(-theta/tau) (n, cases) of stiffness retained at `time` (cases,) in s since the voltage began to rise."""
         if self.literal:
             return np.ones_like(points.rate)
         return np.exp(points.rate * (-3 * self.watched(time)))

@@ -28,7 +28,7 @@ NEAR_END = 10**0.1  # a curve determines processes up to a tenth of a decade bey
 
 
 def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Floats]:
-    """Abscissa and ordinates of a master curve as arrays (n,), sorted by abscissa; `InputError` unless positive and of one length."""
+    """Abscissa and ordinates of a master curve as arrays (n,), by abscissa; `InputError` unless positive and of one length."""
     names = [(spoken(name), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
     arrays = [np.asarray(values, dtype=float) for values in columns]
     abscissa = arrays[0]

@@ -98,7 +98,7 @@ def fit_creep(
 
 
 def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Floats, Known, Total | None, bool]:
-    """Retardation times (s, slowest first), the known constants, a prescribed sum, and whether the curve cannot decide about flow."""
+    """Retardation times (s, slowest first), the known constants, a prescribed sum, and whether the curve leaves flow undecided."""
     curve, equilibrium = task.curve, task.equilibrium
     glassy_compliance = None if task.glassy is None else 1 / task.glassy
     fluid, solid = (glassy_compliance, None), (glassy_compliance, 0.0)

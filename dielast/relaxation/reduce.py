@@ -144,7 +144,7 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Wanted:
-    """The responses `full` (m + r,) of the full spectrum: G at reduced times `time` (m,), and its means from `start` to `end` (r,)."""
+    """The responses `full` (m + r,) of the full spectrum: G at reduced `time` (m,), and its means from `start` to `end` (r,)."""
 
     time: Floats
     start: Floats
@@ -156,7 +156,7 @@ class _Wanted:
     def over(
         cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Floats, dense: int, felt: float
     ) -> _Wanted:
-        """At `dense` times per decade; means begin where the integral of G exceeds a fraction `felt` of that over the longest mean."""
+        """At `dense` times per decade; means begin where the integral of G exceeds a fraction `felt` of the longest."""
         count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
         time = (np.geomspace(*window, max(count, 3)) / 10 ** log10_shift[:, None]).reshape(-1)
         starts, ends = [], []
