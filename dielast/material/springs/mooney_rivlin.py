@@ -53,18 +53,18 @@ class MooneyRivlin(ScaledLaw):
 
     def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
         """Stresses, and dp/dlnA = (1 - s) (A + C) + s (AB + 1/A), dp/dlnB = (1 - s) C + s AB, and so on."""
-        both = squared_stretch[0] * squared_stretch[1]
-        third, share, rest = 1 / both, self._share, 1 - self._share
-        half = np.empty((3, *both.shape))
-        half[1] = rest * third + share * both
+        area_squared = squared_stretch[0] * squared_stretch[1]
+        third, share, rest = 1 / area_squared, self._share, 1 - self._share
+        half = np.empty((3, *area_squared.shape))
+        half[1] = rest * third + share * area_squared
         half[::2] = half[1] + rest * squared_stretch + share / squared_stretch
         return self.stress(squared_stretch), half
 
     def energy(self, squared_stretch: Floats) -> Floats:
         """((1 - s) (I1 - 3) + s (I2 - 3))/2."""
-        both = squared_stretch[0] * squared_stretch[1]
-        first = squared_stretch[0] + squared_stretch[1] + 1 / both - 3
-        second = 1 / squared_stretch[0] + 1 / squared_stretch[1] + both - 3
+        area_squared = squared_stretch[0] * squared_stretch[1]
+        first = squared_stretch[0] + squared_stretch[1] + 1 / area_squared - 3
+        second = 1 / squared_stretch[0] + 1 / squared_stretch[1] + area_squared - 3
         return np.asarray(0.5 * ((1 - self._share) * first + self._share * second))
 
     def unlimited(self) -> MooneyRivlin:

@@ -131,8 +131,8 @@ class FramedFilms(UnderLoad):
         structure = self.assembly.structure
         worst = np.max(np.abs(increment[: self.border] / state[: self.border]), axis=0)
         stretch = structure.stretch(state[self.border : -2])
-        moved = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
-        worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * moved)
+        change = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
+        worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * change)
         modulus = self.points.modulus
         # the rounding error of the stress of the stiffest spring, the damper, bounds the accuracy of every stress
         floor = modulus[0] + self.points.stress_floor * (modulus.sum(axis=0) / modulus[:-1].sum(axis=0))
@@ -208,11 +208,11 @@ class FramedArrowhead:
         nominal += self.slope[:, 0] * change[0]
         nominal += self.slope[:, 1] * change[1]
         out[-2:] = assembly.seen(nominal) - state[-2:]
-        moved = (2 * change / self.stretch).reshape(2, 1, -1)
-        right -= self.hold * moved
+        change_of_stretch = (2 * change / self.stretch).reshape(2, 1, -1)
+        right -= self.hold * change_of_stretch
         internal = out[:border].reshape(right.shape)
         self.springs.solve(right, out=internal)
-        internal += moved
+        internal += change_of_stretch
         internal *= self.viscous
         internal *= 0.5
         return out
@@ -258,8 +258,8 @@ class Surroundings:
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
         spring_tangent = np.einsum("nm,cnm->cm", assembly.wide(held), half)[SYMMETRIC]
         carried = assembly.carried(stress, stretch, field)
-        whole = assembly.slope(spring_tangent, np.zeros_like(carried), stretch, field, electric=False)
+        springs_alone = assembly.slope(spring_tangent, np.zeros_like(carried), stretch, field, electric=False)
         present = assembly.slope(spring_tangent, carried, stretch, field)
-        tangents = assembly.structure.tangent(np.stack((present, whole)))
+        tangents = assembly.structure.tangent(np.stack((present, springs_alone)))
         rim, alone = Factors.of(np.moveaxis(tangents, 0, 2)).rim_stiffness()
         return rim, alone
