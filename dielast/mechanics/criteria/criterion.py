@@ -134,7 +134,7 @@ class Criterion:
     """The name in files, figures and recipes."""
 
     marker: ClassVar[str]
-    """The shape of its events in figures, as a letter of matplotlib's markers: x, o, v, s, D, P, ^ ..."""
+    """The shape of its events in figures, as one of the letters x, o, v, s, D, P, ^ and so on that plots use for shapes"""
 
     hatch: ClassVar[str] = "...."
     """The hatch in failure maps of cells in which it happens first; empty for the most common one."""
